@@ -12,11 +12,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.in_memory import carried_out, parser, plan_of
+from cortex_dsl.report.findings.study_report import yields_text
 from engine.search.journal import finite
-from engine.study.comparisons import MEASURES, Comparison, compare_all
+from engine.study.comparisons import MEASURES, NAMED_FIRST, Comparison, compare_all
 from engine.study.study_files import test_row
 
-SHOWN = ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
+SHOWN = (*(measure.name for measure in NAMED_FIRST), "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -34,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     layout = as_json if options.json else as_short_markdown if options.short else as_markdown
     print(layout(settings, rows))
+    if not options.json:
+        print("", *(f"- {text}." for text in yields_text(plan, records)), sep="\n")
     return 0
 
 

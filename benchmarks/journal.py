@@ -18,9 +18,10 @@ from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import origin_of
 from engine.paper import FILES
 from engine.search.assessment import SCALARS
+from engine.search.campaign import Campaign
 from engine.search.journal import Journal
 from engine.search.manifest import make_manifest
-from engine.search.run import Campaign, search
+from engine.search.run import search
 
 BUDGET = 1.20
 """Most that a search with its journal may take, in times of the bare one."""

@@ -4,12 +4,16 @@
 
 | column            | meaning, a median over runs, then over scenarios                                        |
 |-------------------|-----------------------------------------------------------------------------------------|
+| avoidable         | distinct simulations with a collision that a competent driver avoids                    |
+| avoidable kinds   | kinds of these (see `engine.search.insight.kinds`)                                      |
 | colliding genomes | different genomes that collided: the yield                                              |
-| distinct failures | collisions that differ in a third of their genes by a tenth of the range from all before |
+| kinds             | kinds of all collisions: the variety                                                    |
 | cells             | cells of the descriptor grids (see `engine.search.insight.diversity`) with a collision          |
 | invalid           | share of individuals without a scene                                                    |
 | first             | distinct simulations until the first collision                                          |
 | simulations       | distinct simulations: an elite that is kept is not simulated again                      |
+| avoidable of valid | avoidable collisions of valid simulations, (n + 1) / (N + 2)                            |
+| avoidable a second | the same for the time that a run took                                                  |
 | seconds           | of one run on one core                                                                  |
 
 `+n` and `-n`: in n scenarios better or worse than random, by the rule of `engine.study.comparisons`, which asks for 30
@@ -28,8 +32,10 @@ from benchmarks.in_memory import carried_out, parser, plan_of
 from engine.search.journal import finite
 from engine.search.searchers import SEARCHERS
 from engine.study.comparisons import (
-    DISTINCT_FAILURES,
+    AVOIDABLE,
+    AVOIDABLE_KINDS,
     FAILING_CELLS,
+    KINDS,
     MEASURES,
     PRIMARY,
     Comparison,
@@ -42,7 +48,7 @@ from engine.study.run_records import RunRecord
 
 FIRST = next(measure for measure in MEASURES if measure.name == "first collision")
 INVALID = next(measure for measure in MEASURES if measure.name == "NIS")
-COMPARED = (PRIMARY, DISTINCT_FAILURES, FAILING_CELLS, INVALID, FIRST)
+COMPARED = (AVOIDABLE, AVOIDABLE_KINDS, PRIMARY, KINDS, FAILING_CELLS, INVALID, FIRST)
 
 
 @dataclass(frozen=True)
@@ -57,16 +63,25 @@ class Column:
 
 
 COLUMNS = (
+    Column("avoidable", lambda r: AVOIDABLE.of(r.figures), AVOIDABLE),
+    Column("avoidable kinds", lambda r: AVOIDABLE_KINDS.of(r.figures), AVOIDABLE_KINDS),
     Column("colliding genomes", lambda r: PRIMARY.of(r.figures), PRIMARY),
-    Column("distinct failures", lambda r: DISTINCT_FAILURES.of(r.figures), DISTINCT_FAILURES),
+    Column("kinds", lambda r: KINDS.of(r.figures), KINDS),
     Column("cells", lambda r: FAILING_CELLS.of(r.figures), FAILING_CELLS),
     Column(
         "invalid %", lambda r: 100.0 * r.figures.individuals.nis / r.figures.individuals.individuals, INVALID, 1, False
     ),
     Column("first", lambda r: FIRST.of(r.figures), FIRST, 0, False),
     Column("simulations", lambda r: float(r.figures.simulations.runs)),
+    Column("avoidable of valid %", lambda r: 100.0 * _share(r), None, 2),
+    Column("avoidable a second", lambda r: AVOIDABLE.of(r.figures) / r.seconds, None, 1),
     Column("seconds", lambda r: r.seconds, None, 2, False),
 )
+
+
+def _share(record: RunRecord) -> float:
+    """Avoidable collisions of valid simulations: (n + 1) / (N + 2)."""
+    return (AVOIDABLE.of(record.figures) + 1.0) / (record.figures.simulations.valid_runs + 2.0)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -14,6 +14,9 @@ darkness, for there are headlamps, nor the ego's own `visibleDistance` limits it
 the ego itself had begun to, and never harder than 0.774 g, than the ego's own brakes, or than the road allows; nor do
 its brakes build up sooner than the ego's. Nobody is blamed for being struck from behind, or while standing where one
 may stand (`engine.kernels.fault`): such a collision is counted apart.
+
+`avoidability` says all there is to say of a few cases, margins included, which take tens of drives each; `blame` says
+of thousands of collisions whether the driver avoids them, in one drive each.
 """
 
 import math
@@ -25,14 +28,15 @@ import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import memory, plan, requested, samples_of
-from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, drive_again
+from engine.host import in_parts, memory, plan, requested, samples_of
+from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, blame_rows, drive_again
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
+from engine.kernels.stage import Run
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.tables import Bools
-from engine.vocabulary import Fault
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import Blame, Fault
 
 R157 = Driver(
     perception=0.4,
@@ -116,19 +120,48 @@ def avoidability(
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(scenes)
-    run = memory(program, samples_of(config) + 1 + math.ceil(LONGEST / config.time_step))
-    path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
+    run, outlines, path = _room(program, config)
+    reach = _reach(program, scenes)
 
     def answer(row: int) -> Avoidability | None:
         if not scenes.valid[row]:
             return None
         case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
-        sight = program.variants[case.variant].sight
-        reach = float(case.values[sight]) if sight >= 0 else math.inf
-        again = drive_again(shared, run, case, outlines, path, driver._replace(reach=min(driver.reach, reach)))
+        sees = driver._replace(reach=min(driver.reach, float(reach[row])))
+        again = drive_again(shared, run, case, outlines, path, sees)
         return None if again.contact == NEVER else _answer(again, config.time_step)
 
     return tuple(answer(row) for row in range(len(scenes)))
+
+
+def blame(
+    program: Program,
+    scenes: Scenes,
+    config: SimulationConfig = DEFAULTS,
+    contact: ContactConfig = CONTACT,
+    jobs: int = 1,
+) -> Ints:
+    """(n,) `Blame` of each scene, `NONE` of one that is not valid or without a collision of the ego."""
+    shared, rows, reach = plan(program, config, contact), requested(scenes), _reach(program, scenes)
+    said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
+
+    def drive(first: int, last: int) -> None:
+        blame_rows(shared, rows, reach, first, last, *_room(program, config), R157, said)
+
+    in_parts(len(scenes), jobs, drive)
+    return said
+
+
+def _room(program: Program, config: SimulationConfig) -> tuple[Run, Floats, Floats]:
+    """Memory for one drive after another: of the run, of outlines, and of the ego's path."""
+    run = memory(program, samples_of(config) + 1 + math.ceil(LONGEST / config.time_step))
+    return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
+
+
+def _reach(program: Program, scenes: Scenes) -> Floats:
+    """(n,) how far the weather lets anybody see [m]."""
+    sight = np.array([variant.sight for variant in program.variants], dtype=np.int64)[np.maximum(scenes.variant, 0)]
+    return np.where(sight >= 0, scenes.values[np.arange(len(scenes)), sight], math.inf)
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:

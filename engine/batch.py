@@ -5,14 +5,12 @@ or the number of threads.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 
 import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import judge_rows, simulate_rows
 from engine.kernels.stage import Status
@@ -22,8 +20,6 @@ from engine.scenes import Scenes, Trajectory
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
-CHUNK = 1000
-"""Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
 
 
 def simulate(
@@ -44,17 +40,11 @@ def simulate(
     results = empty_results(program, rows)
     run_rows = judge_rows if len(program.judged) else simulate_rows
 
-    def run(chunk: tuple[int, int]) -> None:
+    def run(first: int, last: int) -> None:
         scratch = memory(program, shared.layout.last_sample + 1)
-        run_rows(shared, rows, *chunk, scratch, np.zeros((len(program.actors), 3)), results)
+        run_rows(shared, rows, first, last, scratch, np.zeros((len(program.actors), 3)), results)
 
-    chunks = _chunks(len(scenes), jobs)
-    if jobs == 1 or len(chunks) < 2:
-        for chunk in chunks:
-            run(chunk)
-    else:
-        with ThreadPoolExecutor(jobs) as pool:
-            list(pool.map(run, chunks))
+    in_parts(len(scenes), jobs, run)
     return outcomes(results)
 
 
@@ -81,9 +71,3 @@ def trajectory(
         contact_sample=samples - 1 if touched else -1,
         watched=run.watched[:samples].copy(),
     )
-
-
-def _chunks(rows: int, jobs: int) -> list[tuple[int, int]]:
-    """Ranges of rows: several a thread, so that threads end at about the same time."""
-    size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
-    return list(pairwise([*range(0, rows, size), rows]))

@@ -1,9 +1,11 @@
 """A word before a kernel is compiled: numba's own event, which a kernel that comes from the cache does not set off."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
-from numba.core.event import Event, Listener, install_listener
+from numba.core.event import Event, Listener, register, unregister
+
+EVENT = "numba:compile"
 
 
 class _BeforeCompiling(Listener):
@@ -19,7 +21,11 @@ class _BeforeCompiling(Listener):
 
 
 @contextmanager
-def before_compiling(tell: Callable[[], None]) -> Iterator[None]:
+def before_compiling(tell: Callable[[], None]) -> Generator[None]:
     """While the block lasts, call `tell` before each compilation, in the thread that has to wait for it."""
-    with install_listener("numba:compile", _BeforeCompiling(tell)):
+    listener = _BeforeCompiling(tell)
+    register(EVENT, listener)
+    try:
         yield
+    finally:
+        unregister(EVENT, listener)

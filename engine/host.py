@@ -1,7 +1,11 @@
-"""What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
+"""What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results,
+and threads that share the rows.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +26,8 @@ from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
 CONTACT = ContactConfig()
+CHUNK = 1000
+"""Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
 PLAIN = ("C", "A", "W")
 """Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
@@ -199,3 +205,17 @@ def _numbers(array: Floats) -> Floats:
 
 def _integers(array: Ints) -> Ints:
     return np.require(array, np.int32, PLAIN)
+
+
+def in_parts(rows: int, jobs: int, run: Callable[[int, int], None]) -> None:
+    """Call `run(first, last)` for ranges of so many rows, in that many threads: several ranges for each, so that they
+    end at about the same time.
+    """
+    size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
+    parts = list(pairwise([*range(0, rows, size), rows]))
+    if jobs == 1 or len(parts) < 2:
+        for part in parts:
+            run(*part)
+        return
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(run, *zip(*parts, strict=True)))

@@ -91,6 +91,19 @@ class Fault(IntEnum):
     STRUCK_STANDING = 2
 
 
+class Blame(IntEnum):
+    """What one drive of the reference driver says of a run (`engine.avoidability.blame`)."""
+
+    NONE = -1
+    """The ego did not collide."""
+    AVOIDABLE = 0
+    """A collision that the reference driver avoids."""
+    UNAVOIDABLE = 1
+    """One that it does not."""
+    STRUCK = 2
+    """No failure of the ego: it was struck from behind, or while it stood where one may stand."""
+
+
 class RuleKind(IntEnum):
     """The effect of a rule that is looked at in every sample."""
 

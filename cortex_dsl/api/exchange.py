@@ -164,7 +164,7 @@ def _no_effect(where: str, cure: str, **options: object) -> None:
 def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":
     from cortex_dsl.interchange.cases import case_of_run
 
-    cases = every_case(run.record)
+    cases = every_case(run)
     if not cases:
         raise ArgumentError(f"what: `{run.folder}` has no case: none of its simulations was valid", "search again")
     if top is not None:

@@ -62,7 +62,7 @@ def verify(
     if model not in MODELS:
         raise ArgumentError(f"there is no model `{model}`", f"name one of {', '.join(MODELS)}")
     opened = run if isinstance(run, OpenedRun) else open_run(run)
-    chosen = first_cases(opened.record, arguments.whole("cases", cases, 1))
+    chosen = first_cases(opened, arguments.whole("cases", cases, 1))
     if not chosen:
         return Verification((), ())
     config = opened.scenario.config

@@ -20,6 +20,7 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
 from engine.program import Program
+from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
 from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
@@ -28,7 +29,7 @@ from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
 from engine.search.ranking import Case
 from engine.search.result_files import write_exports
-from engine.search.run import Campaign, OnGeneration, Progress, search
+from engine.search.run import search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.workers import Workers, workers_for

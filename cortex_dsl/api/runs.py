@@ -10,6 +10,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,24 +33,25 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
 from engine.display import facts_table
+from engine.search.campaign import Campaign, OnGeneration
+from engine.search.insight.kinds import blamed
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow
 from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
-from engine.search.run import Campaign, OnGeneration
 from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers
 from engine.study.database import is_study
-from engine.vocabulary import GeneKind
+from engine.tables import Ints
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
 
 WORST = 10
-"""Cases of which the run's folder has a scenario each; no two of them are nearly the same."""
+"""Cases of which the run's folder has a scenario each, of many kinds."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,13 @@ class OpenedRun:
         facts = [("run", str(self.folder)), ("scenario", record.manifest.file), ("method", record.manifest.method)]
         counts = [("individuals", f"{len(evaluations):,}"), ("collisions", f"{int(evaluations.collided.sum()):,}")]
         return facts_table([*facts, ("status", record.status), *counts])
+
+    @cached_property
+    def blame(self) -> Ints:
+        """(n, k) what the reference driver says of each collision; see `engine.search.insight.kinds`."""
+        from engine.search.evaluator import make_blaming
+
+        return blamed(self.record.evaluations, make_blaming(self.scenario.program, self.scenario.config))
 
     def scene(self, case: Case) -> "Scenes":
         """Return the scene of one of its cases, drawn again.
@@ -311,26 +320,15 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
 # -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------
 
 
-def every_case(record: Record) -> tuple[Case, ...]:
+def every_case(run: OpenedRun) -> tuple[Case, ...]:
     """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first."""
-    evaluations = record.evaluations
-    first = worst_cases(evaluations, WORST, box_of(record))
+    evaluations = run.record.evaluations
+    first = worst_cases(evaluations, WORST, run.blame)
     taken = {case.row for case in first}
     rest = [c for c in worst_cases(evaluations, len(order_of_risk(evaluations))) if c.row not in taken]
     return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
 
 
-def first_cases(record: Record, count: int) -> tuple[Case, ...]:
+def first_cases(run: OpenedRun, count: int) -> tuple[Case, ...]:
     """Return the first `count` cases."""
-    return every_case(record)[:count]
-
-
-def box_of(record: Record) -> Box:
-    """Return the box that a run searched."""
-    rows = record.manifest.parameters
-    return Box(
-        tuple(p.name for p in rows),
-        tuple(p.low for p in rows),
-        tuple(p.high for p in rows),
-        tuple(GeneKind(p.kind) for p in rows),
-    )
+    return every_case(run)[:count]

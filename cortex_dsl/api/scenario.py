@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
+    from engine.search.campaign import Campaign, OnGeneration
     from engine.search.protocol import Sought
     from engine.search.ranking import Case
-    from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
     from engine.world import WorldRun
 

@@ -59,8 +59,8 @@ ANALYSE = Command(
     name="analyse",
     usage="RUN [--budget N] [--jobs N] [--json]",
     description="""\
-Different failures, where they lie, of what kinds they are, which params matter,
-and which collisions a competent driver would have avoided.""",
+Kinds of failures, those first that a competent driver would have avoided, where
+they lie, which params matter, and why collisions are avoidable or not.""",
     options=_analyse_options,
     function=_analyse,
     needs=("run", "no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`"),

@@ -15,7 +15,7 @@ from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, miss
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from cortex_dsl.interchange.writing import Gathered
+    from cortex_dsl.report.findings.interchange_report import Gathered
     from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"

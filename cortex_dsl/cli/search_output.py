@@ -22,13 +22,13 @@ from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.extras import MissingExtraError
 from engine.program import Program
+from engine.search.campaign import Campaign
 from engine.search.manifest import changed_versions
 from engine.search.objectives import ObjectiveError, UnknownObjectiveError
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case
 from engine.search.result_files import summary
-from engine.search.run import Campaign
 from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLostError, workers_for
@@ -157,7 +157,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     Raises:
         UsageError: there are none, or fewer than `rank`.
     """
-    cases = every_case(run.record)
+    cases = every_case(run)
     if not cases:
         raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
     if rank > len(cases):

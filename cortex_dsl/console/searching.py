@@ -7,9 +7,9 @@ from math import nan
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.report.terminal.progress import SearchProgress
+from engine.search.campaign import OnGeneration, Progress
 from engine.search.journal_reader import Record
 from engine.search.protocol import SOUGHT
-from engine.search.run import OnGeneration, Progress
 
 
 @contextmanager

@@ -31,7 +31,7 @@ from engine.vocabulary import EndReason, Verdict
 if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
-    from engine.search.run import Campaign
+    from engine.search.campaign import Campaign
     from engine.world.impacts import Impact
 
 

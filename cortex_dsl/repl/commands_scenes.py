@@ -16,7 +16,7 @@ from cortex_dsl.repl.instant import draw, is_undefined
 from cortex_dsl.repl.state import Found, State, refuse
 from cortex_dsl.report.findings.tally import Tally
 from engine.errors import ArgumentError
-from engine.search.run import Campaign
+from engine.search.campaign import Campaign
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.report.findings.cases_found import CaseFound
     from engine.acceptance import Weighing
-    from engine.search.run import Campaign
+    from engine.search.campaign import Campaign
 
 # -- a draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
 

@@ -7,6 +7,7 @@ allows, and no less than the ego has done since, up to full braking: who takes o
 braking is that of the reference driver, of the ego's own brakes, or what its tyres hold, whichever is least.
 
 To brake earlier is not always better, as who brakes later may pass before the other: all moments are tried.
+`blame_rows` leaves these out: one drive tells yes or no, of thousands of collisions in the time of a few runs each.
 
 An ego that backs is followed along the same path, by how fast it moves, whichever way. What is perceived, and when, is
 up to `engine.kernels.perception`.
@@ -16,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.approach import first_contact
-from engine.kernels.fault import STANDING, fault_of
+from engine.kernels.fault import EGO, STANDING, fault_of
 from engine.kernels.geometry import Box, outline_at
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
@@ -34,6 +35,7 @@ from engine.kernels.perception import (
     reached,
 )
 from engine.kernels.rollout import advance, begin
+from engine.kernels.rows import Requested
 from engine.kernels.stage import (
     REPLACED,
     RUNNING,
@@ -46,8 +48,9 @@ from engine.kernels.stage import (
     vehicle_of,
 )
 from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, Column, EndReason, State
+from engine.vocabulary import ActorKind, Blame, Column, EndReason, State, Verdict
 
+NONE, AVOIDABLE, UNAVOIDABLE, STRUCK = map(int, Blame)
 COASTING = 0.5
 """Who slows down by more brakes [m/s^2]; *ours*."""
 AFTERWARDS = 6.0
@@ -124,20 +127,14 @@ def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats
     `run` and `path` (n, PATH_COLUMNS) have room for `LONGEST` after the time limit; `outlines` (actors, 3) is working
     memory.
     """
-    begin(plan, run, case.variant, case.values, case.key)
-    scored = run.status[Status.END] == RUNNING  # no literal truth: numba would compile `advance` once more
-    advance(plan, run, plan.layout.last_sample + 1, scored)
-    if run.status[Status.END] != EndReason.COLLISION:
+    if not _collides(plan, run, case):
         return ReferenceDrive(NEVER, math.nan, NEVER, NEVER, NEVER, False, NEVER, False, False, False)
     note_outlines(plan, run, outlines)
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     time, time_step = run.end[0], plan.layout.time_step
-    met = measure_pair(run.states, contact, time_step, other, outlines, True, run.end[1])
-    fault = fault_of(run.states, contact - 1, time_step, other, outlines, met, plan.road, plan.layout.intersections)
+    fault = _fault(plan, run, outlines)
     driver = _in_its_car(plan, run, driver)
-    advance(plan, run, min(contact + _following(run.states, contact, time_step, driver), len(path) - 1), not scored)
-    until = int(run.status[Status.SAMPLE])
-    lay_path(run.states, until + 1, path, time_step)
+    until = _carry_on(plan, run, path, driver)
     again = Replayed(case, contact, until, outlines, path[: until + 1])
     perceived = perceive(plan, run, contact, other, outlines, again.path, driver)
     starts_in_it = is_in_sight(plan, run, 0, other, outlines, again.path, driver)
@@ -159,6 +156,79 @@ def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats
     return ReferenceDrive(contact, time, fault, perceived, braking, avoided, latest, as_hard, helpless, too_late)
 
 
+@kernel
+def blame_rows(
+    plan: Plan,
+    scenes: Requested,
+    reach: Floats,
+    first: int,
+    last: int,
+    run: Run,
+    outlines: Floats,
+    path: Floats,
+    driver: Driver,
+    out: Ints,
+) -> None:
+    """The `Blame` of each valid scene from row `first` to `last` (exclusive). `reach`: how far each ego sees [m]."""
+    for row in range(first, last):
+        if scenes.verdict[row] == Verdict.VALID:
+            case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+            out[row] = _blame(plan, run, case, outlines, path, _sees(driver, min(driver.reach, reach[row])))
+
+
+@kernel
+def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> int:
+    """What `drive_again` says of a case, in a word."""
+    if not _collides(plan, run, case):
+        return NONE
+    note_outlines(plan, run, outlines)
+    if _fault(plan, run, outlines) != EGO:
+        return STRUCK
+    contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
+    reaction = first_sample(driver.reaction, plan.layout.time_step)
+    # What is perceived later than this is braked for at contact or after it.
+    latest = contact - reaction
+    if latest <= first_sample(driver.perception, plan.layout.time_step):
+        return UNAVOIDABLE
+    driver = _in_its_car(plan, run, driver)
+    until = _carry_on(plan, run, path, driver)
+    again = Replayed(case, contact, until, outlines, path[: until + 1])
+    perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
+    if perceived == NEVER or _drive(plan, run, again, perceived + reaction, driver).touched:
+        return UNAVOIDABLE
+    return AVOIDABLE
+
+
+@inlined
+def _collides(plan: Plan, run: Run, case: Case) -> bool:
+    """Drive a case as it was, up to the end of what is scored; whether that is a collision of the ego."""
+    begin(plan, run, case.variant, case.values, case.key)
+    scored = run.status[Status.END] == RUNNING  # no literal truth: numba would compile `advance` once more
+    advance(plan, run, plan.layout.last_sample + 1, scored)
+    return run.status[Status.END] == EndReason.COLLISION
+
+
+@inlined
+def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
+    """The `Fault` of the contact at which a run has just ended."""
+    contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
+    met = measure_pair(run.states, contact, plan.layout.time_step, other, outlines, True, run.end[1])
+    return fault_of(
+        run.states, contact - 1, plan.layout.time_step, other, outlines, met, plan.road, plan.layout.intersections
+    )
+
+
+@inlined
+def _carry_on(plan: Plan, run: Run, path: Floats, driver: Driver) -> int:
+    """Carry a run that ended at contact on without it, for as long as drives are followed; to which sample."""
+    contact = int(run.status[Status.SAMPLE])
+    end = min(contact + _following(run.states, contact, plan.layout.time_step, driver), len(path) - 1)
+    advance(plan, run, end, run.status[Status.END] == RUNNING)
+    until = int(run.status[Status.SAMPLE])
+    lay_path(run.states, until + 1, path, plan.layout.time_step)
+    return until
+
+
 @inlined
 def _following(states: Floats, contact: int, time_step: float, driver: Driver) -> int:
     """For how many samples after contact a case is followed: until the driver stands, whenever it begins to brake."""
@@ -178,6 +248,14 @@ def _in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
     braking = min(driver.deceleration, hardest)
     share = braking / vehicle.max_braking if vehicle.max_braking > 0.0 else 0.0
     return _brakes_like(driver, braking, max(driver.ramp, build_up * share))
+
+
+@inlined
+def _sees(driver: Driver, reach: float) -> Driver:
+    """The same driver, who sees no farther than this [m]."""
+    return Driver(
+        driver.perception, driver.reaction, driver.deceleration, driver.ramp, driver.horizon, driver.alarming, reach
+    )
 
 
 @inlined

@@ -288,9 +288,17 @@ def generation_figures(evaluations: Evaluations, generation: int) -> GenerationF
 
 
 def distinct_collisions(evaluations: Evaluations) -> int:
-    """Different genomes that collided at least once: the primary outcome of a study."""
-    rows = evaluations.simulated & evaluations.collided
-    return len({genome.tobytes() for genome in evaluations.genomes[rows]})
+    """Different genomes that collided at least once: the yield of a search."""
+    return _different_genomes(evaluations, evaluations.collided)
+
+
+def distinct_finds(evaluations: Evaluations) -> int:
+    """Different genomes that came at least once to what was sought."""
+    return _different_genomes(evaluations, evaluations.found)
+
+
+def _different_genomes(evaluations: Evaluations, chosen: Bools) -> int:
+    return len({genome.tobytes() for genome in evaluations.genomes[evaluations.simulated & chosen]})
 
 
 # -- partners in collisions --------------------------------------------------------------------------------------------

@@ -1,4 +1,5 @@
-"""`Evaluate` with the real simulators: sample a scene for each genome, simulate it, judge its risk.
+"""`Evaluate` with the real simulators: sample a scene for each genome, simulate it, judge its risk; and `Blaming` with
+the real reference driver.
 
 The one module of the search that knows sampler, hosts and risk; a host is imported when it is chosen.
 """
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.avoidability import blame
 from engine.config import Config
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
@@ -18,6 +20,7 @@ from engine.risk import Risk, RiskProfile, assess
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.assessment import Evaluate
+from engine.search.insight.kinds import Blaming
 from engine.search.objectives import Objective, Runs
 from engine.tables import Bools, Floats, Ints
 
@@ -45,6 +48,18 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
         return assessment(scenes, outcomes, risk, sought, found)
 
     return evaluate
+
+
+def make_blaming(program: Program, config: Config) -> Blaming:
+    """Return what drives runs of this program again, whichever host ran them, and says whose failure it is."""
+    jobs = config.search.jobs
+    prune = pruner(program) if config.simulation.prune else None
+
+    def blaming(genomes: Floats, keys: Ints) -> Ints:
+        scenes = sample(program, genomes, keys, config.simulation, jobs, prune)
+        return blame(program, scenes, config.simulation, config.contact, jobs)
+
+    return blaming
 
 
 def make_host(program: Program, config: Config) -> Simulate:

@@ -31,9 +31,9 @@ from typing import Any, cast
 import numpy as np
 
 from engine.search.assessment import COLUMNS, take, to_columns
+from engine.search.campaign import Campaign, Progress
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
-from engine.search.run import Campaign, Progress
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
 
 APPLICATION_ID = 0x43525458

@@ -1,9 +1,9 @@
-"""The worst cases of a campaign: by risk, then continuous risk, then age, and no two of them nearly the same.
+"""The worst cases of a campaign: by risk, then continuous risk, then age, and of many kinds.
 
-Of the collisions in that order (of all valid simulations, where there are fewer than asked for), a case is taken when
-at least a third of its genes differ by more than a tenth of their range from those of every case taken before, which is
-the rule of `diversity`. Where fewer than asked for lie so far apart, the worst of what was passed over fill the list.
-Where something else than the risk is sought, it stands for the risk, and its finds for the collisions.
+Of the collisions in that order (of all valid simulations, where there are fewer than asked for) the worst is taken,
+then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that a
+competent driver would have avoided goes before one that it would not. Where something else than the risk is sought, it
+stands for the risk, and its finds for the collisions.
 """
 
 from dataclasses import dataclass
@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.search.evaluations import Evaluations, is_aimed
-from engine.search.insight.diversity import first_apart
-from engine.search.protocol import Box
+from engine.search.insight.kinds import codes
 from engine.streams import StreamKey
 from engine.tables import Ints
-from engine.vocabulary import Verdict
+from engine.vocabulary import Blame, Verdict
 
 
 @dataclass(frozen=True)
@@ -48,21 +47,30 @@ def order_of_risk(evaluations: Evaluations) -> Ints:
     return rows[np.lexsort((rows, -evaluations.continuous[rows], first[rows]))]
 
 
-def worst_cases(evaluations: Evaluations, count: int = 10, box: Box | None = None) -> tuple[Case, ...]:
-    """Return the worst rollouts of up to `count` different genomes, worst first; with a box, of distant ones."""
+def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
+    """Return the worst rollouts of up to `count` different genomes, worst first; with what the reference driver says of
+    each rollout (n, k), of many kinds.
+    """
     rows = _different(evaluations, order_of_risk(evaluations))
-    if box is not None:
-        rows = _apart(evaluations, rows, count, box)
+    if blame is not None:
+        rows = _of_each_kind(evaluations, rows, count, blame)
     return tuple(_case(evaluations, row, rank) for rank, row in enumerate(rows[:count].tolist(), start=1))
 
 
-def _apart(evaluations: Evaluations, rows: Ints, count: int, box: Box) -> Ints:
-    """The first `count` of the rows that lie apart, filled up with the first of the others, in the rows' order."""
+def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Ints:
+    """Up to `count` of the rows, in their order."""
     finds = rows[evaluations.found[rows]]
     pool = finds if len(finds) >= count else rows
-    apart = pool[first_apart(evaluations.genomes[pool], box, most=count)]
-    others = pool[~np.isin(pool, apart)][: count - len(apart)]
-    return rows[np.isin(rows, np.concatenate([apart, others]))]
+    kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
+    order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
+    partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))
+    turns = dict.fromkeys([*range(min(1, len(pool))), *partners.tolist(), *kinds.tolist(), *range(len(pool))])
+    return pool[sorted(list(turns)[:count])]
+
+
+def _firsts(codes: Ints) -> Ints:
+    """Rows that are unlike all before, in their order."""
+    return np.sort(np.unique(codes, axis=0, return_index=True)[1])
 
 
 def _different(evaluations: Evaluations, rows: Ints) -> Ints:

@@ -23,12 +23,13 @@ import numpy as np
 
 from engine.outcomes import RESULTS, Assessment, Result
 from engine.search.assessment import take, to_columns
+from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
+from engine.search.insight.kinds import PACES, Failures, FoundKind
 from engine.search.journal import finite
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
-from engine.search.run import Campaign
 from engine.search.store import store_errors
 from engine.streams import format_key
 from engine.tables import Ints
@@ -150,6 +151,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         "stopped": campaign.stopped,
         "generations": len(campaign.generations),
         "seconds": campaign.elapsed,
+        **failures_content(campaign.failures, campaign.kinds, manifest.actors, campaign.elapsed),
         "distinct_collisions": campaign.distinct_collisions,
         **({"broken": broken_by(campaign.evaluations, manifest.objectives)} if manifest.objectives else {}),
         **collisions_by_partner(campaign.evaluations, manifest.actors),
@@ -162,6 +164,31 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         },
         "worst": [_case(campaign, case) for case in campaign.worst],
         "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
+    }
+
+
+def failures_content(
+    came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
+) -> dict[str, Any]:
+    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision."""
+    pace = {
+        name: getattr(came, name) / seconds if seconds > 0.0 else float("nan") for name in ("avoidable", "collisions")
+    }
+    return {
+        "failures": {**asdict(came), "avoidable_share": came.share(came.avoidable), "per_second": pace},
+        "kinds": [
+            {
+                "partner": actors[each.kind.pair + 1],
+                "side": each.kind.side.name.lower(),
+                "heading": each.kind.heading,
+                "ego_speed": PACES[each.kind.ego_speed],
+                "other_speed": PACES[each.kind.other_speed],
+                "blame": each.kind.blame.name.lower(),
+                "count": each.count,
+                "individual": each.row,
+            }
+            for each in found
+        ],
     }
 
 

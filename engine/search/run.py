@@ -5,22 +5,21 @@ simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one
 birth and rollout, so a result depends on no other individual and on no thread count.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
 from engine.config import Config, SearchConfig
-from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, concatenate, map_arrays, take
+from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.evaluations import (
     Evaluations,
-    Figures,
     GenerationFigures,
     distinct_collisions,
     figures,
@@ -31,7 +30,8 @@ from engine.search.evaluations import (
     quantile_level,
     results,
 )
-from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import gene_effects, probe_genes
+from engine.search.insight.kinds import Blaming, blamed
 from engine.search.past import checked
 from engine.search.protocol import SOUGHT, Box, Proposal, Searcher, Sought
 from engine.search.ranking import Case, worst_cases
@@ -39,93 +39,6 @@ from engine.search.searchers import build_searcher, canonical, find_searcher, se
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows, method_number
 from engine.tables import Floats, Ints
-
-
-@dataclass(frozen=True)
-class Progress:
-    """What a campaign says after each generation."""
-
-    generation: int
-    generations: int
-    evaluations: Evaluations
-    """This generation alone."""
-    figures: GenerationFigures
-    best: Case | None
-    """The worst case so far; its row counts from the campaign's first individual."""
-    simulations: int
-    """Distinct simulations so far."""
-    elapsed: float
-    """[s]"""
-    objective: tuple[str, ...] = SOUGHT
-    """What is sought."""
-
-    @property
-    def simulations_per_second(self) -> float:
-        return self.simulations / self.elapsed if self.elapsed > 0.0 else 0.0
-
-    @property
-    def remaining(self) -> float:
-        """Time left at the pace so far [s]."""
-        done = self.generation + 1
-        return self.elapsed / done * (self.generations - done)
-
-
-OnGeneration = Callable[[Progress], None]
-
-
-@dataclass(frozen=True)
-class Campaign:
-    """A search from its first generation to the last that was finished."""
-
-    method: str
-    """Its name."""
-    preset: str
-    """Of the genetic algorithm; "" for other methods."""
-    space: ParamSpace
-    config: SearchConfig
-    evaluations: Evaluations
-    generations: tuple[GenerationFigures, ...]
-    by_individual: Figures
-    """Over the whole campaign, elites counted in each generation that kept them."""
-    by_simulation: Figures
-    """Over the whole campaign, each simulation once."""
-    distinct_collisions: int
-    """Different genomes that collided."""
-    worst: tuple[Case, ...]
-    """Up to ten that lie apart, worst first: by risk, equal ones by continuous risk (see `ranking`)."""
-    genes: tuple[GeneEffect, ...]
-    elapsed: float
-    """[s]"""
-    stopped: bool
-    """Whether it ended before its last generation."""
-    objective: tuple[str, ...] = SOUGHT
-    """What was sought."""
-
-    def __repr__(self) -> str:
-        """One line, for notebooks: the whole would be every evaluation."""
-        found = self.by_individual
-        method = f"{self.method} {self.preset}".strip()
-        return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
-
-    def facts(self) -> Iterator[tuple[str, str]]:
-        """What was found, in a few rows."""
-        found, simulated = self.by_individual, self.by_simulation
-        yield "method", f"{self.method} {self.preset}".strip()
-        yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
-        yield "different collisions", f"{self.distinct_collisions:,}"
-        yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
-        yield "invalid", f"{found.nis:,}"
-        for case in self.worst[:3]:
-            genome = zip(self.space.names, case.genome, strict=True)
-            yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
-
-    def _repr_html_(self) -> str:
-        return facts_table(self.facts())
-
-    def last(self, count: int, by_simulation: bool = False) -> Figures:
-        """Figures of the generations among the configured last `count` ones that were run."""
-        rows = self.evaluations.places[:, 0] >= self.config.generations - count
-        return figures(self.evaluations, rows & self.evaluations.simulated if by_simulation else rows)
 
 
 def run_campaign(
@@ -141,12 +54,14 @@ def run_campaign(
     spent: float = 0.0,
     number: int | None = None,
     objective: tuple[str, ...] = SOUGHT,
+    blaming: Blaming | None = None,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
     `past` holds the first generations of the same campaign, from a journal: the searcher gets their results again
     instead of simulating them, and continues there. `on_generation` is called for new ones. `spent` is the time that
-    the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has).
+    the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has). `blaming` is
+    asked once of every collision, at the end.
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
     first generation is passed on. What `on_generation` raises is passed on too.
@@ -181,7 +96,7 @@ def run_campaign(
         if not done:
             raise
     stopped = len(done) < config.generations
-    campaign = _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+    campaign = _finish(space, evaluate if not stopped else None, config, method, preset, done, start, blaming)
     return replace(campaign, objective=objective)
 
 
@@ -260,12 +175,15 @@ def _finish(
     preset: str,
     done: Sequence[tuple[Evaluations, GenerationFigures]],
     start: float,
+    blaming: Blaming | None,
 ) -> Campaign:
     evaluations = concatenate([block for block, _ in done])
     box = Box.of(space)
     probes = None
-    if evaluate is not None and config.probes > 0:
-        with suppress(KeyboardInterrupt):
+    blame = blamed(evaluations, None)
+    with suppress(KeyboardInterrupt):
+        blame = blamed(evaluations, blaming)
+        if evaluate is not None and config.probes > 0:
             probes = probe_genes(box, evaluations, evaluate, config.probes)
     return Campaign(
         method=method,
@@ -277,10 +195,11 @@ def _finish(
         by_individual=figures(evaluations, np.ones(len(evaluations), dtype=bool)),
         by_simulation=figures(evaluations, evaluations.simulated),
         distinct_collisions=distinct_collisions(evaluations),
-        worst=worst_cases(evaluations, box=box),
+        worst=worst_cases(evaluations, blame=blame),
         genes=gene_effects(box, evaluations, probes),
         elapsed=perf_counter() - start,
         stopped=len(done) < config.generations,
+        blame=blame,
     )
 
 
@@ -318,7 +237,7 @@ def search(
     method = canonical(method)
     searcher = build_searcher(method, Box.of(program.space), config, number)
     from engine.risk import PROFILES
-    from engine.search.evaluator import make_evaluator
+    from engine.search.evaluator import make_blaming, make_evaluator
     from engine.search.objectives import names_of, objectives
 
     if profile not in PROFILES:
@@ -344,4 +263,5 @@ def search(
             spent=spent,
             number=number,
             objective=names_of(objective),
+            blaming=make_blaming(program, config),
         )

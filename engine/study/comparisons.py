@@ -1,11 +1,12 @@
 """What the runs of a study are compared by, and methods held against the baseline, run by run. The unit of analysis is
 one run, as what lies inside one is not independent.
 
-Each measure is one number a run, and belongs to one family of tests. Two outcomes are named first, and tested as one
-family: different genomes that collided, which is the yield, and distinct failures, which is its variety. The paper's
-other four metrics over the whole run, counted by individual as the paper does, are the second family (twenty-four tests
-where six scenarios meet one contender). All else is exploratory: each further way of counting is corrected within
-itself, but picking one out of many is not corrected for.
+Each measure is one number a run, and belongs to one family of tests. Four outcomes are named first, and tested as one
+family: collisions that a competent driver avoids and the kinds of these, different genomes that collided, which is the
+yield, and kinds of all collisions, which is its variety. The paper's other four metrics over the whole run, counted by
+individual as the paper does, are the second family (twenty-four tests where six scenarios meet one contender). All else
+is exploratory: each further way of counting is corrected within itself, but picking one out of many is not corrected
+for.
 
 Two-sided Mann-Whitney tests, corrected by Holm over each family (all scenarios and contenders together); A12 of Vargha
 and Delaney with a 95 % interval (bootstrap, and no narrower than Newcombe's, which stays honest where every run of one
@@ -101,17 +102,20 @@ PRIMARY = Measure(
     "colliding genomes", "different genomes that collided", PRIMARY_FAMILY, True, _own("distinct_collisions")
 )
 """Two genomes differ when a single bit does: yield, and no variety."""
-DISTINCT_FAILURES = Measure(
-    "distinct failures", "collisions unlike all earlier ones", PRIMARY_FAMILY, True, _own("distinct_failures")
+KINDS = Measure("kinds", "kinds of collisions", PRIMARY_FAMILY, True, _own("kinds"))
+AVOIDABLE = Measure("avoidable", "collisions that a competent driver avoids", PRIMARY_FAMILY, True, _own("avoidable"))
+AVOIDABLE_KINDS = Measure(
+    "avoidable kinds", "kinds of avoidable collisions", PRIMARY_FAMILY, True, _own("avoidable_kinds")
 )
+NAMED_FIRST = (AVOIDABLE, AVOIDABLE_KINDS, PRIMARY, KINDS)
+"""What a verdict speaks of."""
 FAILING_CELLS = Measure(
     "failing cells", "cells of descriptor grids with a collision", "failing cells", True, _own("failing_cells")
 )
 NC = Measure("NC", "collisions, as the paper counts", "as the paper counts", True, _figure("individuals", "nc"))
 FIRST = "first collision"
 MEASURES = (
-    PRIMARY,
-    DISTINCT_FAILURES,
+    *NAMED_FIRST,
     FAILING_CELLS,
     *_five("individuals", "", SECONDARY_FAMILY, leave_out=("NC",)),
     NC,

@@ -42,7 +42,7 @@ STREAMS = "streams"
 """Fact about a study: numbers of those methods in the stream keys that are numbered by their name."""
 APPLICATION_ID = 0x43525354
 """Marks the file as ours ("CRST")."""
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Rises with every change of the tables, of `RunFigures` or of `Assessment`."""
 _KEY = "scenario INTEGER NOT NULL, method TEXT NOT NULL, run INTEGER NOT NULL"
 _SCHEMA = f"""

@@ -23,10 +23,9 @@ import numpy as np
 from engine.errors import ArgumentError, Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays, take
+from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
-from engine.search.insight.diversity import distinct_failures, grids
-from engine.search.protocol import Box
-from engine.search.run import Campaign
+from engine.search.insight.diversity import grids
 from engine.streams import key_rows
 from engine.study.plan import Address, Plan
 from engine.tables import Floats, Ints
@@ -135,7 +134,7 @@ LAST = 10
 """Generations at the end that get figures of their own, as in the paper."""
 FIELDS = tuple(field.name for field in fields(Figures))
 """Rows of a course."""
-OWN = ("distinct_collisions", "distinct_failures", "failing_cells", "first_collision")
+OWN = ("distinct_collisions", "kinds", "avoidable", "avoidable_kinds", "failing_cells", "first_collision")
 """Numbers of a run that are no `Figures`."""
 
 
@@ -151,9 +150,13 @@ class RunFigures:
     """Of the last ten generations."""
     last_simulations: Figures
     distinct_collisions: int
-    """Different genomes that collided: the primary outcome of a study."""
-    distinct_failures: int
-    """Collisions that differ enough from all counted before (see `engine.search.insight.diversity`)."""
+    """Different genomes that collided: the yield."""
+    kinds: int
+    """Of its collisions (see `engine.search.insight.kinds`): their variety."""
+    avoidable: int
+    """Distinct simulations with a collision that a competent driver avoids …"""
+    avoidable_kinds: int
+    """… and of how many kinds these are."""
     failing_cells: int
     """Cells with a collision, over all descriptor grids."""
     first_collision: float
@@ -188,14 +191,16 @@ def finished(address: Address, campaign: Campaign) -> Finished:
 
 
 def run_figures(campaign: Campaign) -> RunFigures:
-    evaluations = campaign.evaluations
+    evaluations, came = campaign.evaluations, campaign.failures
     return RunFigures(
         individuals=campaign.by_individual,
         simulations=campaign.by_simulation,
         last_individuals=campaign.last(LAST),
         last_simulations=campaign.last(LAST, by_simulation=True),
         distinct_collisions=campaign.distinct_collisions,
-        distinct_failures=len(distinct_failures(evaluations, Box.of(campaign.space))),
+        kinds=came.kinds,
+        avoidable=came.avoidable,
+        avoidable_kinds=came.avoidable_kinds,
         failing_cells=sum(grid.failing for grid in grids(evaluations)),
         first_collision=first_collision(evaluations),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import Scenario, compile_text, load
-from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, refuse_missing
+from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, blame, refuse_missing
 from engine.batch import simulate
 from engine.config import ContactConfig
 from engine.errors import ArgumentError
@@ -19,6 +19,7 @@ from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
 from engine.search.probability.monte_carlo import make_judge
+from engine.vocabulary import Blame
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -443,3 +444,26 @@ def test_the_answers_are_those_of_the_run_with_its_contact_settings() -> None:
     judge = make_judge(scenario.program, config)
     avoidable = [answer.avoidable for answer in answers if answer is not None]
     assert judge(scenes.genomes[rows], scenes.keys[rows]).tolist() == avoidable
+
+
+@pytest.mark.parametrize("name", ["left_turn", "left_against_crossing"])
+def test_one_drive_says_what_all_of_them_say(name: str) -> None:
+    """Yes, no, or struck: of every collision the same in a word as with all moments tried, whatever the threads."""
+    scenario = load(EXAMPLE.with_name(f"{name}.scn"))
+    config = scenario.config.simulation
+    scenes = scenario.sample(400, seed=5)
+    said = blame(scenario.program, scenes, config, jobs=3)
+    answers = avoidability(scenario.program, scenes, config)
+    assert said.tolist() == [_in_a_word(answer) for answer in answers]
+    assert (said == Blame.AVOIDABLE).any()
+    assert (said == Blame.UNAVOIDABLE).any()
+    np.testing.assert_array_equal((said != Blame.NONE), simulate(scenario.program, scenes, config).collided)
+    np.testing.assert_array_equal(said, blame(scenario.program, scenes, config))
+
+
+def _in_a_word(answer: Avoidability | None) -> Blame:
+    if answer is None:
+        return Blame.NONE
+    if answer.struck:
+        return Blame.STRUCK
+    return Blame.AVOIDABLE if answer.avoidable else Blame.UNAVOIDABLE

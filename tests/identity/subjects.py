@@ -31,7 +31,9 @@ TABLES = ("generation", "individual", "simulation")
 DURATIONS = re.compile(
     r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
     r"|(?<=It took )[\d.,]+ m?s"
+    r"|(?<=, )[\d.,e-]+ a second"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
+    r"|\"per_second\": ?(\{[^}]*\}|null|[\d.e+-]+)"
     r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
     r"|(?<=versions</th><td>)[^<]*"
     r"|(?<=\.parquet) +[\d.]+ kB"

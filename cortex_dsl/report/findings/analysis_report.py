@@ -32,22 +32,30 @@ from engine.vocabulary import GeneKind
 # -- kinds of failures, grids, and which params matter -----------------------------------------------------------------
 
 
-def shuffled_text(analysis: Analysis) -> str:
-    """`; 72 to 82 when counted in other orders`; empty where no order matters."""
-    low, high = analysis.distinct_range
-    if low == high == len(analysis.distinct):
-        return ""
-    return f"; {low:,} to {high:,} when counted in other orders"
+JUDGED = (
+    "fail there: of runs drawn anew as the file says that meet the condition, with the 95 % interval of Clopper and "
+    "Pearson; lift: how many times as often as of all"
+)
 
 
-def held_out_text(cluster: Cluster) -> str:
-    """`71 %, 64 %`: precision and coverage on runs that the rule was not grown from."""
-    return f"{percent(cluster.held_out.precision, 0)}, {percent(cluster.held_out.coverage, 0)}"
+def fresh_text(cluster: Cluster) -> str:
+    """`71 % (66 .. 76)`: how often fresh draws under the condition fail."""
+    if not cluster.conditions:
+        return ABSENT
+    low, high = (fixed(100.0 * end, 0) for end in cluster.fresh.interval)
+    return f"{percent(cluster.fresh.share, 0)} ({low} .. {high})"
+
+
+def lift_text(cluster: Cluster) -> str:
+    """`5.1 times`"""
+    if not cluster.conditions:
+        return ABSENT
+    return f"{fixed(cluster.lift, 1)} times" if math.isfinite(cluster.lift) else "all others: none"
 
 
 def condition_text(space: ParamSpace, cluster: Cluster) -> str:
     """`ADV_SPEED > 41.0 km/h and EGO_BRAKE < 0.300`."""
-    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no condition sets it apart"
+    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no bounds within which more fail"
 
 
 def _condition(space: ParamSpace, condition: Condition) -> str:
@@ -118,10 +126,10 @@ def struck_text(avoided: Avoided) -> str:
 
 def system_lines(avoided: Avoided) -> list[str]:
     """How the avoidable ones depend on params of the system that the search chose; nothing where there are none."""
-    if not (avoided.by_system and avoided.avoidable):
+    if not (avoided.by_system and sum(avoided.by_system[0].thirds)):
         return []
     parts = [f"{share.name} {', '.join(f'{n:,}' for n in share.thirds)}" for share in avoided.by_system]
-    where = f"of the {avoided.avoidable:,} avoidable, in the lower, middle and upper third of the range"
+    where = f"of the {sum(avoided.by_system[0].thirds):,} avoidable, in the lower, middle and upper third of the range"
     return [
         f"the search chose the system's own params; {where}: {'; '.join(parts)}",
         "what is avoidable speaks against the ego with these settings; --freeze holds them",
@@ -205,7 +213,7 @@ def sides(parameter: Parameter) -> Sides:
 def heat_maps(parameters: Sequence[Parameter], evaluations: Evaluations, count: int = 3) -> list[HeatMap]:
     """Return the `count` most informative pairs of genes, the best first."""
     rows = evaluations.valid & evaluations.simulated
-    genomes, failed = evaluations.genomes[rows], evaluations.collided[rows]
+    genomes, failed = evaluations.genomes[rows], evaluations.found[rows]
     cuts = [sides(parameter) for parameter in parameters]
     places = [cut.place(genomes[:, gene]) for gene, cut in enumerate(cuts)]
     maps = [
@@ -257,7 +265,15 @@ def heat_map_content(found: HeatMap) -> dict[str, Any]:
 
 def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
     """Everything that an analysis found, for a document."""
-    kinds = [condition_text(space, cluster) for cluster in analysis.clusters]
+    conditions = [
+        {
+            "condition": condition_text(space, each),
+            "fresh": {"valid": each.fresh.valid, "failed": each.fresh.failed, "interval": each.fresh.interval},
+            "base": {"valid": each.base.valid, "failed": each.base.failed, "interval": each.base.interval},
+            "lift": each.lift,
+        }
+        for each in analysis.clusters
+    ]
     cells = [
         {"name": grid.name, "failing": grid.failing, "covered": grid.covered, "qd_score": grid.qd_score}
         for grid in analysis.grids
@@ -268,4 +284,4 @@ def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
         "avoided": {**vars(found), "lost": found.lost, "struck": found.struck},
         "avoided_shares": {kind.name.lower(): ratio(count, found.driven) for kind, count in found.by.items()},
     }
-    return {"params": space.names, "kinds": kinds, **vars(analysis), **more}
+    return {"params": space.names, "conditions": conditions, **vars(analysis), **more}

@@ -10,9 +10,9 @@ from engine.avoidability import Avoidability, avoidability
 from engine.config import Config
 from engine.program import Program
 from engine.sampling import sample
+from engine.search.campaign import Campaign
 from engine.search.insight.diversity import SECTORS, sector
 from engine.search.ranking import Case
-from engine.search.run import Campaign
 from engine.vocabulary import Side
 
 

@@ -10,28 +10,31 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.failures import collisions_text, lead_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
+from engine.search.campaign import Campaign
 from engine.search.evaluations import (
     NOBODY,
     Evaluations,
     Figures,
     Partners,
     distinct_collisions,
+    distinct_finds,
     figures,
     partner_of,
     partners,
 )
+from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import worst_cases
 from engine.search.result_files import broken_by, collisions_by_partner
-from engine.search.run import Campaign
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 
@@ -51,33 +54,6 @@ class SearchReport:
     @property
     def method(self) -> str:
         return self.name or self.campaign.method
-
-
-@dataclass(frozen=True)
-class PaperMetric:
-    """One of the five metrics of the paper."""
-
-    name: str
-    meaning: str
-    brief: str
-    """The same in a few words, for a terminal."""
-    field: str
-    """Of `engine.search.evaluations.Figures`."""
-    decimals: int
-    unit: str = ""
-
-    def text(self, value: float) -> str:
-        """A value with its unit."""
-        return f"{fixed(value, self.decimals)} {self.unit}".strip()
-
-
-METRICS = (
-    PaperMetric("RL", "mean risk of valid scenes", "mean risk, valid runs", "rl", 2),
-    PaperMetric("NC", "scenes with a collision", "collisions", "nc", 0),
-    PaperMetric("MDG", "mean least distance", "mean least distance", "mdg", 2, "m"),
-    PaperMetric("MDEC", "the same, without collisions", "same, no collisions", "mdec", 2, "m"),
-    PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
-)
 
 
 def method_name(method: str) -> str:
@@ -161,14 +137,14 @@ def whole_run(record: Record) -> tuple[Figures, Figures]:
     return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
 
 
-def headline(record: Record) -> str:
+def headline(record: Record, came: Failures) -> str:
     """The result in one sentence."""
-    found = distinct_collisions(record.evaluations)
     _, simulated = whole_run(record)
     tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
-    if found:
-        kinds = f"{counted(found, 'scene')} in which the ego collides"
-        return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if came.collisions:
+        lead = lead_text(came)
+        more = f"; {collisions_text(came)} in all" if came.collisions > came.unknown else ""
+        return f"{lead[0].upper()}{lead[1:]}{more}, among {tried}."
     if worst and not isfinite(worst[0].min_distance):
         return f"Nothing to come near to in {tried}: the ego was alone in the scene."
     if worst:
@@ -304,6 +280,7 @@ def search_content(program: Program, record: Record) -> dict[str, Any]:
         "status": record.status,
         "seconds": record.seconds,
         "distinct_collisions": distinct_collisions(record.evaluations),
+        "distinct_finds": distinct_finds(record.evaluations),
         **collisions_by_partner(record.evaluations, manifest.actors),
         "by_individual": asdict(everyone),
         "by_simulation": asdict(simulated),

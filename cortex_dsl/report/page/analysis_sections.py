@@ -6,17 +6,20 @@ from collections.abc import Iterator, Sequence
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
     DRIVER,
+    JUDGED,
     condition_text,
     fastest_text,
+    fresh_text,
     grid_text,
+    lift_text,
     lost_text,
     margin_text,
-    shuffled_text,
     struck_text,
     system_lines,
     varying,
 )
-from cortex_dsl.report.findings.readable import counted, fixed, percent, shortened
+from cortex_dsl.report.findings.failures import BLAMES, MEANING, kind_text, rest_text
+from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, shortened
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
 from cortex_dsl.report.page.run_charts import bars, strip
 from cortex_dsl.report.page.scene_svg import number
@@ -43,47 +46,63 @@ AVOIDANCE_STYLES = {
 
 
 KINDS = (
-    " differ from all before in at least a third of the params by a tenth of their range. Failures that lie together "
-    "are one kind; the condition is what tells it from everything else that was simulated. It is fitted to these very "
-    "runs: held out are the shares when it is found from every other run and judged on those between."
+    "One kind: the same other, on the same side, heading the same way, both about as fast, and the same answer of the "
+    f"reference driver. {MEANING[0].upper()}{MEANING[1:]}."
 )
+SHOWN = 20
+"""Kinds that the page shows."""
 
 
-def kinds(space: ParamSpace, analysis: Analysis) -> Node:
-    """Each kind with the condition that sets it apart."""
+def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
+    """What happened, those kinds first that a competent driver would have avoided."""
+    if not analysis.kinds:
+        return None
+    most = max(each.count for each in analysis.kinds)
+    rows = [
+        element(
+            "tr",
+            element("td", f"{each.count:,}", class_="number"),
+            element("td", _bar(each.count / most), class_="bar-cell"),
+            element("td", BLAMES[each.kind.blame][0]),
+            element("td", kind_text(actors, each.kind), class_="condition"),
+        )
+        for each in analysis.kinds[:SHOWN]
+    ]
+    came = analysis.came
+    note = [
+        figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "avoidable kind")),
+        ", ",
+        figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
+        f" in all. {KINDS}",
+    ]
+    rest = rest_text(analysis.kinds, SHOWN)
+    head = ("collisions", "", "", "what happened")
+    more = element("p", f"{rest[0].upper()}{rest[1:]}.", class_="note") if rest else None
+    return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"), more)
+
+
+def places(space: ParamSpace, analysis: Analysis) -> Node:
+    """Where in the space of params the failures lie, with the condition under which more fail."""
     if not analysis.clusters:
         return None
-    whole = sum(len(cluster.rows) for cluster in analysis.clusters)
     rows = [
         element(
             "tr",
             element("td", f"{len(cluster.rows):,}", class_="number"),
-            element("td", _bar(len(cluster.rows) / whole), class_="bar-cell"),
             element("td", condition_text(space, cluster), class_="condition"),
-            element("td", percent(cluster.precision, 0), class_="number"),
-            element("td", percent(cluster.coverage, 0), class_="number"),
-            element("td", percent(cluster.held_out.precision, 0), class_="number quiet"),
-            element("td", percent(cluster.held_out.coverage, 0), class_="number quiet"),
+            element("td", percent(cluster.coverage, 0) if cluster.conditions else ABSENT, class_="number"),
+            element("td", fresh_text(cluster), class_="number"),
+            element("td", lift_text(cluster), class_="number quiet"),
         )
         for cluster in analysis.clusters
     ]
-    distinct = len(analysis.distinct)
-    note = [
-        figure("distinct_failures", distinct, counted(distinct, "failure")),
-        f"{KINDS}{_shuffled(analysis)}",
-    ]
-    head = ("failures", "", "where", "collide there", "of the kind", "held out: collide", "of the kind")
-    return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"))
+    note = f"Failures that lie together in the space of params. {JUDGED[0].upper()}{JUDGED[1:]}."
+    head = ("failures", "where", "of them", "fail there", "lift")
+    return part("places", "Where they lie", note, table(head, rows, "kinds"))
 
 
 def _bar(share: float) -> Element:
     return element("div", class_="bar hit", style=share_style(share))
-
-
-def _shuffled(analysis: Analysis) -> str:
-    """How far the count depends on which failure came first."""
-    low, high = analysis.distinct_range
-    return f" Counted in other orders, {low:,} to {high:,} differ so." if shuffled_text(analysis) else ""
 
 
 # -- grids ------------------------------------------------------------------------------------------------------------
@@ -189,7 +208,7 @@ def avoided(analysis: Analysis) -> Node:
         for kind, count in found.by.items()
     ]
     note = (
-        f"{counted(found.driven, 'different collision')}, each driven again by the reference driver of {DRIVER}. "
+        f"{counted(found.driven, 'collision')}, each driven again by the reference driver of {DRIVER}. "
         "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene; "
         "one in which the ego was struck from behind, or while it stood, against the other. "
         "Shares are of what this search kept: no rates."

@@ -26,7 +26,7 @@ from engine.program import Program
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.scenes import Scenes, actor_columns
-from engine.search.run import Campaign
+from engine.search.campaign import Campaign
 from engine.search.store import store_errors
 from engine.tables import Floats
 from engine.vocabulary import Column, State

@@ -15,7 +15,8 @@ from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
 from cortex_dsl.report.findings.framing import Frame, alike
-from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
+from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
 from cortex_dsl.report.page.run_page import replay_of_case
@@ -78,7 +79,7 @@ def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found)
-    cases = first_cases(run.record, CASES)
+    cases = first_cases(run, CASES)
     replays = [replay_of_case(run, case) for case in cases]
     for case, replay, frame in zip(cases, replays, alike([replay.frame for replay in replays]), strict=True):
         yield f"case-{case.rank}", _scene(replay, frame)

@@ -5,8 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
+from cortex_dsl.report.findings.failures import finds_of
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, meaning_of
 from cortex_dsl.report.findings.readable import percent, significant
-from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, whole_run
+from cortex_dsl.report.findings.search_report import whole_run
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose
 from cortex_dsl.report.page.scene_svg import number
@@ -18,6 +20,7 @@ from engine.vocabulary import Verdict
 def metric_charts(record: Record) -> Iterator[Element]:
     """The course of each metric over the generations, with the middle half of the individuals where there is one."""
     everyone, _ = whole_run(record)
+    objective = record.manifest.objective
     for metric in METRICS:
         total = float(getattr(everyone, metric.field))
         yield element(
@@ -25,12 +28,12 @@ def metric_charts(record: Record) -> Iterator[Element]:
             element(
                 "figcaption",
                 element("b", metric.name),
-                element("span", f" {metric.meaning}{f' [{metric.unit}]' if metric.unit else ''}"),
+                element("span", f" {meaning_of(metric, objective)}{f' [{metric.unit}]' if metric.unit else ''}"),
                 element("span", figure(f"by_individual.{metric.field}", total, metric.text(total)), class_="total"),
             ),
             line_chart(
                 _courses(record, metric),
-                f"{metric.name}, {metric.meaning}, generation by generation",
+                f"{metric.name}, {meaning_of(metric, objective)}, generation by generation",
                 x_label="generation",
             ),
             class_="panel",
@@ -39,9 +42,9 @@ def metric_charts(record: Record) -> Iterator[Element]:
 
 
 def _yield_chart(record: Record) -> Element:
-    """How many different collisions had been found by the end of each generation."""
-    evaluations = record.evaluations
-    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    """How many different collisions, or finds of what else is sought, there had been by the end of each generation."""
+    evaluations, many = record.evaluations, finds_of(record.manifest.objective).many
+    rows = np.flatnonzero(evaluations.simulated & evaluations.found)
     _, first = np.unique(evaluations.genomes[rows], axis=0, return_index=True)
     generation = evaluations.places[rows[first], 0]
     found = np.bincount(generation, minlength=len(record.generations)).cumsum().astype(np.float64)
@@ -52,10 +55,10 @@ def _yield_chart(record: Record) -> Element:
         element(
             "figcaption",
             element("b", "Yield"),
-            element("span", " colliding sets of params so far"),
-            element("span", figure("distinct_collisions", total, f"{total:,}"), class_="total"),
+            element("span", f" sets of params so far, {many}"),
+            element("span", figure("distinct_finds", total, f"{total:,}"), class_="total"),
         ),
-        line_chart([Course("found", "first", x, found)], "colliding sets of params found so far", x_label="generation"),
+        line_chart([Course("found", "first", x, found)], f"sets of params so far, {many}", x_label="generation"),
         class_="panel",
     )
 
@@ -91,14 +94,16 @@ ROOM = (52, 12, 10, 42)
 """Left, right, top and bottom of it."""
 
 
-def heat_chart(found: HeatMap) -> Element:
+def heat_chart(found: HeatMap, verb: str = "collide") -> Element:
     """Each cell's colour is the share of its valid simulations that failed; an empty cell was never looked at."""
     left, right, top, bottom = ROOM
     width, height = SIDE + left + right, SIDE + top + bottom
-    cells = [_cell(found, a, b) for a in range(found.across.cells) for b in range(found.up.cells) if found.tried[a, b]]
+    cells = [
+        _cell(found, a, b, verb) for a in range(found.across.cells) for b in range(found.up.cells) if found.tried[a, b]
+    ]
     return element(
         "svg",
-        element("title", f"share of collisions by {found.across.name} and {found.up.name}"),
+        element("title", f"share that {verb}, by {found.across.name} and {found.up.name}"),
         element("rect", x=left, y=top, width=SIDE, height=SIDE, class_="unseen"),
         cells,
         _ends(found.across, found.up),
@@ -109,12 +114,12 @@ def heat_chart(found: HeatMap) -> Element:
     )
 
 
-def _cell(found: HeatMap, a: int, b: int) -> Element:
+def _cell(found: HeatMap, a: int, b: int, verb: str) -> Element:
     left, _, top, _ = ROOM
     tried, failed = int(found.tried[a, b]), int(found.failed[a, b])
     across, up = SIDE / found.across.cells, SIDE / found.up.cells
     share = failed / tried
-    text = f"{_span(found.across, a)}; {_span(found.up, b)}: {failed:,} of {tried:,} collide"
+    text = f"{_span(found.across, a)}; {_span(found.up, b)}: {failed:,} of {tried:,} {verb}"
     return element(
         "rect",
         element("title", text),

@@ -9,6 +9,7 @@ from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
+from cortex_dsl.report.findings.failures import APART
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
@@ -17,13 +18,12 @@ from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
-from engine.search.evaluations import distinct_collisions
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case
-from engine.search.result_files import collisions_by_partner
+from engine.search.result_files import collisions_by_partner, failures_content
 from engine.streams import format_key
 
 CASES = 10
@@ -58,10 +58,11 @@ class RunPage:
 
 def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
-    chosen = first_cases(run.record, cases)
+    chosen = first_cases(run, cases)
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
-    analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
+    profile = record.manifest.profile
+    analysis = analyse(scenario.program, record.evaluations, scenario.config, profile, budget, WORST, run.blame)
     return render_page(RunPage(run, chosen, replays, analysis, opinions.kept(run)))
 
 
@@ -96,7 +97,7 @@ def content(found: RunPage) -> dict[str, Any]:
     answers = [_answer(found, case) for case in found.worst]
     return {
         **search_content(program, record),
-        "distinct_failures": len(found.analysis.distinct),
+        **failures_content(found.analysis.came, found.analysis.kinds, program.actors, record.seconds),
         "cases": [
             {**case_content(replay, case), "avoidability": answer, "opinion": _opinion(found, case) or None}
             for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
@@ -116,7 +117,7 @@ def _hero(found: RunPage) -> Element:
         element("h1", manifest.name),
         element("p", description, class_="description") if description else None,
         _unfinished(record),
-        element("p", headline(record), class_="headline"),
+        element("p", headline(record, found.analysis.came), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
         class_="hero",
     )
@@ -132,11 +133,13 @@ def _unfinished(record: Record) -> Node:
 def _tiles(found: RunPage) -> Iterator[Element]:
     record = found.record
     _, simulated = whole_run(record)
-    distinct = distinct_collisions(record.evaluations)
-    different, style = len(found.analysis.distinct), "hot" if distinct else ""
-    yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
+    came = found.analysis.came
+    style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
+    yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
+    yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
+    yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
+    yield _tile("failures.collisions", came.collisions, f"{came.collisions:,}", "simulations that collided", style)
     yield from _partner_tiles(record)
-    yield _tile("distinct_failures", different, f"{different:,}", "clearly different failures among them", style)
     if simulated.valid:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
@@ -168,7 +171,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
         element("h2", "In plain words"),
         element(
             "div",
-            list(run_sections.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
+            list(run_sections.paragraphs(found.record, found.analysis.came, found.analysis.system)),
             class_="answers",
         ),
         id="summary",
@@ -178,7 +181,8 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield _course(found)
     yield from run_sections.where_it_fails(found.record)
     space, analysis = found.run.scenario.program.space, found.analysis
-    yield analysis_sections.kinds(space, analysis)
+    yield analysis_sections.kinds(found.record.manifest.actors, analysis)
+    yield analysis_sections.places(space, analysis)
     yield analysis_sections.avoided(analysis)
     yield analysis_sections.grids(analysis)
     yield run_sections.likely(found.run)
@@ -191,7 +195,7 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
+        f"Worst first: {APART}. Their numbers are those of the files in the run's folder "
         "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "

@@ -11,6 +11,7 @@ from cortex_dsl.report.findings.analysis_report import (
     HeatMap,
     heat_maps,
 )
+from cortex_dsl.report.findings.failures import finds_of, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -38,6 +39,7 @@ from cortex_dsl.report.findings.search_report import (
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, prose, table
 from engine.search.evaluations import Evaluations, distinct_collisions, partners
+from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
 from engine.vocabulary import EndReason, Verdict
@@ -45,11 +47,11 @@ from engine.vocabulary import EndReason, Verdict
 # -- in plain words: what was searched, how much, what was found, and what it does not show ----------------------------
 
 
-def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
-    """The four questions with their answers; `different`: how many failures count as different."""
+def paragraphs(record: Record, came: Failures, system: Sequence[str] = ()) -> Iterator[Node]:
+    """The four questions with their answers."""
     yield _answer("What was searched", _searched(record))
     yield _answer("How much", _how_much(record))
-    yield _answer("What was found", _found(record, different))
+    yield _answer("What was found", _found(record, came))
     yield _answer(
         "What this does not show",
         element("ul", [element("li", prose(text)) for text in limits(record, system)]),
@@ -99,23 +101,27 @@ def _how_much(record: Record) -> Node:
     )
 
 
-def _found(record: Record, different: int) -> Node:
+def _found(record: Record, came: Failures) -> Node:
     _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
-    first = first_collision(record)
-    share = percent(ratio(simulated.colliding_runs, simulated.valid_runs))
+    first, hit = first_collision(record), simulated.colliding_runs
+    share = percent(ratio(hit, simulated.valid_runs))
+    more = (*rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
     return element(
         "p",
-        figure("distinct_collisions", distinct, counted(distinct, "different set")),
-        " of params led to a collision of the ego",
-        [", ", figure("distinct_failures", different, counted(different, "of them", "of them")), " clearly different"]
-        if distinct
-        else None,
-        ": ",
-        figure("by_simulation.colliding_runs", simulated.colliding_runs, f"{simulated.colliding_runs:,}"),
-        " of ",
+        figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
+        " that a competent driver avoids, of ",
+        figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
+        "; ",
+        figure("by_simulation.colliding_runs", hit, counted(hit, "collision")),
+        " in all, of ",
+        figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
+        " and ",
+        figure("distinct_collisions", distinct, counted(distinct, "set")),
+        " of params, in ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
         f", {share}. " if simulated.valid_runs else ". ",
+        [f"{text[0].upper()}{text[1:]}. " for text in more if text],
         _partners(record),
         f"The first came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
@@ -142,7 +148,7 @@ def dots(record: Record) -> dict[str, Any]:
     """All distinct simulations for the map, or as many as it takes: every collision, and every n-th of the others."""
     evaluations = record.evaluations
     rows = _shown(evaluations)
-    kind = np.where(evaluations.collided, 2, np.where(evaluations.valid, 1, 0))[rows]
+    kind = np.where(evaluations.found, 2, np.where(evaluations.valid, 1, 0))[rows]
     values = evaluations.genomes[rows]
     return {
         "genes": [
@@ -165,25 +171,25 @@ def _shown(evaluations: Evaluations) -> np.ndarray:
     rows = np.flatnonzero(evaluations.simulated)
     if len(rows) <= DOTS:
         return rows
-    hit = rows[evaluations.collided[rows]][-DOTS // 2 :]
+    hit = rows[evaluations.found[rows]][-DOTS // 2 :]
     others = np.setdiff1d(rows, hit)
     return np.sort(np.concatenate([hit, others[:: -(-len(others) // (DOTS - len(hit)))]]))
 
 
 def where_it_fails(record: Record) -> Iterator[Node]:
     parameters = record.manifest.parameters
-    maps = heat_maps(parameters, record.evaluations)
+    maps, finds = heat_maps(parameters, record.evaluations), finds_of(record.manifest.objective)
     if maps:
         key = element(
             "p",
-            element("span", element("i", class_="none"), "none of those tried collide"),
-            element("span", "few ", element("i", class_="ramp"), "all collide"),
+            element("span", element("i", class_="none"), f"none of those tried {finds.verb}"),
+            element("span", "few ", element("i", class_="ramp"), f"all {finds.verb}"),
             element("span", element("i", class_="blank"), "never tried"),
             class_="key",
         )
         note = (
-            "Pairs of params, those first that tell the most about whether the ego collides (mutual information, with "
-            "Miller's correction). The shade is the share of valid simulations in a cell that collided."
+            f"Pairs of params, those first that tell the most about which simulations {finds.verb} (mutual "
+            f"information, with Miller's correction). The shade is the share of valid ones in a cell that {finds.verb}."
         )
         charts = [
             element(
@@ -193,16 +199,16 @@ def where_it_fails(record: Record) -> Iterator[Node]:
                     element("b", f"{chart.across.name} × {chart.up.name}"),
                     element("span", f"{fixed(chart.information, 2)} bit", class_="total"),
                 ),
-                run_charts.heat_chart(chart),
+                run_charts.heat_chart(chart, finds.verb),
                 class_="panel",
             )
             for chart in maps
         ]
         panels = element("div", charts, class_="panels")
-        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0]))
+        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0], finds.many))
 
 
-def _explorer(record: Record, best: HeatMap) -> Element:
+def _explorer(record: Record, best: HeatMap, many: str) -> Element:
     names = [p.name for p in record.manifest.parameters]
 
     def select(chosen: str, label: str) -> Element:
@@ -210,7 +216,7 @@ def _explorer(record: Record, best: HeatMap) -> Element:
         return element("label", f"{label} ", element("select", options))
 
     idle = "Point at a dot to read it."
-    keys = (("--hot", "collision"), ("--safe-dot", "valid, no collision"), ("--invalid", "invalid"))
+    keys = (("--hot", many), ("--safe-dot", "other valid ones"), ("--invalid", "invalid"))
     return element(
         "div",
         element(

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.documents import plain
-from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
+from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
@@ -99,7 +100,7 @@ def _limits() -> Element:
         "Rates of a searcher are no probabilities: it goes where it has found danger.",
         "A result holds for these scenarios, this budget and this simulator.",
         "Runs are the observations; what lies inside one run is not independent and is not tested.",
-        "A larger yield is no larger variety: read distinct failures beside collisions.",
+        "A larger yield is no larger variety: read kinds beside collisions.",
     )
     inner = element("div", element("h3", "What this does not show"), element("ul", [element("li", t) for t in texts]))
     return element("section", element("div", inner, class_="answer limits"), class_="part")

@@ -1,4 +1,4 @@
-"""What `analyse` and `probability` say: how many different failures, where, of what kinds, whose fault, how likely."""
+"""What `analyse` and `probability` say: what kinds of failures there are, where, whose fault, how likely."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,17 +9,27 @@ from rich.text import Text
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
     DRIVER,
+    JUDGED,
     closing_text,
     condition_text,
     fastest_text,
+    fresh_text,
     grid_text,
-    held_out_text,
+    lift_text,
     lost_text,
     margin_text,
-    shuffled_text,
     struck_text,
     system_lines,
     varying,
+)
+from cortex_dsl.report.findings.failures import (
+    BLAMES,
+    MEANING,
+    collisions_text,
+    kind_text,
+    lead_text,
+    others_text,
+    rest_text,
 )
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
@@ -61,7 +71,7 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
         )
         for kind in sorted(kinds)
     ]
-    head = f"of {counted(avoided.driven, 'different collision')} that this search kept; shares of these, no rates:"
+    head = f"of {counted(avoided.driven, 'collision')} that this search found; shares of these, no rates:"
     table = columns(right(), right(), left(), left(wrap=True), rows=shares)
     said = [Text(line, "warn") for line in system_lines(avoided)]
     return Group(Text(head), table, *_lost(avoided), *said, Text(), *_worst(analysis), Text(DRIVER, "quiet"))
@@ -118,9 +128,10 @@ risk, collision: among valid runs"""
 def analysis_view(program: Program, analysis: Analysis, width: int) -> RenderableType:
     """The whole page of `cortexc analyse`."""
     space = program.space
-    parts: list[RenderableType] = [heading(program.name), *_summary(analysis), *_partners(program, analysis)]
+    parts: list[RenderableType] = [heading(program.name), *_summary(program, analysis), *_partners(program, analysis)]
     if analysis.failures:
-        parts.append(section("Kinds of failures", _kinds(space, analysis), "what sets them apart from all others"))
+        parts.append(section("Kinds of failures", _kinds(program, analysis), collisions_text(analysis.came)))
+        parts.append(section("Where they lie", _clusters(space, analysis), "grouped by their params"))
     covered = [grid for grid in analysis.grids if grid.covered]
     parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
     parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
@@ -132,24 +143,23 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     return Group(*parts)
 
 
-def _summary(analysis: Analysis) -> list[RenderableType]:
+def _summary(program: Program, analysis: Analysis) -> list[RenderableType]:
     """The first lines, in plain words."""
     if not analysis.valid:
         return [Text(f"not one of {counted(analysis.simulations, 'simulation')} was valid: nothing is known", "bad")]
     if not analysis.failures:
         tried = f" in {analysis.valid:,} valid of {counted(analysis.simulations, 'simulation')}"
         return [Text.assemble(("no collision", "good"), tried, ("; what was not found may still exist", "quiet"))]
-    distinct = len(analysis.distinct)
+    came = analysis.came
     lines: list[RenderableType] = [
+        Text.assemble((lead_text(came), "bad"), f" in {came.valid:,} valid simulations"),
         Text.assemble(
-            (counted(analysis.failures, "collision"), "bad"), f" in {counted(analysis.simulations, 'simulation')}"
-        ),
-        Text.assemble(
-            f"{distinct:,} of them ",
-            ("different", "title"),
-            (f" in a third of their params, by a tenth of the range{shuffled_text(analysis)}", "quiet"),
+            (collisions_text(came), "title"),
+            (f" in {counted(analysis.simulations, 'simulation')}", "quiet"),
         ),
     ]
+    if others := others_text(came, program.actors[0]):
+        lines.append(Text(others, "quiet"))
     if math.isfinite(analysis.spread.pairwise):
         lines.append(
             Text(
@@ -176,25 +186,39 @@ def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
 # -- kinds ------------------------------------------------------------------------------------------------------------
 
 
-def _kinds(space: ParamSpace, analysis: Analysis) -> RenderableType:
+SHOWN = 12
+"""Kinds that the terminal shows."""
+
+
+def _kinds(program: Program, analysis: Analysis) -> RenderableType:
+    """What happened, those kinds first that a competent driver would have avoided."""
+    rows = [
+        (
+            Text(whole(each.count)),
+            Text(*BLAMES[each.kind.blame]),
+            Text(kind_text(program.actors, each.kind)),
+        )
+        for each in analysis.kinds[:SHOWN]
+    ]
+    table = columns(right("collisions"), left(), left("what happened", wrap=True), rows=rows, header=True)
+    more = [text for text in (rest_text(analysis.kinds, SHOWN), MEANING) if text]
+    return Group(table, Text(), *(Text(line, "quiet") for line in more))
+
+
+def _clusters(space: ParamSpace, analysis: Analysis) -> RenderableType:
+    """Where in the space of params the failures lie, and how often runs there fail."""
     rows = [
         (
             Text(whole(len(cluster.rows))),
             Text(condition_text(space, cluster)),
-            Text(percent(cluster.precision, 0)),
-            Text(percent(cluster.coverage, 0)),
-            Text(held_out_text(cluster), "quiet"),
+            Text(percent(cluster.coverage, 0) if cluster.conditions else ABSENT),
+            Text(fresh_text(cluster)),
+            Text(lift_text(cluster), "quiet"),
         )
         for cluster in analysis.clusters
     ]
-    head = right("failures"), left("where", wrap=True), right("fail there"), right("of the kind"), right("held out")
-    return Group(columns(*head, rows=rows, header=True), Text(), *(Text(line, "quiet") for line in FITTED))
-
-
-FITTED = (
-    "fail there: collisions among what the search simulated under the condition, no probability",
-    "conditions are fitted to these very runs; held out: both shares when found from every other run, judged on others",
-)
+    head = right("failures"), left("where", wrap=True), right("of them"), right("fail there"), right("lift")
+    return Group(columns(*head, rows=rows, header=True), Text(), Text(JUDGED, "quiet"))
 
 
 # -- grids ------------------------------------------------------------------------------------------------------------

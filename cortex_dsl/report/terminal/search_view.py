@@ -9,11 +9,11 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.findings.failures import APART, lead_text, others_text, rate_texts
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, brief_of
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, significant, whole
 from cortex_dsl.report.findings.search_report import (
-    METRICS,
     End,
-    PaperMetric,
     SearchReport,
     ends_of,
     method_name,
@@ -27,13 +27,10 @@ from cortex_dsl.report.terminal.theme import bar, columns, left, right, section,
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
 from engine.search.evaluations import Figures, partners
-from engine.search.insight.diversity import distinct_failures
-from engine.search.protocol import SOUGHT, Box
+from engine.search.protocol import SOUGHT
 from engine.search.result_files import broken_by
 from engine.vocabulary import EndReason, Verdict
 
-APART = "worst first, but each differs in a third of its params by a tenth of their range, where there are so many"
-"""How the worst are chosen; see `engine.search.ranking`."""
 CURVE = 30
 """Widest course of a metric over the generations."""
 BESIDE_CURVE = 60
@@ -76,14 +73,15 @@ def _loneliness(program: Program) -> list[RenderableType]:
 
 
 def headline(program: Program, report: SearchReport) -> Text:
-    """What it came to: the share that collided, and below with whom, what it took, and the paper's count."""
+    """What it came to: what speaks against the ego, and below how often, with whom, what it took, and the paper's
+    count.
+    """
     campaign = report.campaign
-    found = campaign.by_simulation
-    share = f" ({percent(found.collision_rate)})" if found.colliding_runs else ""
+    came = campaign.failures
     return Text.assemble(
         (f"{method_name(report.method)}: ", method_style(report.method)),
-        (f"{found.colliding_runs:,} of {_simulations(found)} collided", "bad" if found.colliding_runs else "good"),
-        share,
+        (lead_text(came), "bad" if came.collisions else "good"),
+        f" in {_simulations(campaign.by_simulation)}",
         ("  interrupted" if campaign.stopped else "", "warn"),
         *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
     )
@@ -97,11 +95,12 @@ def _simulations(found: Figures) -> str:
 def _below(program: Program, report: SearchReport) -> Iterator[str]:
     campaign = report.campaign
     everyone, found = campaign.by_individual, campaign.by_simulation
+    yield from rate_texts(campaign.failures, campaign.elapsed)
+    yield others_text(campaign.failures, program.actors[0])
     yield partners_text(program.actors, partners(campaign.evaluations, len(program.actors)))
     rate = found.runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
     work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
-    yield f"{campaign.distinct_collisions:,} distinct, {apart:,} of them well apart; {work}" if everyone.nc else work
+    yield f"{campaign.distinct_collisions:,} colliding sets of params; {work}" if everyone.nc else work
     if campaign.objective != SOUGHT:
         finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
         best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
@@ -121,7 +120,7 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     rows = [
         (
             Text(metric.name, "title"),
-            _meaning(_brief(report, metric), metric.unit),
+            _meaning(brief_of(metric, report.campaign.objective), metric.unit),
             *(_value(f, metric) for f in (first, last, report.campaign.by_individual)),
             Text(_course(report, metric.field, curve), method_style(report.method)),
         )
@@ -131,12 +130,6 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     return columns(*head, rows=rows, header=True)
 
 
-def _brief(report: SearchReport, metric: PaperMetric) -> str:
-    """What a metric is, of a search that looks for the risk or for something else."""
-    aimed = report.campaign.objective != SOUGHT and metric.field == "rl"
-    return f"mean of {report.campaign.objective[0]}, valid runs" if aimed else metric.brief
-
-
 def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
     """Each metric over the whole run, one column a method, with its course; the courses of a row share one scale."""
     if len(reports) > 2:
@@ -144,7 +137,10 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
     rows = []
     curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
     for metric in METRICS:
-        cells: list[Text] = [Text(metric.name, "title"), _meaning(metric.brief, metric.unit)]
+        cells: list[Text] = [
+            Text(metric.name, "title"),
+            _meaning(brief_of(metric, reports[0].campaign.objective), metric.unit),
+        ]
         highest = max((value for report in reports for value in _values(report, metric.field)), default=0.0)
         for report in reports:
             cells += [

@@ -15,11 +15,12 @@ from cortex_dsl.report.findings.study_report import (
     p_text,
     quartiles,
     value_text,
+    yields_text,
 )
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
 from engine.paper import Claim, by_assumption, said
 from engine.paper import Study as StudyRow
-from engine.study.comparisons import Comparison, Spread
+from engine.study.comparisons import NAMED_FIRST, Comparison, Spread
 from engine.study.database import Study
 from engine.study.plan import Plan
 from engine.study.verdict import FAMILIES, RULE, Beside, Findings, RandomRates
@@ -138,8 +139,7 @@ def _studies_table(rows: Sequence[StudyRow]) -> RenderableType:
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 SHOWN = (
-    "colliding genomes",
-    "distinct failures",
+    *(measure.name for measure in NAMED_FIRST),
     "RL",
     "NC",
     "MDG",
@@ -195,6 +195,8 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
         yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
     if failed := sum(record.figures.simulations.error_runs for record in records):
         yield Text(f"{counted(failed, 'simulation')} failed and count nowhere", "bad")
+    for line in yields_text(plan, records):
+        yield Text(line, "quiet")
     yield Text()
     for sentence in findings.verdict:
         yield Text(sentence, "title")

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.analysis_report import AVOIDANCES
 from cortex_dsl.report.findings.cases_found import CaseFound
+from cortex_dsl.report.findings.failures import BLAMES, finds_of
 from cortex_dsl.report.findings.readable import ABSENT, SpeedUnit, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -18,12 +19,12 @@ from cortex_dsl.report.terminal.theme import bar, columns, left, right, section,
 from engine.avoidability import Avoidability
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
+from engine.search.campaign import Campaign
 from engine.search.insight.gene_effects import GeneEffect
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case, order_of_risk
-from engine.search.run import Campaign
 from engine.tables import Floats
-from engine.vocabulary import GeneKind
+from engine.vocabulary import Blame, GeneKind
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
@@ -69,9 +70,16 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
     ]
     if campaign.objective != SOUGHT:
         found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
+    if any(case.collided for case in worst):
+        found.append((["for a", "driver"], [_blame(campaign, case) for case in worst]))
     if len(program.actors) > 2:
         found.append((["hit or", "near"], [_other(program, runs, case) for case in worst]))
     return found
+
+
+def _blame(campaign: Campaign, case: Case) -> Text:
+    """Whether the reference driver avoids a case."""
+    return Text(*BLAMES[Blame(int(campaign.blame[case.row, case.rollout]))]) if case.collided else Text(ABSENT, "quiet")
 
 
 def _other(program: Program, runs: Assessment, case: Case) -> Text:
@@ -242,17 +250,17 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
 
 def effect_note(campaign: Campaign) -> str:
     """Which cases are the bad ones, for the heading."""
-    collisions = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.collided))
-    bad = f"{collisions:,} collisions" if collisions >= FEW else "the riskiest tenth"
+    found = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.found))
+    bad = f"{found:,} {finds_of(campaign.objective).many}" if found >= FEW else "the worst tenth"
     return f"bad cases: {bad}"
 
 
 def bad_cases(campaign: Campaign) -> NDArray[np.intp]:
-    """Rows of all simulated collisions, or of the riskiest tenth where there are few."""
+    """Rows of all simulated collisions, or of what else is sought, or of the worst tenth where there are few."""
     evaluations = campaign.evaluations
-    collisions = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    if len(collisions) >= FEW:
-        return collisions
+    found = np.flatnonzero(evaluations.simulated & evaluations.found)
+    if len(found) >= FEW:
+        return found
     order = order_of_risk(evaluations)
     return np.asarray(order[: max(1, len(order) // 10)], dtype=np.intp)
 

@@ -1,4 +1,4 @@
-"""What a search's failures are, taken together: how many different ones, where, of what kinds, and whose fault."""
+"""What a search's failures are, taken together: of what kinds, where, and whose fault."""
 
 import math
 from collections import Counter
@@ -13,18 +13,19 @@ from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.sampling import sample
 from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
-from engine.search.evaluator import make_evaluator
+from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
-from engine.search.insight.diversity import Grid, Spread, distinct_failures, distinct_range, grids, spread
+from engine.search.insight.diversity import Grid, Spread, grids, spread
 from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.kinds import Failures, FoundKind, blamed, failures, kinds
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
-from engine.tables import Floats
-from engine.vocabulary import GeneKind
+from engine.tables import Floats, Ints
+from engine.vocabulary import Blame, GeneKind
 
 MOST_REPLAYS = 500
-"""Distinct failures that the reference driver drives again; of more, as many spread evenly."""
+"""Collisions that the reference driver drives again with every start of braking; of more, as many spread evenly."""
 BUDGET = 20_000
 """Simulations of the sensitivity design."""
 
@@ -40,10 +41,10 @@ class SystemShare:
 
 @dataclass(frozen=True)
 class Avoided:
-    """How many of a search's distinct failures the reference driver would have avoided."""
+    """Why the reference driver would have avoided a search's collisions, or not."""
 
     driven: int
-    """Failures that were driven again."""
+    """Collisions that were driven again with every start of braking: all, or as many spread evenly."""
     by: dict[Avoidance, int]
     """How many of them came out in each way."""
     by_system: tuple["SystemShare", ...] = ()
@@ -72,10 +73,10 @@ class Analysis:
     valid: int
     failures: int
     """Simulated individuals that collided …"""
-    distinct: tuple[int, ...]
-    """… and those that count as different (`diversity`), in the order in which they were found."""
-    distinct_range: tuple[int, int]
-    """Fewest and most that count as different in other orders."""
+    came: Failures
+    """The same by distinct simulation, with what the reference driver says of each."""
+    kinds: tuple[FoundKind, ...]
+    """Those that a competent driver would have avoided first."""
     fastest: float
     """The largest closing speed of a contact [m/s]; NaN without one."""
     spread: Spread
@@ -102,29 +103,32 @@ def analyse(
     profile: str = "paper",
     budget: int = BUDGET,
     count: int = 10,
+    blame: Ints | None = None,
 ) -> Analysis:
-    """All of it; `budget` simulations for the sensitivity design (0: none), `count` worst cases."""
+    """All of it; `budget` simulations for the sensitivity design (0: none), `count` worst cases. `blame` (n, k): what
+    the reference driver says of each rollout, where it was asked before.
+    """
     box = Box.of(program.space)
     config = replace(config, search=replace(config.search, engine="batch"))
     evaluate = make_evaluator(program, config, PROFILES[profile])
-    distinct = distinct_failures(evaluations, box)
-    worst = worst_cases(evaluations, count, box)
+    blame = blamed(evaluations, make_blaming(program, config)) if blame is None else blame
+    worst = worst_cases(evaluations, count, blame)
     simulated = evaluations.simulated
     return Analysis(
         simulations=int(simulated.sum()) * evaluations.keys.shape[1],
         valid=int((simulated & evaluations.valid).sum()),
         failures=int((simulated & evaluations.collided).sum()),
-        distinct=tuple(distinct),
-        distinct_range=distinct_range(evaluations, box),
+        came=failures(evaluations, blame),
+        kinds=kinds(evaluations, blame),
         fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
         grids=grids(evaluations, variant_labels(program)),
-        clusters=clusters(evaluations, box),
+        clusters=clusters(evaluations, program.space, evaluate, config.search.seed),
         genes=gene_effects(box, evaluations, probe_genes(box, evaluations, evaluate, config.search.probes or 32)),
         sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed) if budget and len(box) else None,
         worst=worst,
         avoidability=driven_again(program, evaluations, [case.row for case in worst], config),
-        avoided=avoided(program, evaluations, _spread_evenly(distinct), config),
+        avoided=avoided(program, evaluations, blame, config),
         system=tuple(name for name in program.space.system if name in program.space.names),
         partners=partners(evaluations, len(program.actors)),
     )
@@ -149,14 +153,14 @@ def _spread_evenly(rows: Sequence[int]) -> list[int]:
     return [rows[i] for i in np.linspace(0, len(rows) - 1, MOST_REPLAYS).astype(int).tolist()]
 
 
-def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config) -> Avoided:
-    """What the reference driver makes of these failures, all together."""
-    answers = driven_again(program, evaluations, rows, config)
+def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Config) -> Avoided:
+    """What the reference driver makes of a search's collisions, all together."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided).tolist()
+    answers = driven_again(program, evaluations, _spread_evenly(rows), config)
     known = [answer for answer in answers if answer is not None]
     by = Counter(answer.avoidance for answer in known)
-    avoidable = [row for row, answer in zip(rows, answers, strict=True) if answer is not None and answer.avoidable]
-    shares = _system_shares(program.space, evaluations.genomes[np.array(avoidable, dtype=np.int64)])
-    return Avoided(len(known), dict(sorted(by.items())), shares)
+    avoidable = (blame == Blame.AVOIDABLE).any(axis=1)
+    return Avoided(len(known), dict(sorted(by.items())), _system_shares(program.space, evaluations.genomes[avoidable]))
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:

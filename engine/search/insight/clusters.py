@@ -1,27 +1,35 @@
-"""Kinds of failures, each with a readable condition such as `ADV_SPEED > 41 km/h and EGO_BRAKE < 0.3`.
+"""Where the failures of a search lie, each group with a readable condition such as `ADV_SPEED > 41 km/h`.
 
 Failures are grouped by their genes, each as a share of its range: agglomeration by Ward (1963), "Hierarchical grouping
 to optimize an objective function", cut where the mean silhouette of Rousseeuw (1987), "Silhouettes: a graphical aid",
-is largest; where even that is weak, all failures are of one kind.
+is largest; where even that is weak, all failures are one group.
 
-The condition of a kind is grown gene by gene, each time by the bound that separates its failures best from all else
-that was simulated: weighted relative accuracy of Lavrac, Flach and Zupan (1999), "Rule evaluation measures: a unifying
-view", coverage times (precision - share of all). Everything is deterministic.
+The condition of a group is grown gene by gene, each time by the bound that separates its failures best from runs
+without failure that are drawn as the file says: weighted relative accuracy of Lavrac, Flach and Zupan (1999), "Rule
+evaluation measures: a unifying view", coverage times (precision - share of all).
 
-A condition is fitted to the runs that it describes, and describes them better than others. How much better shows
-`held_out`: the rule is grown again from every other run and judged on those between, both ways round. Runs of a search
-are relatives of one another, so that even this flatters it a little.
+What a search simulated is no sample, as it looks where it has found failures, so a condition is judged on fresh draws
+from the file's own distributions. Half of those that meet it decide whether it tells anything: its runs fail more
+often than all do, their 95 % intervals apart; if not, there is no condition. The other half gives the interval that is
+told, which no choice has touched. Everything follows from the seed.
 """
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from engine.outcomes import Assessment
+from engine.program import ParamSpace
+from engine.sampling import draw_genomes
+from engine.search.assessment import Evaluate
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
+from engine.search.statistics import Interval, clopper_pearson
+from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import GeneKind
+from engine.vocabulary import GeneKind, Method, Verdict
 
 MOST_CLUSTERS = 6
 LEAST_FAILURES = 8
@@ -35,6 +43,16 @@ CUTS = 24
 """Bounds tried for each gene."""
 WORTH = 0.04
 """Share by which a further condition must improve the rule."""
+BACKGROUND = 2000
+"""Draws that conditions are grown against."""
+JUDGES = 2000
+"""Draws under a condition: half of them decide whether it is kept, the others tell how often it fails …"""
+LOOKED_AT = 1 << 18
+"""… sought among so many draws of the genes …"""
+LEAST_JUDGES = 100
+"""… and fewer than this are too few to judge it."""
+FRESH_RUN = 0xFFFE
+"""Number of the run in the stream keys of these draws: no search, estimate or design has it."""
 
 
 @dataclass(frozen=True)
@@ -51,47 +69,62 @@ class Condition:
 
 
 @dataclass(frozen=True)
+class Rate:
+    """How often runs drawn as the file says fail."""
+
+    valid: int
+    """Valid runs …"""
+    failed: int
+    """… and those of them in which the ego collides."""
+
+    @property
+    def share(self) -> float:
+        return self.failed / self.valid if self.valid else math.nan
+
+    @cached_property
+    def interval(self) -> Interval:
+        """95 %, of Clopper and Pearson."""
+        return clopper_pearson(self.failed, self.valid)
+
+
+NOTHING = Rate(0, 0)
+
+
+@dataclass(frozen=True)
 class Cluster:
-    """One kind of failure."""
+    """Failures that lie together."""
 
     rows: tuple[int, ...]
     """Of the evaluations: its failures."""
     example: int
     """The row nearest to the middle of all."""
     conditions: tuple[Condition, ...]
-    """All hold; () where no bound separates these failures from the rest."""
-    precision: float
-    """Failures of any kind among all valid simulations that meet the conditions: of what the search simulated, which
-    is no probability."""
+    """All hold; () where no bounds were found under which runs fail more often than all do."""
     coverage: float
-    """Share of the cluster that meets the conditions."""
-    met: int
-    """Valid simulations that meet them."""
-    held_out: "HeldOut"
-    """The same of runs that the rule was not grown from."""
+    """Share of these failures that meets the conditions."""
+    fresh: Rate
+    """Of fresh draws that meet the conditions."""
+    base: Rate
+    """Of all fresh draws."""
+
+    @property
+    def lift(self) -> float:
+        """How many times as often runs under the conditions fail; infinite where of all none did."""
+        return self.fresh.share / self.base.share if self.base.failed else math.inf
 
 
-@dataclass(frozen=True)
-class HeldOut:
-    """How a rule does on runs that it has not seen; NaN where these were too few."""
-
-    precision: float
-    coverage: float
-
-
-def clusters(evaluations: Evaluations, box: Box) -> tuple[Cluster, ...]:
-    """The kinds of failures of a search, the largest first; () without a failure or without a gene."""
-    valid = np.flatnonzero(evaluations.simulated & evaluations.valid)
-    failed = evaluations.collided[valid]
-    if not failed.any() or not len(box):
+def clusters(evaluations: Evaluations, space: ParamSpace, evaluate: Evaluate, seed: int = 0) -> tuple[Cluster, ...]:
+    """Where the failures of a search lie, the largest group first; () without a failure or without a gene."""
+    failures = np.flatnonzero(evaluations.simulated & evaluations.valid & evaluations.collided)
+    if not len(failures) or not len(space):
         return ()
-    failures = valid[failed]
+    box = Box.of(space)
     units = _units(evaluations.genomes, box)
     labels = _grouped(units[failures])
-    sizes = np.bincount(labels)
+    fresh = FreshDraws(space, evaluate, seed)
     return tuple(
-        _cluster(evaluations, box, units, valid, failures[labels == label])
-        for label in np.argsort(-sizes, kind="stable").tolist()
+        _cluster(evaluations, box, units, failures[labels == label], fresh)
+        for label in np.argsort(-np.bincount(labels), kind="stable").tolist()
     )
 
 
@@ -148,30 +181,57 @@ def _silhouette(table: Floats, labels: Ints) -> float:
 # -- conditions -------------------------------------------------------------------------------------------------------
 
 
-def _cluster(evaluations: Evaluations, box: Box, units: Floats, valid: Ints, members: Ints) -> Cluster:
-    genomes, wanted, failed = evaluations.genomes[valid], np.isin(valid, members), evaluations.collided[valid]
-    conditions = _rule(genomes, wanted, box)
-    met = _meet(genomes, conditions)
+class FreshDraws:
+    """Runs drawn as the file says; asked the same, it answers the same."""
+
+    def __init__(self, space: ParamSpace, evaluate: Evaluate, seed: int) -> None:
+        self._space, self._evaluate, self._seed = space, evaluate, seed
+
+    def draws(self, part: int, count: int, rule: tuple[Condition, ...] = ()) -> tuple[Floats, Assessment]:
+        """The first `count` that meet a rule, of so many as are looked at; each part draws others."""
+        keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, range(LOOKED_AT if rule else count))
+        genomes = draw_genomes(self._space, keys)
+        chosen = np.flatnonzero(_meet(genomes, rule))[:count]
+        return genomes[chosen], self._evaluate(genomes[chosen], keys[chosen])
+
+    @cached_property
+    def background(self) -> tuple[Floats, Assessment]:
+        return self.draws(0, BACKGROUND)
+
+
+def rate(runs: Assessment, part: slice = slice(None)) -> Rate:
+    """How often these runs fail."""
+    valid = runs.verdict[part] == Verdict.VALID
+    return Rate(int(valid.sum()), int((runs.collided[part] & valid).sum()))
+
+
+def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, fresh: FreshDraws) -> Cluster:
+    own = evaluations.genomes[members]
+    drawn, runs = fresh.background
+    sound = drawn[(runs.verdict == Verdict.VALID) & ~runs.collided]
+    rule = _rule(np.concatenate([own, sound]), np.arange(len(own) + len(sound)) < len(own), box)
+    base = rate(runs)
+    rule, told = _judged(rule, base, fresh)
     middle = np.median(units[members], axis=0)
     return Cluster(
         rows=tuple(members.tolist()),
         example=int(members[np.argmin(np.abs(units[members] - middle).sum(axis=1))]),
-        conditions=conditions,
-        precision=_mean(failed[met]),
-        coverage=_mean(met[wanted]),
-        met=int(met.sum()),
-        held_out=_held_out(genomes, wanted, failed, box),
+        conditions=rule,
+        coverage=_mean(_meet(own, rule)),
+        fresh=told,
+        base=base,
     )
 
 
-def _held_out(genomes: Floats, wanted: Bools, failed: Bools, box: Box) -> HeldOut:
-    """Precision and coverage of rules grown from one half of the runs, on the other half."""
-    met, other = np.zeros(len(genomes), dtype=bool), np.arange(len(genomes)) % 2 == 1
-    for seen in (other, ~other):
-        if not wanted[seen].any():
-            return HeldOut(math.nan, math.nan)
-        met[~seen] = _meet(genomes[~seen], _rule(genomes[seen], wanted[seen], box))
-    return HeldOut(_mean(failed[met]), _mean(met[wanted]))
+def _judged(rule: tuple[Condition, ...], base: Rate, fresh: FreshDraws) -> tuple[tuple[Condition, ...], Rate]:
+    """The rule and how often it fails, from draws of which none decided that; no rule where it has no lift."""
+    _, runs = fresh.draws(1, JUDGES, rule) if rule else ((), None)
+    if runs is None or len(runs) < LEAST_JUDGES:
+        return (), NOTHING
+    decide, tell = rate(runs, slice(0, None, 2)), rate(runs, slice(1, None, 2))
+    if not tell.valid or decide.interval.low <= base.interval.high:
+        return (), NOTHING
+    return rule, tell
 
 
 def _mean(values: Bools) -> float:

@@ -1,7 +1,4 @@
-"""How different failures are: distinct ones under a stated rule, cells of descriptor grids, QD score, spread.
-
-The rule: a failure counts when at least a third of its genes (rounded up) differ by more than a tenth of their range
-from those of every failure counted before. Genes that take options differ when the options do.
+"""How different the runs of a search are: cells of descriptor grids, QD score, and how far apart its failures lie.
 
 Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.pair.Approach`). Edges
 of grids are the same for every scenario and search, so that their cells can be compared.
@@ -19,8 +16,6 @@ from engine.search.protocol import Box
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Side
 
-SHARE = 0.1
-"""Of its range, by which a gene must differ."""
 KMH = 1.0 / 3.6
 SPEEDS = tuple(10.0 * step for step in range(1, 10))
 """Inner edges of speeds [km/h]; the last cell is open."""
@@ -28,8 +23,6 @@ CLOSING = tuple(20.0 * step for step in range(8))
 """Inner edges of closing speeds [km/h]; both outer cells are open."""
 SECTORS = ("same way", "45° left", "90° left", "135° left", "head-on", "135° right", "90° right", "45° right")
 """Headings of the other as seen from the ego, each the middle of a sector of 45 degrees."""
-SHUFFLES = 20
-"""Orders in which failures are counted again."""
 
 
 @dataclass(frozen=True)
@@ -85,40 +78,6 @@ class Spread:
     """Between any two; some 1/3 where failures fill the box evenly."""
     count: int = 0
     """Failures of different genomes, all of them."""
-
-
-def distinct_failures(evaluations: Evaluations, box: Box, genes: int | None = None, share: float = SHARE) -> list[int]:
-    """Rows of the failures that count, in order; `genes`: how many must differ (None: a third, rounded up)."""
-    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    return rows[first_apart(evaluations.genomes[rows], box, genes, share)].tolist()
-
-
-def first_apart(genomes: Floats, box: Box, genes: int | None = None, share: float = SHARE, most: int = -1) -> Ints:
-    """Rows of the genomes (n, d) that count, in order, by the rule above; at most `most`, if that is not negative."""
-    needed = least_genes(box) if genes is None else genes
-    units, open_ = _units(genomes, box), np.ones(len(genomes), dtype=bool)
-    kept: list[int] = []
-    while len(kept) != most and open_.any():
-        row = int(np.argmax(open_))
-        kept.append(row)
-        differing = (np.abs(units - units[row]) > share).sum(axis=1)
-        open_ &= differing >= needed
-        open_[: row + 1] = False
-    return np.array(kept, dtype=np.int64)
-
-
-def least_genes(box: Box) -> int:
-    """A third of the genes, rounded up: how many must differ."""
-    return max(1, -(-len(box) // 3))
-
-
-def distinct_range(evaluations: Evaluations, box: Box, shuffles: int = SHUFFLES) -> tuple[int, int]:
-    """Fewest and most distinct failures when they are counted in other orders: the rule depends on who comes first."""
-    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    stream = np.random.Generator(np.random.Philox(0))
-    orders = [stream.permutation(rows) for _ in range(shuffles)]
-    counts = [len(first_apart(evaluations.genomes[order], box)) for order in orders]
-    return min(counts, default=0), max(counts, default=0)
 
 
 def spread(evaluations: Evaluations, box: Box) -> Spread:

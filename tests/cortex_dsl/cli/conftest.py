@@ -17,6 +17,7 @@ from engine.config import Config
 from engine.program import Program
 from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis, analyse
+from engine.tables import Ints
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
@@ -62,8 +63,10 @@ def cortexc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch)
 def small_design() -> Iterator[None]:
     """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
 
-    def small(program: Program, found: Evaluations, config: Config, profile: str, budget: int, worst: int) -> Analysis:
-        return analyse(program, found, config, profile, min(budget, 500), worst)
+    def small(
+        program: Program, found: Evaluations, config: Config, profile: str, budget: int, worst: int, blame: Ints
+    ) -> Analysis:
+        return analyse(program, found, config, profile, min(budget, 500), worst, blame)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_page, "analyse", small)

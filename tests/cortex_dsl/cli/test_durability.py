@@ -20,9 +20,9 @@ import pytest
 from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
 from cortex_dsl.cli import main
+from engine.search.campaign import Progress
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
-from engine.search.run import Progress
 from engine.search.store import RemovedError
 from tests.fork_server import ForkServer
 

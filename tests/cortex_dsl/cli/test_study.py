@@ -35,9 +35,9 @@ def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path,
     """Both methods, all eight measures, the verdict with its caution, and the files."""
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert result.code == Exit.FINE
-    assert "ga against random: colliding genomes" in result.out
+    assert "ga against random: avoidable undecided" in result.out
     assert "with 2 runs of each this is a hint at most" in result.out
-    for measure in ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS"):
+    for measure in ("avoidable kinds", "colliding genomes", "kinds", "RL", "NC", "MDG", "MDEC", "NIS"):
         assert f"\n  {measure}" in result.out
     names = {path.name for path in (tmp_path / "s").iterdir()}
     assert {"study.sqlite", "programs", "runs.csv", "generations.csv", "tests.csv", "summary.json"} <= names

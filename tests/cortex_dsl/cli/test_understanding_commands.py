@@ -60,9 +60,10 @@ def test_the_document_says_the_same(cortexc: Command, run: Path) -> None:
     found = cortexc("analyse", run, "--budget", "0", "--json").document
     assert found["schema"] == "cortexc/analysis"
     assert found["sensitivity"] is None
-    assert len(found["kinds"]) == len(found["clusters"])
+    assert len(found["conditions"]) == len(found["clusters"])
+    assert sum(kind["count"] for kind in found["kinds"]) == found["came"]["collisions"] == found["failures"]
     assert sum(len(cluster["rows"]) for cluster in found["clusters"]) == found["failures"]
-    assert sum(found["avoided"]["by"].values()) == found["avoided"]["driven"] <= len(found["distinct"])
+    assert sum(found["avoided"]["by"].values()) == found["avoided"]["driven"] <= found["failures"]
     assert found["system"] == ["EGO_BRAKE", "SAFETY_DIST", "CRASH_DIST"]
 
 
@@ -240,11 +241,11 @@ def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) ->
         assert "`cortexc report" in result.err
 
 
-def test_conditions_are_said_to_be_fitted(cortexc: Command, run: Path) -> None:
-    """To the very runs that they describe, with what they are worth on others beside it."""
+def test_conditions_are_said_to_be_judged_on_fresh_draws(cortexc: Command, run: Path) -> None:
+    """With how often they fail there, and how many times as often as of all."""
     result = cortexc("analyse", run, "--budget", "0")
-    assert "conditions are fitted to these very runs" in result.out
-    assert "held out" in result.out
+    assert "of runs drawn anew as the file says" in result.out
+    assert "lift" in result.out
 
 
 def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Path) -> None:

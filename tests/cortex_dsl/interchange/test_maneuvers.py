@@ -141,7 +141,7 @@ def test_a_run_has_its_champions(small_run: OpenedRun, rank: int) -> None:
 
     The last case of all is none of the worst, and none of these makes the choices that it makes.
     """
-    worst, every = worst_cases(small_run.record.evaluations, 50), every_case(small_run.record)
+    worst, every = worst_cases(small_run.record.evaluations, 50), every_case(small_run)
     chosen = worst[rank - 1] if rank > 0 else every[-1]
     case = case_of_run(small_run, chosen)
     export = maneuver_files(case, "case", ExportOptions(mode="maneuver"), "road.xodr")

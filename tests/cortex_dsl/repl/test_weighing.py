@@ -49,7 +49,9 @@ def test_what_is_owed_is_weighed_by_runs(talk: Talk) -> None:
     """An `expect`, a number and a requirement on the run, each as it is typed; what was there is not said again."""
     talk(*FOLLOWING)
     said = talk('expect always (distance from ego to truck) > 15 m as "room"').out
-    kept, runs = map(int, re.search(r"room .* kept in (\d+) of (\d+) runs; least robustness -[\d.]+", said).groups())
+    found = re.search(r"room .* kept in (\d+) of (\d+) runs; least robustness -[\d.]+", said)
+    assert found
+    kept, runs = map(int, found.groups())
     assert runs == 400
     assert 0 < kept < runs
     said = talk('maximize largest(ego.speed) as "top speed"').out

@@ -22,11 +22,12 @@ from engine.program import (
 )
 from engine.scenes import Scenes, Trajectory
 from engine.search.assessment import take
+from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
 from engine.search.insight.gene_effects import Probes, gene_effects
+from engine.search.insight.kinds import blamed
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
-from engine.search.run import Campaign
 from engine.tables import CodeTables, Floats, RoadTables
 from engine.vocabulary import Distribution, EndReason, GeneKind, State, Verdict
 
@@ -258,6 +259,7 @@ def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
         genes=gene_effects(Box.of(space), evaluations, probes),
         elapsed=1.4,
         stopped=False,
+        blame=blamed(evaluations, None),
     )
 
 

@@ -1,7 +1,7 @@
 """What is said of a search's failures, in words and with numbers that hold as they are printed."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,15 +9,19 @@ import numpy as np
 import pytest
 
 from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, struck_text, system_lines
+from cortex_dsl.report.findings.failures import finds_of, kind_text, lead_text, others_text, rate_texts
+from cortex_dsl.report.findings.paper_metrics import METRICS, brief_of, meaning_of
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
 from engine.search.insight.clusters import Condition
-from engine.vocabulary import GeneKind
+from engine.search.insight.kinds import Failures, Kind
+from engine.search.protocol import SOUGHT
+from engine.vocabulary import Blame, GeneKind, Side
 
 
 @dataclass(frozen=True)
-class Kind:
+class Group:
     conditions: tuple[Condition, ...]
 
 
@@ -44,12 +48,12 @@ def bounds(text: str) -> tuple[float, float]:
 @pytest.mark.parametrize(("low", "high"), [(15.748, 47.141), (15.7, 47.1), (5.0, 80.0), (33.3349, 33.3351)])
 def test_printed_bounds_leave_nothing_out(space: ParamSpace, low: float, high: float) -> None:
     """What the rule lets in, the rule as printed lets in, too, and little else."""
-    printed = bounds(condition_text(space, Kind((Condition(0, low, high),))))  # type: ignore[arg-type]
+    printed = bounds(condition_text(space, Group((Condition(0, low, high),))))  # type: ignore[arg-type]
     assert printed[0] <= low + 1e-6
     assert printed[1] >= high - 1e-6
     assert low - printed[0] < 0.1
     assert printed[1] - high < 0.1
-    one = condition_text(space, Kind((Condition(1, -math.inf, 0.38921),)))  # type: ignore[arg-type]
+    one = condition_text(space, Group((Condition(1, -math.inf, 0.38921),)))  # type: ignore[arg-type]
     assert one.startswith("BRAKE ≤ 0.")
     assert float(one.split()[-1]) >= 0.38921
 
@@ -63,7 +67,7 @@ def test_the_avoidable_are_described_by_what_the_search_chose(space: ParamSpace)
     assert "of the 4 avoidable" in lines[0]
     assert "BRAKE 2, 1, 1" in lines[0]
     assert "with these settings" in lines[1]
-    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, (share,))) == []
+    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, (SystemShare("BRAKE", (0, 0, 0)),))) == []
     assert system_lines(Avoided(9, {Avoidance.AVOIDABLE: 4})) == []
 
 
@@ -81,3 +85,31 @@ def test_a_margin_says_early_or_late() -> None:
     assert margin_text(late) == "0.30 s too late"
     assert margin_text(SimpleNamespace(margin=0.4, avoidable=False)).startswith("0.40 s too early")  # type: ignore[arg-type]
     assert margin_text(SimpleNamespace(margin=0.4, avoidable=True)) == "0.40 s to spare"  # type: ignore[arg-type]
+
+
+def test_charts_follow_what_is_sought() -> None:
+    """The paper's metric and its charts say what they show where something else than the risk is sought."""
+    assert [meaning_of(metric, SOUGHT) for metric in METRICS] == [metric.meaning for metric in METRICS]
+    assert meaning_of(METRICS[0], ("no contact",)) == "mean of no contact of valid scenes"
+    assert brief_of(METRICS[1], ("no contact",)) == METRICS[1].brief
+    assert (finds_of(SOUGHT).verb, finds_of(("no contact",)).verb) == ("collide", "are finds of no contact")
+
+
+def came(**counts: int) -> Failures:
+    return Failures(**{field.name: counts.get(field.name, 0) for field in fields(Failures)})
+
+
+def test_what_speaks_against_the_ego_is_said_first() -> None:
+    """Never safe where there are collisions, never avoidable where nobody was asked."""
+    assert lead_text(came(valid=9)) == "no collision"
+    assert lead_text(came(valid=9, collisions=3, kinds=2)) == "no avoidable collision"
+    assert lead_text(came(valid=9, collisions=3, kinds=2, unknown=3)) == "3 collisions of 2 kinds"
+    assert lead_text(came(valid=9, collisions=3, avoidable=2, avoidable_kinds=1)) == "2 avoidable collisions of 1 kind"
+    first, second = rate_texts(came(valid=998, collisions=500, kinds=7), 2.0)
+    assert first == "avoidable: 0.10 % of valid simulations, (n + 1) / (N + 2), 0 a second"
+    assert second == "collisions: 500 of 7 kinds, 50.1 % of valid simulations, 250 a second"
+    assert list(rate_texts(came(valid=998), 2.0)) == []
+    text = others_text(came(struck=1, without_ego=2), "ego")
+    assert text == ("without ego's part: 1 collision, struck from behind or while standing; others touched in 2 runs")
+    kind = Kind(0, Side.LEFT, 4, 0, 3, Blame.AVOIDABLE)
+    assert kind_text(("ego", "van"), kind) == "van at the left, head-on; ego stands, van 50 .. 70 km/h"

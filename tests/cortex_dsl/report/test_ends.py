@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
 from cortex_dsl.report.terminal.search_view import headline
 from engine.program import Program
 from engine.search.evaluations import Partners
+from engine.vocabulary import Blame
 
 
 @pytest.fixture
@@ -37,13 +39,18 @@ def test_nothing_valid_misses_nobody(three: Program, nothing_valid: SearchReport
 
 
 def test_the_headline_counts_simulations_first(three: Program, report: SearchReport) -> None:
-    """Collisions of valid simulations with their share, then by partner, and last the paper's count with elites."""
-    first, by, _, last = headline(three, report).plain.splitlines()
+    """What speaks against the ego, shares of valid simulations and rates, by partner, and last the paper's count."""
+    hit = report.campaign.evaluations.rollouts.collided & report.campaign.evaluations.simulated[:, np.newaxis]
+    blame = np.where(hit, int(Blame.UNAVOIDABLE), int(Blame.NONE))
+    blame[np.flatnonzero(hit)[:2]] = int(Blame.AVOIDABLE)
+    report = replace(report, campaign=replace(report.campaign, blame=blame))
+    first, avoidable, every, by, _, last = headline(three, report).plain.splitlines()
     found, everyone = report.campaign.by_simulation, report.campaign.by_individual
-    share = 100 * found.colliding_runs / found.valid_runs
-    assert first == (
-        f"genetic algorithm: {found.colliding_runs} of {found.valid_runs} valid simulations collided ({share:.1f} %)"
-    )
+    assert first.startswith("genetic algorithm: 2 avoidable collisions of ")
+    assert first.endswith(f" in {found.valid_runs} valid simulations")
+    share = 100 * 3 / (found.valid_runs + 2)
+    assert avoidable == f"  avoidable: {share:.2f} % of valid simulations, (n + 1) / (N + 2), 1.4 a second"
+    assert f"{100 * found.colliding_runs / found.valid_runs:.1f} % of valid simulations" in every
     assert by == f"  with truck {found.colliding_runs}, walker 0"
     assert last == (
         f"  as the paper counts, elites repeated: {everyone.nc} collisions among {everyone.individuals} individuals"

@@ -12,6 +12,7 @@ from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, map_arrays, take
+from engine.search.campaign import Campaign
 from engine.search.evaluations import (
     NOBODY,
     Evaluations,
@@ -26,7 +27,7 @@ from engine.search.evaluations import (
 from engine.search.probability.estimates import Count
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
-from engine.search.run import Campaign, run_campaign
+from engine.search.run import run_campaign
 from engine.search.searchers import build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict

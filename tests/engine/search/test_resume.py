@@ -13,13 +13,14 @@ import pytest
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
+from engine.search.campaign import Campaign, Progress
 from engine.search.evaluations import Evaluations
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.past import ForeignPastError
 from engine.search.protocol import Box
-from engine.search.run import Campaign, Progress, run_campaign
+from engine.search.run import run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 

@@ -11,9 +11,10 @@ from engine.config import Config, GAConfig, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, concatenate, take
+from engine.search.campaign import Campaign, Progress
 from engine.search.methods.ga import PRESETS
 from engine.search.protocol import Box, Operator
-from engine.search.run import Campaign, Progress, run_campaign
+from engine.search.run import run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict

@@ -18,12 +18,13 @@ from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, take
+from engine.search.campaign import Campaign, OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
 from engine.search.result_files import write_exports
-from engine.search.run import Campaign, OnGeneration, run_campaign
+from engine.search.run import run_campaign
 from engine.search.searchers import build_searcher
 from engine.search.store import (
     JOURNAL,

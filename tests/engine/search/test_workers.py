@@ -21,7 +21,7 @@ import pytest
 from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import search_and_keep
 from engine.extras import MissingExtraError
-from engine.search.run import Progress
+from engine.search.campaign import Progress
 from engine.search.workers import (
     LARGEST,
     Job,

@@ -66,7 +66,12 @@ def test_p_is_of_runs_and_corrected_over_scenarios_and_contenders(study: Study) 
 
 def test_the_families_are_those_of_the_plan_of_analysis() -> None:
     families = [measure.family for measure in MEASURES]
-    assert [m.name for m in MEASURES if m.family == "primary"] == ["colliding genomes", "distinct failures"]
+    assert [m.name for m in MEASURES if m.family == "primary"] == [
+        "avoidable",
+        "avoidable kinds",
+        "colliding genomes",
+        "kinds",
+    ]
     assert {m.family for m in MEASURES if not m.exploratory} == {"primary", "secondary"}
     assert [m.name for m in MEASURES if m.family == "secondary"] == ["RL", "MDG", "MDEC", "NIS"]
     assert families.count("last ten generations") == families.count("by simulation") == 5
@@ -187,7 +192,7 @@ def test_words_do_not_claim_what_few_runs_cannot_show(study: Study) -> None:
     assert "2 runs" in few[-1]
     assert "hint" in few[-1]
     many = claimed(*pretend(study, {"random": [0] * 30, "ga": [9] * 30}))
-    assert many[0].startswith("ga against random: colliding genomes more in 2 of 2 scenarios")
+    assert "; colliding genomes more in 2 of 2 scenarios; kinds no clear difference in 2 scenarios" in many[0]
     assert len(many) == 1
 
 
@@ -274,7 +279,7 @@ def test_exports_say_what_the_records_say(study: Study) -> None:
     document = json.loads((study.folder / SUMMARY).read_text())
     assert document["complete"]
     assert document["presets"] == {"ga": "cortex"}
-    assert document["tests"][0]["measure"] == "colliding genomes"
+    assert document["tests"][0]["measure"] == "avoidable"
 
 
 def test_addresses_fill_all_cells_evenly(study: Study) -> None:

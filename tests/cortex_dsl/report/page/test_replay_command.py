@@ -28,7 +28,7 @@ def test_one_frame_when_piped(folder: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_frames_move(opened: OpenedRun) -> None:
     """Two frames of a film differ, and the first has no mark of contact."""
-    replay = replay_of_case(opened, every_case(opened.record)[0])
+    replay = replay_of_case(opened, every_case(opened)[0])
     film = Film.of(replay, 80, 40, ascii_only=True)
 
     def text(place: float) -> str:
@@ -46,7 +46,7 @@ def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPat
     now = [0.0]
     monkeypatch.setattr(replay_view, "monotonic", lambda: now[0])
     monkeypatch.setattr(replay_view, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
-    replay = replay_of_case(opened, every_case(opened.record)[0])
+    replay = replay_of_case(opened, every_case(opened)[0])
     taken = []
     for speed in (1.0, 4.0):
         now[0] = 0.0

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
+from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.cli import main
-from cortex_dsl.report.findings.analysis_report import DRIVER
+from cortex_dsl.report.findings.analysis_report import DRIVER, JUDGED
+from cortex_dsl.report.findings.failures import SUCCESSION
 from cortex_dsl.report.page.analysis_sections import KINDS
 from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
 from engine.search.evaluations import distinct_collisions, figures
-from engine.search.insight.diversity import distinct_failures
+from engine.search.insight.kinds import PACES, failures
 from engine.vocabulary import State
 
 from .conftest import missing_numbers
@@ -33,8 +34,9 @@ def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     simulated = figures(evaluations, evaluations.simulated)
     truth |= {f"by_simulation.{name}": value for name, value in asdict(simulated).items()}
     truth |= {"distinct_collisions": distinct_collisions(evaluations), "worst.score": int(evaluations.score.max())}
-    truth["distinct_failures"] = len(distinct_failures(evaluations, box_of(opened.record)))
-    for case in first_cases(opened.record, 3):
+    truth["distinct_finds"] = truth["distinct_collisions"]
+    truth |= {f"failures.{name}": value for name, value in asdict(failures(evaluations, opened.blame)).items()}
+    for case in first_cases(opened, 3):
         truth |= {f"case.{case.rank}.score": case.score, f"case.{case.rank}.min_distance": case.min_distance}
     assert len(read.figures) > 15
     for name, shown in read.figures.items():
@@ -73,7 +75,9 @@ SAID_OF_ALL = (
     DRIVER,
     KINDS,
     STREAMS,
-    "at least a third of the params by a tenth of their range",
+    JUDGED,
+    SUCCESSION,
+    *PACES,
     "0.25× 0.5× 1× 2× 4×",
     "(95 % interval of Clopper and Pearson)",
     "brackets 95 %",
@@ -103,7 +107,7 @@ def test_named_figures_are_found_by_their_names(read) -> None:
 def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
     """Positions unpacked from the page are those of the scene run again, to half a centimetre."""
     replays = json.loads(read.blocks["replays"])
-    for case, replay in zip(first_cases(opened.record, 3), replays, strict=True):
+    for case, replay in zip(first_cases(opened, 3), replays, strict=True):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert replay["samples"] == len(run.trajectory.time)
         assert replay["contact"] == run.trajectory.contact_sample
@@ -116,7 +120,7 @@ def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
 
 def test_replayed_cases_have_the_journals_outcome(opened: OpenedRun) -> None:
     """What the page plays collides exactly where the journal says so."""
-    for case in first_cases(opened.record, 3):
+    for case in first_cases(opened, 3):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert bool(run.outcomes.collided[0]) == case.collided
         assert run.outcomes.min_distance.min() == pytest.approx(case.min_distance, abs=1e-6)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.report.findings.search_report import METRICS
+from cortex_dsl.report.findings.paper_metrics import METRICS
 from cortex_dsl.report.findings.study_report import BOXED
 from engine.study.database import Study, read_study
 from engine.study.verdict import FAMILIES, RULE, findings

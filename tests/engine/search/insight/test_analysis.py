@@ -16,7 +16,6 @@ from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import analyse
 from engine.search.insight.clusters import clusters
 from engine.search.insight.sensitivity import sensitivity
-from engine.search.protocol import Box
 from engine.streams import key_rows
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
@@ -157,10 +156,19 @@ def test_nothing_valid_is_no_index(spaces: Callable[..., ParamSpace], rows: Rows
 
 # -- clusters ---------------------------------------------------------------------------------------------------------
 
+Region = Callable[[Floats], np.ndarray]
 
-def three_genes(rng: np.random.Generator, count: int) -> Floats:
-    return np.column_stack(
-        [rng.uniform(0, 10, count), rng.uniform(0, 1, count), rng.integers(0, 3, count).astype(np.float64)]
+
+@pytest.fixture
+def three(spaces: Callable[..., ParamSpace]) -> ParamSpace:
+    kinds = [GeneKind.CONTINUOUS, GeneKind.CONTINUOUS, GeneKind.INDEX]
+    return spaces([0.0, 0.0, 0.0], [10.0, 1.0, 2.0], kinds, ["A", "B", "C"])
+
+
+def drawn(seed: int, count: int) -> Floats:
+    rng = np.random.default_rng(seed)
+    return np.column_stack([rng.uniform(0, 10, count), rng.uniform(0, 1, count), rng.integers(0, 3, count)]).astype(
+        float
     )
 
 
@@ -169,69 +177,87 @@ def searched(rows: Rows, genomes: Floats, collided: np.ndarray) -> Evaluations:
     return evaluated(genomes, map_arrays(runs, lambda array: array[:, np.newaxis]))
 
 
-BOX = Box(
-    ("A", "B", "C"), (0.0, 0.0, 0.0), (10.0, 1.0, 2.0), (GeneKind.CONTINUOUS, GeneKind.CONTINUOUS, GeneKind.INDEX)
-)
+def failing(rows: Rows, region: Region, inside: float = 1.0, outside: float = 0.0) -> Evaluate:
+    """Runs that fail with these probabilities within and outside of a region."""
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        hit = noise(keys + 7) < np.where(region(genomes), inside, outside)
+        return rows(np.zeros(len(genomes), dtype=np.int32), np.where(hit, 0.5, 3.0))
+
+    return evaluate
 
 
-def test_planted_kinds_are_found_with_their_conditions(rows: Rows) -> None:
-    """A > 8 and B < 0.2, or A < 2 and B > 0.8: two kinds, each with its own condition, the larger first."""
-    rng = np.random.default_rng(4)
-    genomes = np.column_stack([rng.uniform(0, 10, 3000), rng.uniform(0, 1, 3000), rng.integers(0, 3, 3000)]).astype(
-        np.float64
-    )
-    one = (genomes[:, 0] > 8) & (genomes[:, 1] < 0.3)
-    two = (genomes[:, 0] < 2) & (genomes[:, 1] > 0.8)
-    found = clusters(searched(rows, genomes, one | two), BOX)
-    kinds = [{c.gene: (c.low, c.high) for c in cluster.conditions} for cluster in found]
-    large = [kind for cluster, kind in zip(found, kinds, strict=True) if set(cluster.rows) <= set(np.flatnonzero(one))]
-    assert large
-    assert sum(len(cluster.rows) for cluster in found) == int((one | two).sum())
+def test_planted_groups_are_found_with_their_conditions(rows: Rows, three: ParamSpace) -> None:
+    """A > 8 and B < 0.3, or A < 2 and B > 0.8: conditions under which fresh draws fail, the larger group first."""
+    genomes = drawn(4, 3000)
+
+    def region(x: Floats) -> np.ndarray:
+        return ((x[:, 0] > 8) & (x[:, 1] < 0.3)) | ((x[:, 0] < 2) & (x[:, 1] > 0.8))
+
+    found = clusters(searched(rows, genomes, region(genomes)), three, failing(rows, region))
+    assert sum(len(cluster.rows) for cluster in found) == int(region(genomes).sum())
     sizes = [len(cluster.rows) for cluster in found]
     assert sizes == sorted(sizes, reverse=True)
     for cluster in found:
         assert cluster.coverage > 0.6
-        assert cluster.precision > 0.6
+        assert cluster.fresh.share > 0.6
+        assert cluster.base.share == pytest.approx(0.1, abs=0.03)
+        assert cluster.lift > 6.0
         assert cluster.example in cluster.rows
 
 
-def test_a_condition_is_judged_on_runs_that_it_was_not_grown_from(rows: Rows) -> None:
-    """Failures that fill a corner are found again among others; failures by chance alone only seem to be somewhere."""
-    rng = np.random.default_rng(4)
-    genomes = np.column_stack([rng.uniform(0, 10, 2000), rng.uniform(0, 1, 2000), rng.integers(0, 3, 2000)]).astype(
-        np.float64
-    )
-    for real in clusters(searched(rows, genomes, genomes[:, 0] > 8), BOX):
-        assert real.held_out.precision > 0.9
-        assert real.held_out.coverage > 0.5
-    for chance in clusters(searched(rows, genomes, rng.random(2000) < 0.05), BOX):
-        assert chance.held_out.precision < chance.precision
-    (alone,) = clusters(searched(rows, genomes, np.arange(2000) == 7), BOX)
-    assert math.isnan(alone.held_out.precision)
+def test_without_lift_there_is_no_condition(rows: Rows, three: ParamSpace) -> None:
+    """A search that looked in one corner alone finds its failures there, though all others fail as often."""
+    genomes = drawn(4, 2000) * np.array([0.2, 0.2, 1.0])
+    everywhere = failing(rows, lambda x: np.ones(len(x), dtype=bool), 0.2)
+    runs = everywhere(genomes, key_rows(9, 0, 0, 0, range(len(genomes))))
+    for cluster in clusters(searched(rows, genomes, runs.collided), three, everywhere):
+        assert cluster.conditions == ()
+        assert cluster.fresh.valid == 0
 
 
-def test_an_option_can_be_a_condition(rows: Rows) -> None:
+def test_the_interval_told_is_of_draws_that_decided_nothing(rows: Rows, three: ParamSpace) -> None:
+    """Of forty seeds at least nine tenths hold the share that is known: a fifth within A > 5, a twentieth outside."""
+
+    def region(x: Floats) -> np.ndarray:
+        return x[:, 0] > 5.0
+
+    evaluate, genomes = failing(rows, region, 0.2, 0.05), drawn(3, 1500)
+    runs = evaluate(genomes, key_rows(5, 0, 0, 0, range(len(genomes))))
+    table, holds = searched(rows, genomes, runs.collided), []
+    for seed in range(20):
+        for cluster in clusters(table, three, evaluate, seed):
+            if cluster.conditions:
+                low, high = next(((c.low, c.high) for c in cluster.conditions if c.gene == 0), (0.0, 10.0))
+                low, high = max(low, 0.0), min(high, 10.0)
+                inside = max(0.0, high - max(low, 5.0)) / (high - low)
+                truth = 0.2 * inside + 0.05 * (1.0 - inside)
+                holds.append(cluster.fresh.interval.low <= truth <= cluster.fresh.interval.high)
+    assert len(holds) >= 10
+    assert np.mean(holds) >= 0.9
+
+
+def test_an_option_can_be_a_condition(rows: Rows, three: ParamSpace) -> None:
     """Whatever the numbers are: option 1 fails."""
-    rng = np.random.default_rng(1)
-    genomes = np.column_stack([rng.uniform(0, 10, 600), rng.uniform(0, 1, 600), rng.integers(0, 3, 600)]).astype(
-        np.float64
-    )
-    for cluster in clusters(searched(rows, genomes, genomes[:, 2] == 1.0), BOX):
+    genomes = drawn(1, 600)
+
+    def region(x: Floats) -> np.ndarray:
+        return x[:, 2] == 1.0
+
+    for cluster in clusters(searched(rows, genomes, region(genomes)), three, failing(rows, region)):
         (condition,) = [condition for condition in cluster.conditions if condition.gene == 2]
         assert (condition.low, condition.high) == (1.0, 1.0)
-        assert cluster.precision == 1.0
+        assert cluster.fresh.share == 1.0
 
 
-def test_clusters_are_deterministic_and_small_ones_are_one(rows: Rows) -> None:
-    """The same search, the same kinds; few failures are not grouped, none give none."""
-    rng = np.random.default_rng(2)
-    genomes = np.column_stack([rng.uniform(0, 10, 900), rng.uniform(0, 1, 900), rng.integers(0, 3, 900)]).astype(
-        np.float64
-    )
+def test_groups_follow_from_the_seed_and_small_ones_are_one(rows: Rows, three: ParamSpace) -> None:
+    """The same search, the same groups; few failures are not grouped, none give none."""
+    genomes = drawn(2, 900)
+    evaluate = failing(rows, lambda x: x[:, 0] > 7)
     table = searched(rows, genomes, genomes[:, 0] > 7)
-    assert clusters(table, BOX) == clusters(table, BOX)
-    assert len(clusters(searched(rows, genomes, np.arange(900) < 5), BOX)) == 1
-    assert clusters(searched(rows, genomes, np.zeros(900, dtype=bool)), BOX) == ()
+    assert clusters(table, three, evaluate, 1) == clusters(table, three, evaluate, 1)
+    assert len(clusters(searched(rows, genomes, np.arange(900) < 5), three, evaluate)) == 1
+    assert clusters(searched(rows, genomes, np.zeros(900, dtype=bool)), three, evaluate) == ()
 
 
 # -- a real search ----------------------------------------------------------------------------------------------------
@@ -243,13 +269,16 @@ def test_a_search_is_understood() -> None:
     campaign = scenario.search("random", generations=4, population=100, probes=0)
     found = analyse(scenario.program, campaign.evaluations, scenario.config, budget=640)
     assert found.failures == campaign.by_simulation.nc
-    assert 0 < len(found.distinct) <= found.failures
+    assert found.came == campaign.failures
+    assert sum(kind.count for kind in found.kinds) == found.failures
     assert sum(len(cluster.rows) for cluster in found.clusters) == found.failures
     for grid in found.grids:
         assert int(grid.runs.sum()) == campaign.by_simulation.valid_runs
         assert int(grid.failures.sum()) == found.failures
         assert grid.qd_score > 0.0
-    assert found.avoided.driven == len(found.distinct)
+    assert found.avoided.driven == found.failures
+    assert found.avoided.avoidable == found.came.avoidable
+    assert found.avoided.struck == found.came.struck
     assert sum(found.avoided.by.values()) == found.avoided.driven
     for case, answer in zip(found.worst, found.avoidability, strict=True):
         assert (answer is not None) == case.collided

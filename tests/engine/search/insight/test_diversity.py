@@ -1,4 +1,4 @@
-"""Distinct failures, descriptor grids, QD score, spread, and the worst cases that lie apart."""
+"""Descriptor grids, QD score, and spread."""
 
 import math
 from collections.abc import Callable
@@ -6,25 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import (
     SECTORS,
-    distinct_failures,
-    distinct_range,
-    first_apart,
     grids,
     sector,
     spread,
 )
 from engine.search.protocol import Box
-from engine.search.ranking import worst_cases
 from engine.tables import Floats, Ints
-from engine.vocabulary import GeneKind, Side, Verdict
+from engine.vocabulary import GeneKind, Side
 from tests.engine.search.conftest import evaluated
 
 UNIT_BOX = Box(("A", "B", "C"), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (GeneKind.CONTINUOUS,) * 3)
@@ -41,63 +35,6 @@ def searched(rows: Callable[[Ints, Floats], Assessment]) -> Table:
         return evaluated(genomes, map_arrays(replace(flat, **changes), lambda array: array[:, np.newaxis]))
 
     return make
-
-
-def naive(genomes: Floats, box: Box, needed: int, share: float) -> list[int]:
-    """The rule, word by word."""
-    kept: list[int] = []
-    for row, genome in enumerate(genomes):
-
-        def apart(other: Floats, genome: Floats = genome) -> bool:
-            differing = 0
-            for gene, kind in enumerate(box.kinds):
-                width = box.high[gene] - box.low[gene]
-                change = abs(genome[gene] - other[gene])
-                differing += change > 0 if kind is GeneKind.INDEX else width > 0 and change > share * width
-            return differing >= needed
-
-        if all(apart(genomes[known]) for known in kept):
-            kept.append(row)
-    return kept
-
-
-genomes_of_four = st.lists(
-    st.tuples(st.integers(0, 32), st.integers(-16, 16), st.integers(0, 9), st.integers(0, 2)), min_size=1, max_size=30
-)
-
-
-@given(genomes_of_four, st.integers(1, 4), st.sampled_from([0.05, 0.1, 0.3]))
-def test_distinct_failures_follow_the_rule(genomes: list[tuple[int, ...]], needed: int, share: float) -> None:
-    """A failure counts when enough genes differ by more than the share from every one counted before."""
-    kinds = (GeneKind.CONTINUOUS, GeneKind.CONTINUOUS, GeneKind.INTEGER, GeneKind.INDEX)
-    box = Box(("A", "B", "C", "D"), (0.0, -16.0, 0.0, 0.0), (32.0, 16.0, 9.0, 2.0), kinds)
-    table = np.array(genomes, dtype=float)
-    assert first_apart(table, box, needed, share).tolist() == naive(table, box, needed, share)
-
-
-def test_only_simulated_failures_count(searched: Table) -> None:
-    """Near misses and elites that were not run again are no failures of their own; a third is rounded up."""
-    genomes = np.array([[0, 0, 0], [0, 0, 0.05], [0, 0, 0.5], [0.9, 0.9, 0.9], [0, 0.3, 0]])
-    found = searched(genomes, np.array([0.1, 0.1, 0.1, 5.0, 0.1]))
-    assert distinct_failures(found, UNIT_BOX) == [0, 2, 4]
-    assert distinct_failures(found, UNIT_BOX, genes=2) == [0]
-    assert distinct_failures(replace(found, reused=np.arange(5) == 2), UNIT_BOX) == [0, 4]
-    assert distinct_failures(searched(genomes, np.full(5, 3.0)), UNIT_BOX) == []
-
-
-def test_without_genes_there_is_one_failure(searched: Table) -> None:
-    """A file that has no param fails in one way."""
-    assert distinct_failures(searched(np.zeros((3, 0))), Box((), (), (), ())) == [0]
-
-
-@given(genomes_of_four, st.permutations(range(4)))
-def test_more_sharing_never_means_more_distinct(genomes: list[tuple[int, ...]], order: list[int]) -> None:
-    """The order of genes changes nothing."""
-    box = Box(("A", "B", "C", "D"), (0.0, -16.0, 0.0, 0.0), (32.0, 16.0, 9.0, 2.0), (GeneKind.CONTINUOUS,) * 4)
-    table = np.array(genomes, dtype=float)
-    names, kinds = tuple(box.names[i] for i in order), tuple(box.kinds[i] for i in order)
-    turned = Box(names, tuple(box.low[i] for i in order), tuple(box.high[i] for i in order), kinds)
-    assert first_apart(table, box).tolist() == first_apart(table[:, order], turned).tolist()
 
 
 def test_sectors_are_centred_on_directions() -> None:
@@ -177,32 +114,3 @@ def test_the_nearest_falls_with_the_count_alone(searched: Table) -> None:
     few, many = (spread(searched(genomes[:count]), UNIT_BOX) for count in (300, 1200))
     assert many.nearest < 0.8 * few.nearest
     assert many.pairwise == pytest.approx(few.pairwise, rel=0.05)
-
-
-def test_the_count_depends_on_the_order(searched: Table) -> None:
-    """In a row of near neighbours it matters who comes first; far apart it does not."""
-    line = np.linspace(0.0, 1.0, 40)[:, None] * np.ones(3)
-    low, high = distinct_range(searched(line), UNIT_BOX)
-    assert low < high
-    assert low <= len(distinct_failures(searched(line), UNIT_BOX)) <= 10
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    assert distinct_range(searched(corners), UNIT_BOX) == (4, 4)
-    assert distinct_range(searched(corners, np.full(4, 5.0)), UNIT_BOX) == (0, 0)
-
-
-def test_the_worst_lie_apart(searched: Table) -> None:
-    """Of near copies the worst is taken; where too few lie apart, the worst of the rest fill the list in order."""
-    genomes = np.array([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0], [0.5, 0, 0], [0.9, 0, 0.3]])
-    found = searched(genomes, np.array([0.1, 0.2, 0.3, 0.4, 0.5]))
-    assert [case.row for case in worst_cases(found, 3)] == [0, 1, 2]
-    assert [case.row for case in worst_cases(found, 3, UNIT_BOX)] == [0, 3, 4]
-    assert [case.row for case in worst_cases(found, 4, UNIT_BOX)] == [0, 1, 3, 4]
-    assert [case.rank for case in worst_cases(found, 9, UNIT_BOX)] == [1, 2, 3, 4, 5]
-
-
-def test_a_near_miss_takes_no_collisions_place(searched: Table) -> None:
-    """While there are collisions enough, the list holds nothing else."""
-    genomes = np.array([[0, 0, 0], [0.01, 0, 0], [0.8, 0.8, 0.8]])
-    found = searched(genomes, np.array([0.1, 0.2, 2.0]))
-    assert [case.row for case in worst_cases(found, 2, UNIT_BOX)] == [0, 1]
-    assert found.verdict.tolist() == [Verdict.VALID] * 3

@@ -13,6 +13,7 @@ from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
+from engine.search.campaign import Campaign
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.ga import GeneticAlgorithm
@@ -21,7 +22,7 @@ from engine.search.methods.optimizers import Annealing, CrossEntropy, Differenti
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
-from engine.search.run import Campaign, run_campaign
+from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict

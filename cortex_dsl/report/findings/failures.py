@@ -1,0 +1,104 @@
+"""What a search found, in words that lead with what speaks against the ego: avoidable collisions, and kinds."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from cortex_dsl.report.findings.readable import counted, percent, significant, whole
+from engine.search.insight.diversity import SECTORS
+from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
+from engine.search.protocol import SOUGHT
+from engine.vocabulary import Blame
+
+BLAMES = {
+    Blame.AVOIDABLE: ("avoidable", "bad"),
+    Blame.UNAVOIDABLE: ("not avoidable", "warn"),
+    Blame.STRUCK: ("ego struck", "quiet"),
+    Blame.NONE: ("not asked", "quiet"),
+}
+"""Word and style."""
+MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: no failure of the ego"
+SUCCESSION = "(n + 1) / (N + 2)"
+"""How shares of what is rare are worked out."""
+APART = "one case of each partner and kind before a second of the same, avoidable ones before others"
+"""How the worst are chosen; see `engine.search.ranking`."""
+
+
+def lead_text(came: Failures) -> str:
+    """`6 avoidable collisions of 5 kinds`, or what else there is to say first."""
+    if came.avoidable:
+        return f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
+    if came.collisions > came.unknown:
+        return "no avoidable collision"
+    return collisions_text(came) if came.collisions else "no collision"
+
+
+def collisions_text(came: Failures) -> str:
+    """`2,170 collisions of 48 kinds`"""
+    return f"{counted(came.collisions, 'collision')} of {counted(came.kinds, 'kind')}"
+
+
+def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
+    """What the counts are of the work that found them, by valid simulation and by time."""
+    if not came.collisions:
+        return
+    if came.collisions > came.unknown:
+        share = percent(came.share(came.avoidable), 2)
+        yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
+    share = percent(came.collisions / came.valid) if came.valid else ""
+    every = f"{came.collisions:,} of {counted(came.kinds, 'kind')}"
+    yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
+
+
+def _pace(count: int, seconds: float) -> str:
+    if not (seconds > 0.0 and math.isfinite(seconds)):
+        return ""
+    return f", {pace_text(count / seconds)} a second"
+
+
+def pace_text(rate: float) -> str:
+    """Two digits of a small rate, a whole number of a large one."""
+    return whole(rate) if rate >= 10.0 else significant(rate, 2)
+
+
+def others_text(came: Failures, ego: str) -> str:
+    """What others did without the ego's part; empty where there is nothing to tell."""
+    parts: list[str] = []
+    if came.struck:
+        parts.append(f"{counted(came.struck, 'collision')}, struck from behind or while standing")
+    if came.without_ego:
+        parts.append(f"others touched in {counted(came.without_ego, 'run')}")
+    return f"without {ego}'s part: {'; '.join(parts)}" if parts else ""
+
+
+def kind_text(actors: Sequence[str], kind: Kind) -> str:
+    """`van on the left, 90 deg right; ego 30 .. 50 km/h, van stands`"""
+    ego, other = actors[0], actors[kind.pair + 1]
+    where = f"{other} at the {kind.side.name.lower()}, {SECTORS[kind.sector]}"
+    return f"{where}; {_pace_text(ego, kind.ego_speed)}, {_pace_text(other, kind.other_speed)}"
+
+
+def _pace_text(name: str, pace: int) -> str:
+    return f"{name} {PACES[pace]}{' km/h' if pace else ''}"
+
+
+def rest_text(found: Sequence[FoundKind], shown: int) -> str:
+    """`and 38 kinds more, 412 collisions`; empty where all are shown."""
+    rest = found[shown:]
+    more = sum(each.count for each in rest)
+    return f"and {counted(len(rest), 'kind')} more, {counted(more, 'collision')}" if rest else ""
+
+
+@dataclass(frozen=True)
+class Finds:
+    """What a search is for, in words for its charts."""
+
+    many: str
+    verb: str
+
+
+def finds_of(objective: Sequence[str]) -> Finds:
+    """Collisions, or finds of what else is sought."""
+    if tuple(objective) == SOUGHT:
+        return Finds("collisions", "collide")
+    return Finds(f"finds of {objective[0]}", f"are finds of {objective[0]}")

@@ -1,0 +1,48 @@
+"""The five metrics of the paper by name, and what they are where a search looks for something else than its risk."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cortex_dsl.report.findings.readable import fixed
+from engine.search.protocol import SOUGHT
+
+
+@dataclass(frozen=True)
+class PaperMetric:
+    """One of the five metrics of the paper."""
+
+    name: str
+    meaning: str
+    brief: str
+    """The same in a few words, for a terminal."""
+    field: str
+    """Of `engine.search.evaluations.Figures`."""
+    decimals: int
+    unit: str = ""
+
+    def text(self, value: float) -> str:
+        """A value with its unit."""
+        return f"{fixed(value, self.decimals)} {self.unit}".strip()
+
+
+METRICS = (
+    PaperMetric("RL", "mean risk of valid scenes", "mean risk, valid runs", "rl", 2),
+    PaperMetric("NC", "scenes with a collision", "collisions", "nc", 0),
+    PaperMetric("MDG", "mean least distance", "mean least distance", "mdg", 2, "m"),
+    PaperMetric("MDEC", "the same, without collisions", "same, no collisions", "mdec", 2, "m"),
+    PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
+)
+
+
+def meaning_of(metric: PaperMetric, objective: Sequence[str]) -> str:
+    """What a metric is, of a search that looks for the risk or for something else."""
+    return f"mean of {objective[0]} of valid scenes" if _is_aimed(metric, objective) else metric.meaning
+
+
+def brief_of(metric: PaperMetric, objective: Sequence[str]) -> str:
+    """The same in a few words."""
+    return f"mean of {objective[0]}, valid runs" if _is_aimed(metric, objective) else metric.brief
+
+
+def _is_aimed(metric: PaperMetric, objective: Sequence[str]) -> bool:
+    return tuple(objective) != SOUGHT and metric.field == "rl"
