@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from typing import Any, cast
 
-from numba.core.event import Event, Listener, register, unregister
+from numba.core import event as events
+from numba.core.event import Event, Listener
 
 EVENT = "numba:compile"
+UNTYPED = cast("Any", events)
 
 
 class _BeforeCompiling(Listener):
@@ -24,8 +27,8 @@ class _BeforeCompiling(Listener):
 def before_compiling(tell: Callable[[], None]) -> Generator[None]:
     """While the block lasts, call `tell` before each compilation, in the thread that has to wait for it."""
     listener = _BeforeCompiling(tell)
-    register(EVENT, listener)
+    UNTYPED.register(EVENT, listener)
     try:
         yield
     finally:
-        unregister(EVENT, listener)
+        UNTYPED.unregister(EVENT, listener)
