@@ -2,20 +2,20 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
+from cortex_dsl.console.cases import known_formats, write_cases
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, with_example
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import place_files
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
-from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
-    from cortex_dsl.interchange.writing import Gathered
+    from cortex_dsl.report.findings.interchange_report import Gathered
     from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
@@ -71,14 +71,7 @@ def _formats(options: argparse.Namespace) -> tuple[str, ...]:
     """Each format once, in the order of the list."""
     if options.to is None:
         raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
-    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in options.to.split(",")))
-    for name in names:
-        if name not in FORMATS:
-            near = nearest(name, FORMATS)
-            cure = f"did you mean `{near}`?" if near else f"name one or more of {', '.join(FORMATS)}"
-            raise UsageError(f"--to: there is no format `{name}`", cure)
-        if cure := missing_extra(name):
-            raise UsageError(f"{name} needs the package `{FORMATS[name].package}`, which is not installed", cure)
+    names = known_formats(options.to.split(","), "--to: ")
     for flag, value in (("--osc", options.osc), ("--mode", options.mode)):
         if value is not None and "xosc" not in names:
             raise UsageError(f"{flag} has no effect without the format xosc", f"leave {flag} out, or add xosc to --to")
@@ -163,22 +156,17 @@ def _write(
     options: argparse.Namespace,
     terminal: Terminal,
 ) -> int:
-    from cortex_dsl.interchange.writing import gather
-    from cortex_dsl.report.findings.interchange_report import Written, export_document
+    from cortex_dsl.report.findings.interchange_report import export_document
     from cortex_dsl.report.terminal.interchange_view import export_view
-    from engine.interchange.contract import ExportOptions, InterchangeError
+    from engine.interchange.contract import ExportOptions
 
     how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
-    try:
-        gathered = gather(cases, formats, how)
-    except InterchangeError as error:
-        raise UsageError(f"{error.place}: {error.message}", error.cure) from None
-    same = place_files(folder, gathered.files, force=options.force)
+    written = write_cases(cases, formats, folder, how, force=options.force)
+    gathered = written.gathered
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
-    opened = {name: kind.opened for name, kind in FORMATS.items()}
-    written = Written(cases, gathered, folder, same, findings, checked, opened)
+    written = replace(written, findings=findings, checked=checked)
     if options.json:
         terminal.write(export_document(written, how))
     else:

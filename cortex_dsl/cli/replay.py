@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cortex_dsl.console.cases import PICTURES, pace, picture, play_case
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -34,15 +35,15 @@ def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
     if isinstance(found, int):
         return found
     if options.to is None:
-        _play(found, options.speed, terminal)
+        play_case(found.shown, options.speed, terminal)
     else:
-        write_output(options.to, _content(found, options.to, options.speed))
+        write_output(options.to, picture(found.shown, options.to, options.speed, found.case, found.folder))
         terminal.write(str(options.to))
     return Exit.FINE
 
 
 def _check_target(path: Path | None) -> None:
-    if path is not None and path.suffix.lower() not in (".html", ".gif", ".svg"):
+    if path is not None and path.suffix.lower() not in PICTURES:
         cure = "name a file that ends in .html, .gif or .svg"
         raise UsageError(f"`{path}`: a replay becomes a page, a film or a picture", cure)
 
@@ -72,52 +73,13 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     return Replayed(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
-def _play(found: Replayed, speed: float, terminal: Terminal) -> None:
-    from cortex_dsl.report.terminal.replay_view import play
-
-    try:
-        play(found.shown, terminal.out, speed)
-    except KeyboardInterrupt:
-        terminal.out.print()
-
-
-def _content(found: Replayed, path: Path, speed: float) -> str | bytes:
-    from engine.extras import MissingExtraError
-
-    if path.suffix.lower() == ".html":
-        from cortex_dsl.report.page.case_page import case_page
-
-        return case_page(found.shown, found.case, found.folder)
-    if path.suffix.lower() == ".svg":
-        from cortex_dsl.report.page.player import key_picture
-
-        return key_picture(found.shown)
-    from cortex_dsl.report.page.film import gif
-
-    try:
-        return gif(found.shown, speed)
-    except MissingExtraError as error:
-        raise UsageError(error.message, error.cure) from None
-
-
-def _speed(text: str) -> float:
-    """A factor: `2`, `0.25`, `4x`."""
-    try:
-        value = float(text.rstrip("x×"))
-    except ValueError:
-        value = float("nan")
-    if not 0.01 <= value <= 100.0:
-        raise argparse.ArgumentTypeError(f"must be a factor between 0.01 and 100, not `{text}`")
-    return value
-
-
 def _options(parser: Parser) -> None:
     parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
     parser.add_argument(
         "--case", type=whole_number(1, MOST_CASES), metavar="K", help="which of the run's cases; 1 is the worst (1)"
     )
     parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
-    parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="times as fast as it happens (1)")
+    parser.add_argument("--speed", type=pace, default=1.0, metavar="X", help="times as fast as it happens (1)")
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="write a page (.html), film (.gif) or picture (.svg) instead"
     )

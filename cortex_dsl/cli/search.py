@@ -7,11 +7,12 @@ from pathlib import Path
 from cortex_dsl.api.run_folder import Found, search_and_keep
 from cortex_dsl.api.runs import OpenedRun, open_run, reopened
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors, watched
+from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
 from cortex_dsl.cli.study import resume_study, study_workers
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
+from cortex_dsl.console.searching import watched
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest

@@ -8,7 +8,6 @@ import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from math import nan
 from pathlib import Path
 
 from cortex_dsl.api.run_folder import Found, OnRemoved
@@ -19,14 +18,11 @@ from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.report.findings.search_report import SearchReport
-from cortex_dsl.report.terminal.progress import SearchProgress
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.extras import MissingExtraError
 from engine.program import Program
-from engine.search.campaign import Campaign, OnGeneration, Progress
-from engine.search.journal_reader import Record
+from engine.search.campaign import Campaign
 from engine.search.manifest import changed_versions
 from engine.search.objectives import ObjectiveError, UnknownObjectiveError
 from engine.search.past import ForeignPastError
@@ -66,34 +62,6 @@ def removed(terminal: Terminal) -> OnRemoved:
 def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
     """Return what runs the simulations: threads or processes of this machine, or a cluster."""
     return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
-
-
-@contextmanager
-def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
-    """Shows how far a search is; `record` holds what there was of it before."""
-    before = [each.by_individual for each in record.generations] if record else []
-    with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
-
-        def on_generation(done: Progress) -> None:
-            best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
-            progress.generation_done(done.figures.by_individual, done.simulations, best)
-            if done.generation == 0 and is_constant(done):
-                terminal.err.print(constant_line(done), style="warn", soft_wrap=True)
-
-        yield on_generation
-
-
-def is_constant(done: Progress) -> bool:
-    """Whether an objective other than the risk is the same in every valid run of a generation."""
-    values = done.evaluations.fitness[done.evaluations.valid]
-    return done.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
-
-
-def constant_line(done: Progress) -> str:
-    """What to say of an objective that is the same whatever is drawn."""
-    value = significant(done.best.continuous) if done.best else ""
-    what = f"{done.objective[0]} is {value} in every valid run of the first generation"
-    return f"{what}: there is nothing to climb, and the search is a random one until it changes"
 
 
 def show_found(found: Sequence[Found], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:

@@ -85,13 +85,16 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
+COMPILING = "compiling kernels (once, about half a minute) …"
+
+
 def announce_compilation(terminal: Terminal) -> bool:
     """The first command after an installation or update compiles kernels; say so before it seems to hang."""
     from engine.kernels.jit import kernels_are_cached
 
     if kernels_are_cached():
         return False
-    terminal.err.print("compiling kernels (once, about half a minute) …", style="quiet")
+    terminal.err.print(COMPILING, style="quiet")
     return True
 
 
@@ -256,20 +259,27 @@ def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, term
 def _failed(
     request: CompileRequest, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal
 ) -> Exit:
-    """A behaviour that never acts is the file's mistake; anything else may be ours."""
-    time = float(outcomes.end_time[0])
-    if outcomes.end_reason[0] == EndReason.STUCK:
+    """Show the mistake of the file; anything else is ours."""
+    diagnostic = failure_of(scenario, scenes, outcomes)
+    if diagnostic is None:
+        what = f"the simulation failed after {float(outcomes.end_time[0]):.2f} s"
+        raise RuntimeError(f"{what}: {end_of(scenario.program, outcomes, 0).text}")
+    show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
+    return Exit.DIAGNOSTICS
+
+
+def failure_of(scenario: Scenario, scenes: Scenes, outcomes: Outcomes, row: int = 0) -> Diagnostic | None:
+    """Why a run failed: a behaviour that never acts, or a number that does not exist; None where it is no mistake of
+    the file.
+    """
+    reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
+    if reason == EndReason.STUCK:
         budget = scenario.config.simulation.instruction_budget
-        diagnostic = never_acts(scenario.compiled, budget, int(outcomes.end_rule[0]), time)
-        show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
-        return Exit.DIAGNOSTICS
-    if outcomes.end_reason[0] == EndReason.BROKEN and outcomes.end_rule[0] >= 0:
-        genome = scenes.genomes[0].tolist()
-        broken = undefined_objective(scenario.compiled, int(outcomes.end_rule[0]), scenario.program.space, genome)
-        show(scenario.compiled.source, [broken], request, terminal, failed=True)
-        return Exit.DIAGNOSTICS
-    what = f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}"
-    return _undefined(request, scenario, scenes, terminal, what)
+        return never_acts(scenario.compiled, budget, rule, float(outcomes.end_time[row]))
+    if reason == EndReason.BROKEN and rule >= 0:
+        genome = scenes.genomes[row].tolist()
+        return undefined_objective(scenario.compiled, rule, scenario.program.space, genome)
+    return undefined_value(scenario.compiled, scenes, row)
 
 
 # -- runs of a search that failed over the file itself -----------------------------------------------------------------

@@ -3,6 +3,7 @@
 import errno
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from cortex_dsl.console.terminal import UsageError
@@ -70,6 +71,20 @@ def reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
+def user_path(name: str) -> Path:
+    """A path as typed, `~` being the home of a user.
+
+    Raises:
+        UsageError: it cannot be one.
+    """
+    if "\0" in name:
+        raise UsageError(f"`{name}` cannot be the name of a file")
+    try:
+        return Path(name).expanduser()
+    except RuntimeError:
+        raise UsageError(f"there is no home folder `{name.split('/')[0]}`", "write the whole path") from None
+
+
 # -- writing -----------------------------------------------------------------------------------------------------------
 
 
@@ -106,7 +121,18 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
 # -- files of an export: nothing in their folder is overwritten by something else unless it is forced ------------------
 
 
-def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:
+@dataclass(frozen=True)
+class Asked:
+    """What to say for another folder, and for writing over what is there, in cures."""
+
+    out: str = "--out"
+    force: str = "--force"
+
+
+FLAGS = Asked()
+
+
+def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked: Asked = FLAGS) -> frozenset[str]:
     """Write all files; the names of those that were there with the same contents.
 
     Raises:
@@ -121,22 +147,22 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> fro
             more = f" and {len(others):,} more" if others else ""
             raise UsageError(
                 f"`{folder / first}`{more} holds something else",
-                "name another folder with --out, or write over it with --force",
+                f"name another folder with {asked.out}, or write over it with {asked.force}",
             )
         write_all(folder, {name: content for name, content in files.items() if name not in there.same})
     except OSError as error:
         place = error.filename2 or error.filename or folder
-        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder)) from None
+        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder, asked.out)) from None
     except ValueError:
-        raise UsageError(f"`{folder}` cannot be the name of a folder", "name another one with --out") from None
+        raise UsageError(f"`{folder}` cannot be the name of a folder", f"name another one with {asked.out}") from None
     return there.same
 
 
-def _cure(error: OSError, folder: Path) -> str:
+def _cure(error: OSError, folder: Path, out: str) -> str:
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "free some space, or name another disk with --out DIR"
+        return f"free some space, or name another disk with {out} DIR"
     if isinstance(error, IsADirectoryError):
-        return "take that folder away, or name another place with --out DIR"
+        return f"take that folder away, or name another place with {out} DIR"
     if isinstance(error, FileExistsError | NotADirectoryError):
-        return f"a part of `{folder}` is a file; name another folder with --out DIR"
-    return "make it writable, or name another folder with --out DIR"
+        return f"a part of `{folder}` is a file; name another folder with {out} DIR"
+    return f"make it writable, or name another folder with {out} DIR"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.editor.analysis import View, analyse
 from cortex_dsl.editor.facts import ObservedValue, ObservedValues, described, ending_at
+from cortex_dsl.editor.fitting import TEMPORAL, Candidate, Sort, asked_at, fitting
 from cortex_dsl.editor.hover import (
     argument_text,
     attribute_doc,
@@ -23,10 +24,11 @@ from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.context import Moment
 from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
-from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, SPECIAL_NAMES, Kind
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
-from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
+from cortex_dsl.syntax.words import KEYWORDS, TEMPORAL_PREFIXES, Keyword, Role
+from engine.named_results import NAMED_RESULTS
 from engine.vocabulary import ManeuverType
 
 # -- what may follow a dot: found by asking the value that stands before it --------------------------------------------
@@ -116,18 +118,6 @@ ANYWHERE = ("if", "while", "require", "pass", "else", "elif")
 """Statements of the file and of behaviors alike."""
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """Something that can be written; `kind` is a word that the server translates."""
-
-    label: str
-    kind: str
-    detail: str = ""
-    doc: str = ""
-    rank: int = 5
-    """Smaller ones come first."""
-
-
 def complete(view: View, offset: int, *, decided: bool = False) -> list[Candidate]:
     """Everything that can stand at an offset; the client picks what fits the part that is written.
 
@@ -152,7 +142,7 @@ def _candidates(view: View, place: Place) -> Iterable[Candidate]:
     if not place.left:
         return (*_statements(view, place), *_names(view, place))
     if len(place.left) > 1 and place.left[-2].text == "with":
-        return _behaviors(view, place) if place.previous == "behavior" else _values(view, place)
+        return _behaviors(view, place) if place.previous == "behavior" else fitting(view, place, _values(view, place))
     return _AFTER[place.previous](view, place) if place.previous in _AFTER else _inside(view, place)
 
 
@@ -160,7 +150,7 @@ def _inside(view: View, place: Place) -> Iterator[Candidate]:
     """Within a statement, where no single word decides."""
     if place.previous == ":" and not place.open:
         yield from _statements(view, place)
-    if place.after_value:
+    if place.after_value and not _goes_on(place):
         if place.previous == ")" and _is_distribution(place.closed_call):
             yield from _units()
         yield from _joining(place)
@@ -169,7 +159,12 @@ def _inside(view: View, place: Place) -> Iterator[Candidate]:
         yield from _keywords(Role.SPECIFIER)
         return
     yield from _arguments(view, place)
-    yield from _values(view, place)
+    yield from fitting(view, place, (*_over_run(view, place), *_values(view, place)))
+
+
+def _goes_on(place: Place) -> bool:
+    """Whether the word before is an operator here, though it could be a name."""
+    return place.previous in TEMPORAL_PREFIXES and place.left[0].text in TEMPORAL
 
 
 # -- what one word before decides -------------------------------------------------------------------------------------
@@ -269,6 +264,15 @@ def _joining(place: Place) -> Iterator[Candidate]:
         specifier = keyword.role is Role.SPECIFIER and (place.in_new or keyword.phrase in ("in", "on"))
         if infix or specifier or keyword.role is Role.LINK:
             yield _keyword(keyword, 3 if specifier else 4)
+
+
+def _over_run(view: View, place: Place) -> Iterator[Candidate]:
+    """What makes one number of a run, where such a number is asked for."""
+    asked = asked_at(view, place)
+    if asked is not None and asked.sort is Sort.RUN:
+        yield from (Candidate(name, "function", f"{name}(x)", doc, 0) for name, doc in REDUCERS.items())
+        for result in NAMED_RESULTS:
+            yield Candidate(result.name, "constant", result.unit, result.sentence, 2)
 
 
 def _values(view: View, place: Place) -> Iterator[Candidate]:

@@ -128,6 +128,13 @@ def case_of_scene(scenario: Scenario, scenes: Scenes, file: Path, seed: int | No
     return _export_case(origin, name if seed is None else f"{name}-seed{seed}")
 
 
+def case_of_search(scenario: Scenario, case: Case, name: str = "") -> ExportCase:
+    """A case of a search that keeps no run, as the session's do not."""
+    origin = _Origin(scenario, scenario.scene(case), "paper", scenario.compiled.source.name, {})
+    made = _export_case(origin, name or f"{road_name(scenario)}-case{case.rank:02d}")
+    return replace(made, rank=case.rank)
+
+
 def road_name(scenario: Scenario) -> str:
     """The stem of the files that all cases of a scenario share."""
     return re.sub(r"[^A-Za-z0-9_.-]+", "-", scenario.program.name).strip("-.")[:LONGEST_NAME] or "scenario"

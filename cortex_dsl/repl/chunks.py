@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import pairwise
 
 from cortex_dsl.repl.state import State
 
@@ -46,6 +47,18 @@ def openness(text: str) -> Open:
     if depth or last in (",", "\\"):
         return Open.LINE
     return Open.BLOCK if block or last == ":" else Open.NO
+
+
+def parted(text: str) -> list[str]:
+    """What stands between the commas of a text, those inside brackets and strings left alone."""
+    depth, ends = 0, []
+    for piece in _PIECE.finditer(text):
+        kind, value = piece.lastgroup, piece.group()
+        if kind == "bracket":
+            depth += 1 if value in "([{" else -1
+        elif kind == "other" and depth == 0:
+            ends += [piece.start() + place for place, letter in enumerate(value) if letter == ","]
+    return [text[start + 1 : end].strip() for start, end in pairwise([-1, *ends, len(text)])]
 
 
 def is_command(text: str) -> bool:

@@ -20,34 +20,63 @@ class Command:
     summary: str
     module: str
     """In this package; its function has the name of the command, and is imported when it is first asked for."""
-    completes: str = ""
-    """What the argument is: `file`, `param`, `name`, `code` or `command`."""
+    completes: tuple[str, ...] = ()
+    """What its words are, in their order, by the names of `offers.KINDS`; the last goes on to the end."""
+    loud: bool = False
+    """Whether `!` after its name writes over what is there."""
 
 
 _ROWS = (
-    Command("help", "[COMMAND]", "this page, or one line about a command", "commands_info", "command"),
+    Command("help", "[COMMAND]", "this page, or one line about a command", "commands_info", ("command",)),
     Command("list", "", "the scenario, with the numbers of lines and entries", "commands_draft"),
     Command("undo", "", "take the last change back", "commands_draft"),
     Command("redo", "", "take the last undo back", "commands_draft"),
-    Command("edit", "N", "bring entry N back to be changed; from a pipe the next entry replaces it", "commands_draft"),
-    Command("delete", "N", "remove entry N", "commands_draft"),
-    Command("check", "", "everything that the compiler says, and what can hold at all", "commands_info"),
+    Command(
+        "edit", "N", "bring entry N back to be changed; in a script the next one is it", "commands_draft", ("entry",)
+    ),
+    Command("delete", "N", "remove entry N", "commands_draft", ("entry",)),
+    Command("check", "", "all that the compiler says, and what can hold at all", "commands_info"),
     Command("sample", "[N]", "draw N scenes and count (10,000)", "commands_scenes"),
     Command("scene", "", "draw one accepted scene here; again: the next one", "commands_scenes"),
-    Command("plot", "PARAM", "the accepted values of a param against those drawn", "commands_scenes", "param"),
-    Command(
-        "relax", "[SHARE%]", "which requirement to relax, and by how much, to accept that share", "commands_scenes"
-    ),
+    Command("plot", "A[, B]", "how any expression is spread, or two against each other", "commands_plot", ("value",)),
+    Command("relax", "[SHARE%]", "which requirement to relax, to accept that share", "commands_scenes"),
     Command("run", "[SEED]", "run one scene and show what happened", "commands_scenes"),
-    Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "commands_scenes"),
-    Command("random", "[GENERATIONS]", "search at random", "commands_scenes"),
-    Command("show", "NAME", "what a name, unit or construct is", "commands_info", "name"),
-    Command("explain", "[CODE]", "what a code such as SCN203 means", "commands_info", "code"),
-    Command("seed", "[N]", "the seed of all that is drawn", "commands_info"),
-    Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "commands_info", "param"),
-    Command("load", "FILE", "start over with a file", "commands_draft", "file"),
     Command(
-        "save", "[FILE]", "write the scenario, formatted; `:save! FILE` over another file", "commands_draft", "file"
+        "ga",
+        "[N] [--objective NAME]",
+        "search genetically (10 generations of 100)",
+        "commands_scenes",
+        ("aim",),
+    ),
+    Command("random", "[N] [--objective NAME]", "search at random, as many", "commands_scenes", ("aim",)),
+    Command("worst", "", "the worst cases of the last search, and what they are", "commands_cases"),
+    Command(
+        "watch",
+        "[N] [PACE]",
+        "play case N of them, as `:watch 2 0.5x` at half its pace",
+        "commands_cases",
+        ("case", "pace"),
+    ),
+    Command(
+        "export",
+        "N FILE|FOLDER [FORMATS]",
+        "write case N, by the suffix as .scn, .xosc, .csv, .gif …",
+        "commands_cases",
+        ("case", "path", "format"),
+        loud=True,
+    ),
+    Command("show", "NAME", "what a name, unit or construct is", "commands_info", ("name",)),
+    Command("explain", "[CODE]", "what a code such as SCN203 means", "commands_info", ("code",)),
+    Command("seed", "[N]", "the seed of all that is drawn", "commands_info"),
+    Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "commands_info", ("param",)),
+    Command("load", "FILE", "start over with a file", "commands_draft", ("file",)),
+    Command(
+        "save",
+        "[FILE]",
+        "write the scenario, formatted; `:save!` over another",
+        "commands_draft",
+        ("file",),
+        loud=True,
     ),
     Command("quit", "", "leave (also Ctrl-D)", "commands_info"),
 )
@@ -64,7 +93,7 @@ def execute(state: State, chunk: str) -> None:
     word, _, argument = chunk.strip().removeprefix(":").strip().partition(" ")
     name, loud = word.removesuffix("!"), word.endswith("!")
     name = SAME.get(name, name)
-    if name not in COMMANDS or (loud and name != "save"):
+    if name not in COMMANDS or (loud and not COMMANDS[name].loud):
         raise UsageError(f"there is no command `:{word}`", _instead(name))
     command, state.editing = COMMANDS[name], None
     if argument.strip() and not command.argument:

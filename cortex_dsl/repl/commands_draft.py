@@ -6,14 +6,13 @@ from pathlib import Path
 from rich.text import Text
 
 from cortex_dsl.console.terminal import UsageError
-from cortex_dsl.console.user_files import is_folder, read_source, reason, write_bytes
+from cortex_dsl.console.user_files import is_folder, read_source, reason, user_path, write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl import entering
 from cortex_dsl.repl.colours import coloured
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.draft import Draft, History, comments_above, split
-from cortex_dsl.repl.entering import refuse
-from cortex_dsl.repl.state import State, check, new_errors
+from cortex_dsl.repl.state import State, check, new_errors, refuse
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
@@ -100,7 +99,7 @@ def do_load(state: State, argument: str) -> None:
         raise UsageError("which file?", "as in `:load left_turn.scn`")
     if state.interactive and state.unsaved and not _agreed("What was entered is not saved. Drop it?"):
         return
-    load(state, _path(argument))
+    load(state, user_path(argument))
 
 
 def load(state: State, path: Path) -> None:
@@ -125,27 +124,13 @@ def load(state: State, path: Path) -> None:
         state.terminal.out.print(what, style="quiet", soft_wrap=True)
 
 
-def _path(name: str) -> Path:
-    """A path as typed, `~` being the home of a user.
-
-    Raises:
-        UsageError: it cannot be one.
-    """
-    if "\0" in name:
-        raise UsageError(f"`{name}` cannot be the name of a file")
-    try:
-        return Path(name).expanduser()
-    except RuntimeError:
-        raise UsageError(f"there is no home folder `{name.split('/')[0]}`", "write the whole path") from None
-
-
 def do_save(state: State, argument: str) -> None:
     loud, name = argument.startswith("!"), argument.removeprefix("!").strip()
     if not state.draft.entries:
         raise UsageError("there is nothing to save yet")
     if not name and state.file is None:
         raise UsageError("under which name?", "as in `:save crossing.scn`")
-    path = _path(name) if name else state.file
+    path = user_path(name) if name else state.file
     assert path is not None
     if is_folder(path):
         raise UsageError(f"`{path}` is a folder", f"name a file in it, as in `:save {path / 'crossing.scn'}`")

@@ -15,9 +15,9 @@ from cortex_dsl.spelling import did_you_mean
 
 ENTERING = """\
 Enter statements: each is checked at once, each `require` is tested on 10,000
-draws. A definition replaces the old one of its name; an expression shows what
-it is. After a colon, a comma or an open bracket a line goes on; a blank line
-ends a block, Escape and Enter end anything."""
+draws, each `expect` on 400 runs. A definition replaces the old one of its name;
+an expression shows what it is. After a colon, a comma or an open bracket a line
+goes on; a blank line ends a block, Escape and Enter end anything."""
 
 
 def do_help(state: State, argument: str) -> None:

@@ -1,7 +1,7 @@
 """Commands on scenes: draw and count them, show one, plot a param, say what to relax; run one, or search many."""
 
+import shlex
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,20 +9,17 @@ import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
-from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.commands import whole_number
-from cortex_dsl.repl.entering import refuse
-from cortex_dsl.repl.state import State
+from cortex_dsl.repl.instant import draw, is_undefined
+from cortex_dsl.repl.state import Found, State, refuse
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.spelling import did_you_mean
-from engine.search.campaign import Campaign, Progress
-from engine.vocabulary import Verdict
+from engine.errors import ArgumentError
+from engine.search.campaign import Campaign
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
-    from engine.acceptance import Weighing
     from engine.scenes import Scenes
 
 
@@ -32,9 +29,6 @@ CHUNK = 5_000
 """Scenes drawn at once; Ctrl-C is answered in between."""
 TRIES = 200
 """Genomes that are tried for one scene."""
-ENOUGH = 4_000
-"""Accepted draws that make a good histogram."""
-MOST_DRAWS = 400_000
 
 
 def do_sample(state: State, argument: str) -> None:
@@ -43,8 +37,8 @@ def do_sample(state: State, argument: str) -> None:
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
         for first in range(0, count, CHUNK):
-            scenes = _draw(scenario, state.seed, np.arange(first, min(first + CHUNK, count)))
-            if _is_undefined(state, scenario, scenes):
+            scenes = draw(scenario, state.seed, np.arange(first, min(first + CHUNK, count)))
+            if is_undefined(state, scenario, scenes):
                 return
             tally = tally.plus(scenes)
     except KeyboardInterrupt:
@@ -63,27 +57,6 @@ def _show_tally(state: State, scenario: "Scenario", tally: Tally, seconds: float
     if interrupted_before:
         note += f", interrupted before {interrupted_before:,}"
     state.terminal.out.print(sample_view(scenario.program, tally, seconds, note, blame))
-
-
-def _draw(scenario: "Scenario", seed: int, indices: "np.ndarray") -> "Scenes":
-    from engine.sampling import draw_genomes, sample
-    from engine.streams import key_rows
-    from engine.vocabulary import Method
-
-    keys = key_rows(seed, Method.SAMPLE, 0, 0, indices)
-    return sample(scenario.program, draw_genomes(scenario.program.space, keys), keys, scenario.config.simulation)
-
-
-def _is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
-    """Whether some scene holds a number that does not exist; show it if so."""
-    errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
-    if not len(errors):
-        return False
-    diagnostic = undefined_value(scenario.compiled, scenes, int(errors[0]))
-    if diagnostic is None:
-        raise RuntimeError("a scene held a value that is not a number")
-    refuse(state, scenario.compiled.source, [diagnostic])
-    return True
 
 
 def do_scene(state: State, _argument: str) -> None:
@@ -111,9 +84,9 @@ def _next_scene(state: State, scenario: "Scenario") -> "Scenes | None":
     """Return the next accepted scene of the seed; where there is none, show why and return None."""
     tally = Tally()
     for _ in range(TRIES):
-        scenes = _draw(scenario, state.seed, np.array([state.scenes_tried]))
+        scenes = draw(scenario, state.seed, np.array([state.scenes_tried]))
         state.scenes_tried += 1
-        if _is_undefined(state, scenario, scenes):
+        if is_undefined(state, scenario, scenes):
             return None
         tally = tally.plus(scenes)
         if scenes.valid[0]:
@@ -122,42 +95,6 @@ def _next_scene(state: State, scenario: "Scenario") -> "Scenes | None":
     state.no_scene = True
     _show_tally(state, scenario, tally, 0.0, 0)
     return None
-
-
-def do_plot(state: State, argument: str) -> None:
-    program = state.checked.weighable
-    if program is None:
-        raise state.not_ready()
-    names = program.space.names
-    if argument not in names:
-        raise _unknown_param(argument, names)
-    state.kernels.wait(state.terminal)
-    from cortex_dsl.report.terminal.sample_view import distribution_view
-
-    weighing = _plenty(state, state.weighing(program))
-    console = state.terminal.out
-    view = distribution_view(weighing, names.index(argument), console.width, ascii_only=console.options.ascii_only)
-    console.print(view)
-
-
-def _unknown_param(argument: str, names: Sequence[str]) -> UsageError:
-    words = argument.replace(",", " ").split()
-    if len(words) > 1:
-        single = next((word for word in words if word in names), words[0])
-        return UsageError("`:plot` shows one param at a time", f"as in `:plot {single}`")
-    what = f"no param is called `{argument}`" if argument else "which param?"
-    return UsageError(what, did_you_mean(argument, names) if names else "the scenario has none yet")
-
-
-def _plenty(state: State, weighing: "Weighing") -> "Weighing":
-    """More draws where few of them are accepted."""
-    accepted = int(weighing.accepted.sum())
-    if accepted >= ENOUGH:
-        return weighing
-    from engine.acceptance import weigh
-
-    wanted = len(weighing) * ENOUGH // max(accepted, 1)
-    return weigh(weighing.program, min(MOST_DRAWS, wanted), state.seed)
 
 
 def do_relax(state: State, argument: str) -> None:
@@ -186,6 +123,8 @@ def do_relax(state: State, argument: str) -> None:
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000
+AIM = "--objective"
+NEXT = "  `:worst` lists their kinds, `:watch N` plays one, `:export N FILE` keeps it"
 
 
 def seed_of(text: str, default: int) -> int:
@@ -221,11 +160,12 @@ def do_random(state: State, argument: str) -> None:
 
 
 def _search(state: State, method: str, argument: str) -> None:
-    generations = whole_number(argument, GENERATIONS, "the number of generations", MOST_GENERATIONS)
+    """Search, show what was found, and keep it for the commands on cases."""
+    generations, aims = _asked(method, argument)
     scenario = state.scenario()
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    campaign = _campaign(state, scenario, method, generations)
+    campaign = _campaign(state, scenario, method, generations, aims)
     mistake = mistake_of(scenario, campaign)
     if mistake is not None:
         refuse(state, scenario.compiled.source, [mistake])
@@ -235,18 +175,43 @@ def _search(state: State, method: str, argument: str) -> None:
     from cortex_dsl.report.terminal.search_view import search_view
 
     console, population = state.terminal.out, scenario.config.search.population
-    settings = f"{generations} x {population}, seed {state.seed}"
+    settings = ", ".join([f"{generations} x {population}", f"seed {state.seed}", *(f"objective {aim}" for aim in aims)])
     console.print(search_view(scenario.program, SearchReport(campaign, None), settings, console.width))
+    state.found = Found(scenario, campaign, state.draft, f":{method}, {settings}")
+    if campaign.worst:
+        console.print()
+        console.print(NEXT, style="quiet")
 
 
-def _campaign(state: State, scenario: Scenario, method: str, generations: int) -> Campaign:
+def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
+    """How many generations, and what is sought; nothing named: the risk.
+
+    Raises:
+        UsageError: the words are not as they should be.
+    """
+    try:
+        words = shlex.split(argument)
+    except ValueError:
+        raise UsageError("a quotation mark is not closed") from None
+    count = words.pop(0) if words and not words[0].startswith("-") else ""
+    flags, aims = words[::2], words[1::2]
+    if len(flags) != len(aims) or any(flag != AIM for flag in flags):
+        raise UsageError(f"`{argument}` is no way to search", f"as in `:{method} 20 {AIM} avoidable`")
+    return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
+
+
+def _campaign(state: State, scenario: Scenario, method: str, generations: int, aims: tuple[str, ...]) -> Campaign:
     """The search; Ctrl-C ends it, and what was found until then stays."""
-    from cortex_dsl.report.terminal.progress import SearchProgress
+    from cortex_dsl.console.searching import watched
 
-    with SearchProgress(state.terminal.err, method, generations) as progress:
-
-        def on_generation(done: Progress) -> None:
-            best = done.best.score if done.best else float("nan")
-            progress.generation_done(done.figures.by_individual, done.simulations, best)
-
-        return scenario.search(method, generations=generations, seed=state.seed, on_generation=on_generation)
+    try:
+        with watched(state.terminal, method, generations) as on_generation:
+            return scenario.search(
+                method,
+                generations=generations,
+                seed=state.seed,
+                on_generation=on_generation,
+                objective=aims or "risk",
+            )
+    except ArgumentError as error:
+        raise UsageError(error.message, error.cure) from None

@@ -4,73 +4,21 @@ A single expression is shown with its value. Anything else is parsed, put in its
 acceptance of draws before and after, and which requirement rejects all. A refused chunk changes nothing.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from cortex_dsl.diagnostics import CompileError, Diagnostic, Label, Severity
-from cortex_dsl.editor.facts import described
-from cortex_dsl.pipeline import compile_source
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.draft import Draft, Placed, keys, place, place_last, place_new, split
-from cortex_dsl.repl.state import STILL_TO_COME, Checked, State, check, new_errors, remarks_on
+from cortex_dsl.repl.expressions import show_value
+from cortex_dsl.repl.state import Checked, State, check, new_errors, refuse, remarks_on
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-from cortex_dsl.semantics.model.context import ValueRecorder
-from cortex_dsl.source import Source, Span
+from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
+from engine.vocabulary import RuleKind
 
 if TYPE_CHECKING:
-    from engine.program import Program
-
-# -- a single expression: its kind, unit and range, as far as they are known before a run ------------------------------
-
-PLACE = "it = "
-"""The expression is looked at as the value of this assignment, at the end of the draft."""
-Refuse = Callable[[State, Source, Sequence[Diagnostic]], None]
-
-
-def show_value(state: State, expression: str, refuse: Refuse) -> None:
-    """Print what an expression is; the draft stays as it is."""
-    text = f"{state.draft.text}{PLACE}{expression}\n"
-    start = len(state.draft.text) + len(PLACE)
-    witness = ValueRecorder()
-    source = Source(state.name, text)
-    try:
-        compile_source(source, state.overrides, observe=witness)
-    except CompileError as error:
-        wrong = [d for d in error.diagnostics if _is_about(d, start)]
-        if wrong:
-            refuse(state, Source(state.name, f"{state.draft.text}{expression}\n"), [_as_typed(d, start) for d in wrong])
-            return
-    seen = witness.seen.get(Span(start, start + len(expression.rstrip()))) or _widest(witness, start)
-    worth = described(seen) if seen else ""
-    if worth:
-        state.terminal.out.print(worth, soft_wrap=True)
-    else:
-        state.terminal.out.print("it has a value in the simulation only", style="quiet")
-
-
-def _is_about(diagnostic: Diagnostic, start: int) -> bool:
-    grave = diagnostic.severity is Severity.ERROR and diagnostic.code not in STILL_TO_COME
-    return grave and diagnostic.label.span.end >= start - len(PLACE)
-
-
-def _as_typed(diagnostic: Diagnostic, start: int) -> Diagnostic:
-    """The same where the expression stands alone, as it was typed."""
-
-    def placed(offset: int) -> int:
-        return offset if offset <= start - len(PLACE) else max(offset, start) - len(PLACE)
-
-    def moved(label: Label) -> Label:
-        return replace(label, span=Span(placed(label.span.start), placed(label.span.end)))
-
-    return replace(diagnostic, label=moved(diagnostic.label), secondary=tuple(map(moved, diagnostic.secondary)))
-
-
-def _widest(witness: ValueRecorder, start: int) -> Sequence:
-    """What was seen of the whole expression, whose span may leave out brackets around it."""
-    fitting = [span for span in witness.seen if span.start >= start]
-    return witness.seen[min(fitting, key=lambda span: (span.start, -span.end))] if fitting else ()
-
+    from engine.program import Program, Rule
 
 # -- what an entry does to the draws -----------------------------------------------------------------------------------
 
@@ -79,7 +27,13 @@ NOTABLE = 0.5
 
 
 def show_change(state: State, before: Checked, after: Checked) -> None:
-    """Estimate the acceptance of a draft that has just changed, and show it where the change is notable."""
+    """Show what an entry has just changed: acceptance of draws, and what its objectives come to in instant runs."""
+    _show_acceptance(state, before, after)
+    _show_objectives(state, before, after)
+
+
+def _show_acceptance(state: State, before: Checked, after: Checked) -> None:
+    """Estimate the acceptance of a draft, and show it where the change is notable."""
     if not state.interactive and "require" not in after.draft.text:
         return
     if after.weighable is None:
@@ -107,15 +61,51 @@ def _fresh(before: "Program | None", after: "Program") -> set[int]:
     return {i for i, r in enumerate(after.requirements) if r.line and r.name not in known}
 
 
+# -- what it comes to in runs ------------------------------------------------------------------------------------------
+
+
+def _show_objectives(state: State, before: Checked, after: Checked) -> None:
+    """Weigh what is new of `expect`, `maximize`, `minimize` and the requirements on the run by some hundred runs."""
+    if after.compiled is None:
+        return
+    program, lines = after.compiled.program, _new_lines(before.draft, after.draft)
+    if not any(each.line in lines for each in (*program.judged.objectives, *_on_run(program))):
+        return
+    from cortex_dsl.repl.instant import instant_runs
+    from cortex_dsl.report.findings.objectives import weighed_objectives
+    from cortex_dsl.report.findings.readable import speed_unit
+    from cortex_dsl.report.terminal.measures_view import weighed_view
+    from cortex_dsl.report.terminal.theme import indented
+
+    instant = instant_runs(state, state.scenario())
+    if instant is None:
+        return
+    found = [each for each in weighed_objectives(program, instant.outcomes) if each.line in lines]
+    console = state.terminal.out
+    view = weighed_view(found, speed_unit(program), ascii_only=console.options.ascii_only)
+    console.print(indented(view))
+
+
+def _on_run(program: "Program") -> Iterator["Rule"]:
+    return (rule for rule in program.rules if rule.kind is RuleKind.ABORT)
+
+
+def _new_lines(before: Draft, after: Draft) -> set[int]:
+    """Lines of the entries that were not there before."""
+    known, places = set(before.entries), pairwise(after.first_lines)
+    new = (range(*ends) for entry, ends in zip(after.entries, places, strict=True) if entry not in known)
+    return {line for lines in new for line in lines}
+
+
 # -- an entry ----------------------------------------------------------------------------------------------------------
 
 
 def enter(state: State, chunk: str) -> None:
     """Add a chunk to the draft; a refused one leaves everything as it was, and a person sees that."""
-    index, refused = state.editing, state.mistakes
+    index, refused, before = state.editing, state.mistakes, state.draft
     state.editing = None
     _enter(state, chunk, index)
-    if state.interactive and state.mistakes > refused:
+    if state.interactive and state.mistakes > refused and state.draft == before:
         state.editing = index
         state.terminal.err.print("refused: nothing was changed", style="quiet")
 
@@ -129,7 +119,7 @@ def _enter(state: State, chunk: str, index: int | None) -> None:
         return
     alone = module.statements[0] if len(module.statements) == 1 else None
     if isinstance(alone, nodes.ExpressionStatement) and "\n" not in chunk.strip():
-        show_value(state, chunk.strip(), refuse)
+        show_value(state, chunk.strip())
         return
     own = Source(state.name, chunk + "\n")
     if index is not None:
@@ -190,10 +180,3 @@ def _show_remarks(state: State, before: Checked, checked: Checked, steps: list[P
     if fresh:
         print_diagnostics(checked.source, fresh, state.terminal.err)
     show_change(state, before, checked)
-
-
-def refuse(state: State, source: Source, diagnostics: Sequence[Diagnostic]) -> None:
-    """Show what is wrong."""
-    state.mistakes += 1
-    state.terminal.out.file.flush()
-    print_diagnostics(source, diagnostics, state.terminal.err)

@@ -10,8 +10,8 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.chunks import is_command
 from cortex_dsl.repl.commands import execute
-from cortex_dsl.repl.entering import enter, refuse
-from cortex_dsl.repl.state import State
+from cortex_dsl.repl.entering import enter
+from cortex_dsl.repl.state import State, refuse
 
 NO_TERMINALS = ("dumb", "unknown", "")
 """Values of TERM that say that nothing can be edited there."""
@@ -108,6 +108,8 @@ def do(state: State, chunk: str) -> None:
             raise
         state.bugs += 1
         report_bug(error, ("repl", chunk), state.terminal)
+    finally:
+        state.kernels.over()
 
 
 def complain(state: State, message: str, cure: str) -> None:

@@ -10,7 +10,7 @@ from prompt_toolkit import PromptSession
 from prompt_toolkit.application.current import get_app
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
 from prompt_toolkit.buffer import Buffer
-from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.filters import completion_is_selected, has_completions
 from prompt_toolkit.formatted_text import StyleAndTextTuples
@@ -21,13 +21,12 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style, merge_styles
 from prompt_toolkit.styles.pygments import pygments_token_to_classname
 
-from cortex_dsl.console.user_files import is_folder
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.completion import complete
 from cortex_dsl.editor.lexer import ScnLexer, word_before
 from cortex_dsl.repl.chunks import MORE, PROMPT, is_command, is_whole
 from cortex_dsl.repl.colours import for_prompt
-from cortex_dsl.repl.commands import COMMANDS
+from cortex_dsl.repl.offers import of_command
 from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.readable import counted, percent
 
@@ -66,7 +65,7 @@ def _state_folder() -> Path:
     return (Path(base) if base else Path.home() / ".local" / "state") / "cortexc"
 
 
-# -- what Tab offers: the language's completion over the whole draft, and the arguments of commands --------------------
+# -- what Tab offers: the language's completion over the whole draft, and the words of commands ------------------------
 
 
 class DraftCompleter(Completer):
@@ -74,16 +73,14 @@ class DraftCompleter(Completer):
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._paths = PathCompleter(expanduser=True, file_filter=_is_scenario)
         self._analysed: tuple[str, Analysis] | None = None
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
         text = document.text_before_cursor
         if is_command(text) and text.lstrip().startswith(":"):
-            return self._of_command(text.lstrip()[1:], complete_event)
+            analysis = self._analysis(self._state.draft.text)
+            return of_command(self._state, analysis, text.lstrip()[1:], complete_event)
         return self._of_language(document)
-
-    # -- the language ------------------------------------------------------------------------------------------------
 
     def _of_language(self, document: Document) -> Iterator[Completion]:
         draft = self._state.draft.text
@@ -98,45 +95,6 @@ class DraftCompleter(Completer):
         if self._analysed is None or self._analysed[0] != text:
             self._analysed = text, analyse(self._state.name, text)
         return self._analysed[1]
-
-    # -- commands ----------------------------------------------------------------------------------------------------
-
-    def _of_command(self, text: str, event: CompleteEvent) -> Iterator[Completion]:
-        name, blank, argument = text.partition(" ")
-        if not blank:
-            for row in COMMANDS.values():
-                if row.name.startswith(name):
-                    yield Completion(row.name, -len(name), display_meta=row.summary)
-            return
-        row = COMMANDS.get(name.removesuffix("!"))
-        argument = argument.lstrip()
-        if row is not None and row.completes == "file":
-            yield from self._paths.get_completions(Document(argument), event)
-        elif row is not None:
-            for word, meta in self._arguments(row.completes):
-                if word.lower().startswith(argument.lower()):
-                    yield Completion(word, -len(argument), display_meta=meta)
-
-    def _arguments(self, kind: str) -> Iterator[tuple[str, str]]:
-        if kind == "param":
-            program = self._state.checked.weighable
-            names = () if program is None else program.space.names
-            yield from ((name, "param") for name in names)
-        elif kind == "code":
-            from cortex_dsl.api.codes import entries
-
-            yield from ((entry.code, entry.title) for entry in entries())
-        elif kind == "command":
-            yield from ((row.name, row.summary) for row in COMMANDS.values())
-        elif kind == "name":
-            from cortex_dsl.repl.commands_info import known
-
-            yield from ((name, "") for name in dict.fromkeys(known(self._state)))
-
-
-def _is_scenario(name: str) -> bool:
-    path = Path(name)
-    return path.suffix in (".scn", ".scenic") or is_folder(path)
 
 
 # -- the prompt --------------------------------------------------------------------------------------------------------
@@ -205,14 +163,17 @@ def state_of(state: State) -> str:
     if program is not None:
         parts += [counted(len(program.space), "param")]
         parts += [] if checked.missing else [counted(len(program.actors), "actor")]
-        parts.append(_accepted(state.acceptance))
+        parts.append(_accepted(state))
     if state.overrides:
         parts.append(f"{len(state.overrides)} held")
     return " · ".join(parts)
 
 
-def _accepted(share: float | None) -> str:
-    return "compiling kernels …" if share is None else f"{percent(share, 2 if 0 < share < 0.1 else 1)} accepted"
+def _accepted(state: State) -> str:
+    share = state.acceptance
+    if share is None:
+        return "compiling kernels …" if state.kernels.cold else "loading kernels …"
+    return f"{percent(share, 2 if 0 < share < 0.1 else 1)} accepted"
 
 
 def _style() -> Style:

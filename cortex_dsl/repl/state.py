@@ -4,7 +4,8 @@ It knows the draft and what the compiler says of it, and the kernels, which are 
 """
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +15,7 @@ from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import Draft, History
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
@@ -25,7 +27,9 @@ from engine.program import Program
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
+    from cortex_dsl.report.findings.cases_found import CaseFound
     from engine.acceptance import Weighing
+    from engine.search.campaign import Campaign
 
 # -- a draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
 
@@ -128,6 +132,10 @@ class Kernels:
     cold: bool = False
     """Whether they have to be compiled, not only loaded."""
     failed: list[BaseException] = field(default_factory=list)
+    heard: ExitStack = field(default_factory=ExitStack)
+    listening: bool = False
+    told: bool = False
+    """Whether the present command has said that it waits."""
 
     def start(self) -> None:
         self.thread = threading.Thread(target=self._work, daemon=True)
@@ -140,21 +148,37 @@ class Kernels:
 
     def wait(self, terminal: "Terminal") -> None:
         """Wait until they are compiled; Ctrl-C ends the waiting, not the work."""
+        from cortex_dsl.console.simulating import COMPILING
+
+        self.listen(terminal)
         if self.thread is None:
-            self._announce(terminal)
             return
         self.thread.join(PATIENCE)
         if self.thread.is_alive():
-            what = "compiling kernels (once, about half a minute)" if self.cold else "loading kernels"
-            terminal.err.print(f"{what} …", style="quiet")
+            self.told = True
+            terminal.err.print(COMPILING if self.cold else "loading kernels …", style="quiet")
         while self.thread.is_alive():
             self.thread.join(0.1)
 
-    def _announce(self, terminal: "Terminal") -> None:
-        """Nothing was started: the caller that waits compiles them itself, which is reported once."""
-        from cortex_dsl.console.simulating import announce_compilation
+    def listen(self, terminal: "Terminal") -> None:
+        """Until the command is over, say so once when it has to wait for a kernel that is in no cache."""
+        if self.listening:
+            return
+        from cortex_dsl.console.simulating import COMPILING
+        from engine.compiling import before_compiling
 
-        self.cold = self.cold or announce_compilation(terminal)
+        def tell() -> None:
+            if not self.told and threading.current_thread() is not self.thread:
+                self.told = True
+                terminal.err.print(COMPILING, style="quiet")
+
+        self.heard.enter_context(before_compiling(tell))
+        self.listening = True
+
+    def over(self) -> None:
+        """A command is done."""
+        self.heard.close()
+        self.listening = self.told = False
 
     def _work(self) -> None:
         try:
@@ -170,12 +194,30 @@ def warm_up() -> None:
     """Load, or compile, all that a session calls."""
     from cortex_dsl.api.scenario import compile_text
     from engine.acceptance import weigh
+    from engine.avoidability import avoidability
 
     scenario = compile_text(TINY)
     weigh(scenario.program, 1)
     scenes = scenario.sample(1)
     scenario.simulate(scenes)
     scenario.watch(scenes)
+    avoidability(scenario.program, scenes, scenario.config.simulation)
+
+
+# -- what a search has found ------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Found:
+    """A search, and the scenario as it was then."""
+
+    scenario: "Scenario"
+    campaign: "Campaign"
+    draft: Draft
+    settings: str
+    """How it was searched, in one line."""
+    known: "tuple[CaseFound, ...] | None" = None
+    """What is known of its worst cases, once it has been asked for."""
 
 
 # -- the state ---------------------------------------------------------------------------------------------------------
@@ -213,6 +255,8 @@ class State:
     mistakes: int = 0
     """Entries and commands that were refused."""
     bugs: int = 0
+    found: Found | None = None
+    """What the last search has found."""
     no_scene: bool = False
     """Whether the last command that needed a scene found none."""
     leaving: bool = False
@@ -279,6 +323,10 @@ class State:
         compiled = self.checked.compiled
         if compiled is None:
             raise self.not_ready()
+        return self.scenario_of(compiled)
+
+    def scenario_of(self, compiled: Compiled) -> "Scenario":
+        """A compiled text by the settings of the session, once the kernels are there."""
         from cortex_dsl.api.scenario import Scenario, in_file
         from engine.config import Config, SimulationConfig
 
@@ -291,3 +339,10 @@ class State:
         if self.checked.errors:
             return UsageError("the scenario has errors", "`:check` shows them, `:edit N` corrects an entry")
         return UsageError("still to come: an ego", LIKE)
+
+
+def refuse(state: State, source: Source, diagnostics: Sequence[Diagnostic]) -> None:
+    """Show what is wrong."""
+    state.mistakes += 1
+    state.terminal.out.file.flush()
+    print_diagnostics(source, diagnostics, state.terminal.err)

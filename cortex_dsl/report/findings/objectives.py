@@ -4,9 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.vocabulary import Sense
+from engine.tables import Floats
+from engine.vocabulary import EndReason, RuleKind, Sense, Verdict
 
 
 @dataclass(frozen=True)
@@ -55,3 +58,40 @@ def broken_words(found: Sequence[Sought]) -> str:
     if not names:
         return ""
     return "breaks " + (names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}")
+
+
+# -- what each comes to in many runs -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """An objective, or a requirement on the run, in some runs of scenes as the file draws them."""
+
+    name: str
+    line: int
+    sense: Sense | None
+    """None: a requirement, whose runs are those that were not thrown away for another reason."""
+    unit: str
+    values: Floats
+    """(runs,) robustness, or the number; of a requirement 1 where it was met, else -1."""
+    kept: int
+    """Runs in which an `expect` or a requirement holds."""
+
+    @property
+    def runs(self) -> int:
+        return len(self.values)
+
+
+def weighed_objectives(program: Program, outcomes: Outcomes) -> tuple[Weighed, ...]:
+    """Objectives and requirements on the run, in the order of the file."""
+    valid = outcomes.verdict == Verdict.VALID
+    found = [
+        Weighed(each.name, each.line, each.sense, each.unit, values[valid], int((broken[valid] == 0.0).sum()))
+        for each, values, broken in zip(program.judged.objectives, outcomes.sought.T, outcomes.broken.T, strict=True)
+    ]
+    for number, rule in enumerate(program.rules):
+        if rule.kind is RuleKind.ABORT:
+            broken = (outcomes.end_reason == EndReason.ABORTED) & (outcomes.end_rule == number)
+            met = np.where(broken, -1.0, 1.0)[valid | broken]
+            found.append(Weighed(rule.name, rule.line, None, "", met, int((met > 0.0).sum())))
+    return tuple(sorted(found, key=lambda each: each.line))

@@ -7,13 +7,14 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.findings.objectives import Sought
-from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fixed, significant
+from cortex_dsl.report.findings.objectives import Sought, Weighed
+from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, column_decimals, fixed, significant
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
-from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
+from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, quantity, right, section, sparkline
 from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
+from engine.vocabulary import Sense
 
 # -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
 
@@ -177,6 +178,59 @@ def _sought_row(each: Sought) -> tuple[RenderableType, RenderableType, Renderabl
         )
     verdict = Text("broken", "bad") if each.broken else Text("kept", "good")
     return Text(each.name, "title"), verdict, Text(f"robustness {significant(each.value)}", "quiet")
+
+
+KEPT_BAR = 15
+HISTOGRAM = 15
+
+
+def weighed_view(found: Sequence[Weighed], unit: SpeedUnit, *, ascii_only: bool = False) -> RenderableType:
+    """One line for each objective and requirement: in how many runs it holds, and how nearly; speeds in `unit`."""
+    rows = [_weighed_row(each, unit, ascii_only) for each in found]
+    return columns(left(), left(), left(wrap=True), rows=rows)
+
+
+def _weighed_row(each: Weighed, unit: SpeedUnit, ascii_only: bool) -> tuple[RenderableType, ...]:
+    if not each.runs:
+        return Text(each.name, "title"), Text(), Text("no valid run to try it on", "warn")
+    if each.sense in (Sense.MAXIMIZE, Sense.MINIMIZE):
+        return Text(each.name, "title"), Text(_counts(each, ascii_only), "bar"), _number_line(each, unit)
+    filled = round(each.kept / each.runs * KEPT_BAR)
+    gauge = "#" * filled if ascii_only else bar(each.kept, each.runs, KEPT_BAR)
+    gauge = f"{gauge:<{KEPT_BAR}}"
+    return Text(each.name, "title"), Text(gauge, "good" if each.kept == each.runs else "bar"), _kept_line(each)
+
+
+def _kept_line(each: Weighed) -> Text:
+    """`kept in 312 of 400 runs; least robustness -1.2`."""
+    word = "met" if each.sense is None else "kept"
+    if each.kept == each.runs:
+        text = Text(f"{word} in all {each.runs:,} runs", "good")
+    elif not each.kept:
+        text = Text(f"broken in all {each.runs:,} runs", "bad")
+    else:
+        text = Text(f"{word} in {each.kept:,} of {each.runs:,} runs")
+    if each.sense is None:
+        return text.append("" if each.kept == each.runs else "; the others are thrown away", "quiet")
+    return text.append(f"; least robustness {significant(float(each.values.min()))}", "quiet")
+
+
+def _counts(each: Weighed, ascii_only: bool) -> str:
+    """A histogram in one line."""
+    values = each.values[np.isfinite(each.values)]
+    if ascii_only or not len(values) or values.min() == values.max():
+        return ""
+    counts, _ = np.histogram(values, HISTOGRAM)
+    return sparkline([count or float("nan") for count in counts.tolist()], HISTOGRAM, low=0.0)
+
+
+def _number_line(each: Weighed, unit: SpeedUnit) -> Text:
+    is_speed = each.unit == M_S.name
+    values = each.values * (unit.per_si if is_speed else 1.0)
+    shown = unit.name if is_speed else each.unit
+    ends = [float(np.quantile(values, q, method="nearest")) for q in (0.0, 0.5, 1.0)]
+    low, middle, high = (fixed(end, column_decimals(ends[0], ends[2])) for end in ends)
+    return Text.assemble(f"{low} .. {high}", (f" {shown}" if shown else "", "unit"), (f", median {middle}", "quiet"))
 
 
 # -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------

@@ -9,11 +9,14 @@ from rich.console import Group, RenderableType
 from rich.table import Column
 from rich.text import Text
 
+from cortex_dsl.report.findings.analysis_report import AVOIDANCES
+from cortex_dsl.report.findings.cases_found import CaseFound
 from cortex_dsl.report.findings.failures import BLAMES, finds_of
-from cortex_dsl.report.findings.readable import ABSENT, column_decimals, fixed, format_gene, significant
+from cortex_dsl.report.findings.readable import ABSENT, SpeedUnit, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
-from cortex_dsl.report.terminal.theme import bar, columns, left, right, sparkline
+from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline
+from engine.avoidability import Avoidability
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.campaign import Campaign
@@ -150,6 +153,60 @@ def worst_files(report: SearchReport) -> RenderableType | None:
     first, last = report.worst_files[0], report.worst_files[-1]
     text = str(first) if first == last else f"{first} .. {last.name}"
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}")
+
+
+# -- the same cases by what they are -----------------------------------------------------------------------------------
+
+FOUND = """\
+side: of the ego, on which the other was; heading: the other's, seen from
+the ego; with speeds in {unit}, at contact or where they were closest
+avoidable: by the reference driver of UN R157, and by how much it brakes in
+time (+) or too late (-)"""
+
+
+def found_view(found: Sequence[CaseFound], note: str, unit: SpeedUnit) -> RenderableType:
+    """One row a case: risk, partner, kind, speeds, and whether a competent driver avoids it; speeds in `unit`."""
+    head = (
+        right("#", "quiet"),
+        right("risk", "title"),
+        left("with"),
+        right("apart"),
+        left("side"),
+        left("heading"),
+        right("ego"),
+        right("other"),
+        left("avoidable", wrap=True),
+    )
+    rows = [_found_row(each, unit) for each in found]
+    title = "The ten worst" if len(found) == 10 else f"The {len(found)} worst" if len(found) > 1 else "The worst"
+    table = columns(*head, rows=rows, header=True)
+    return section(title, Group(table, Text(), Text(FOUND.format(unit=unit.name), "quiet")), note)
+
+
+def _found_row(each: CaseFound, unit: SpeedUnit) -> tuple[Text, ...]:
+    case = each.case
+    apart = Text("contact", "bad") if case.collided else Text(f"{fixed(case.min_distance, 2)} m")
+    speeds = (Text(unit.number(speed, 0)) for speed in each.speeds)
+    who = Text(each.partner or ABSENT, "" if each.partner else "quiet")
+    return (
+        Text(str(case.rank)),
+        Text(str(case.score)),
+        who,
+        apart,
+        Text(each.side),
+        Text(each.heading),
+        *speeds,
+        _avoidable(each.answer),
+    )
+
+
+def _avoidable(answer: Avoidability | None) -> Text:
+    if answer is None:
+        return Text()
+    name, style, _ = AVOIDANCES[answer.avoidance]
+    told = math.isfinite(answer.margin) and (answer.avoidable or answer.margin < 0.0)
+    margin = f" {answer.margin:+.2f} s" if told else ""
+    return Text.assemble((name, style), (margin, "quiet"))
 
 
 # -- what moving each gene changes, and where in its range the bad cases lie -------------------------------------------

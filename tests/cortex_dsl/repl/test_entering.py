@@ -191,16 +191,6 @@ def test_an_expression_is_shown_as_it_was_typed(talk: Talk) -> None:
     assert "a speed, 10 to 20 m/s (36 to 72 km/h)" in said.out
 
 
-def test_one_param_is_plotted_at_a_time(talk: Talk) -> None:
-    """Of several names it is said so, with one that works."""
-    talk("param A = Range(1, 9) m", "param B = Range(1, 9) m")
-    for order in (":plot A B", ":plot A, B", ":plot X B"):
-        said = talk(order).err
-        assert "one param at a time" in said
-        assert f"as in `:plot {'B' if 'X' in order else 'A'}`" in said
-    assert "did you mean `A`" in talk(":plot AA").err
-
-
 def test_thousands_of_lines_are_pasted(talk: Talk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is parsed a few times and no more, however many there are."""
     read: list[int] = []

@@ -1,0 +1,117 @@
+"""A case again, in the terminal or as files: what `cortexc replay`, `cortexc export` and the session share."""
+
+import argparse
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cortex_dsl.console.terminal import Terminal, UsageError
+from cortex_dsl.console.user_files import FLAGS, Asked, place_files
+from cortex_dsl.interchange.formats import FORMATS, missing_extra
+from cortex_dsl.spelling import nearest
+
+if TYPE_CHECKING:
+    from cortex_dsl.interchange.cases import ExportCase
+    from cortex_dsl.report.findings.case_replay import CaseReplay
+    from cortex_dsl.report.findings.interchange_report import Written
+    from engine.interchange.contract import ExportOptions
+    from engine.search.ranking import Case
+
+# -- watched -----------------------------------------------------------------------------------------------------------
+
+PICTURES = (".html", ".gif", ".svg")
+"""What a replay becomes in a file: a page, a film, a picture."""
+
+
+def play_case(shown: "CaseReplay", speed: float, terminal: Terminal) -> None:
+    """Play a case in the terminal; Ctrl-C ends the film alone."""
+    from cortex_dsl.report.terminal.replay_view import play
+
+    try:
+        play(shown, terminal.out, speed)
+    except KeyboardInterrupt:
+        terminal.out.print()
+
+
+def picture(
+    shown: "CaseReplay", path: Path, speed: float = 1.0, case: "Case | None" = None, folder: Path | None = None
+) -> str | bytes:
+    """What a file with one of the suffixes of `PICTURES` holds.
+
+    Raises:
+        UsageError: a film needs a package that is not installed.
+    """
+    from engine.extras import MissingExtraError
+
+    if path.suffix.lower() == ".html":
+        from cortex_dsl.report.page.case_page import case_page
+
+        return case_page(shown, case, folder)
+    if path.suffix.lower() == ".svg":
+        from cortex_dsl.report.page.player import key_picture
+
+        return key_picture(shown)
+    from cortex_dsl.report.page.film import gif
+
+    try:
+        return gif(shown, speed)
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from None
+
+
+def pace(text: str) -> float:
+    """How many times as fast as it happens: `2`, `0.25`, `4x`."""
+    try:
+        value = float(text.rstrip("x×"))
+    except ValueError:
+        value = float("nan")
+    if not 0.01 <= value <= 100.0:
+        raise argparse.ArgumentTypeError(f"must be a factor between 0.01 and 100, not `{text}`")
+    return value
+
+
+# -- written for other tools -------------------------------------------------------------------------------------------
+
+
+def known_formats(words: Iterable[str], flag: str = "") -> tuple[str, ...]:
+    """Each format once, in the order in which they are named; `flag` is where.
+
+    Raises:
+        UsageError: there is no such format, or it needs a package that is not installed.
+    """
+    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in words))
+    for name in names:
+        if name not in FORMATS:
+            near = nearest(name, FORMATS)
+            cure = f"did you mean `{near}`?" if near else f"name one or more of {', '.join(FORMATS)}"
+            raise UsageError(f"{flag}there is no format `{name}`", cure)
+        if cure := missing_extra(name):
+            raise UsageError(f"{name} needs the package `{FORMATS[name].package}`, which is not installed", cure)
+    return names
+
+
+def write_cases(
+    cases: "Sequence[ExportCase]",
+    formats: Sequence[str],
+    folder: Path,
+    how: "ExportOptions",
+    *,
+    force: bool,
+    asked: Asked = FLAGS,
+) -> "Written":
+    """Write all files of some cases, in every format that can carry them.
+
+    Raises:
+        UsageError: no format can, something else stands in a file's place, or they cannot be written.
+    """
+    from cortex_dsl.interchange.writing import gather
+    from cortex_dsl.report.findings.interchange_report import Written
+    from engine.interchange.contract import InterchangeError
+
+    try:
+        gathered = gather(cases, formats, how)
+    except InterchangeError as error:
+        raise UsageError(f"{error.place}: {error.message}", error.cure) from None
+    same = place_files(folder, gathered.files, force=force, asked=asked)
+    opened = {name: kind.opened for name, kind in FORMATS.items()}
+    return Written(cases, gathered, folder, same, None, {}, opened)

@@ -1,0 +1,40 @@
+"""How far a search is, while it goes on: what the command line and the session share."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import nan
+
+from cortex_dsl.console.terminal import Terminal
+from cortex_dsl.report.findings.readable import significant
+from cortex_dsl.report.terminal.progress import SearchProgress
+from engine.search.campaign import OnGeneration, Progress
+from engine.search.journal_reader import Record
+from engine.search.protocol import SOUGHT
+
+
+@contextmanager
+def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
+    """Shows how far a search is; `record` holds what there was of it before."""
+    before = [each.by_individual for each in record.generations] if record else []
+    with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
+
+        def on_generation(done: Progress) -> None:
+            best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
+            progress.generation_done(done.figures.by_individual, done.simulations, best)
+            if done.generation == 0 and is_constant(done):
+                terminal.err.print(constant_line(done), style="warn", soft_wrap=True)
+
+        yield on_generation
+
+
+def is_constant(done: Progress) -> bool:
+    """Whether an objective other than the risk is the same in every valid run of a generation."""
+    values = done.evaluations.fitness[done.evaluations.valid]
+    return done.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
+
+
+def constant_line(done: Progress) -> str:
+    """What to say of an objective that is the same whatever is drawn."""
+    value = significant(done.best.continuous) if done.best else ""
+    what = f"{done.objective[0]} is {value} in every valid run of the first generation"
+    return f"{what}: there is nothing to climb, and the search is a random one until it changes"

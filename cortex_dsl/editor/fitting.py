@@ -1,0 +1,239 @@
+"""Which kind of value a place asks for, and what of all that could be written there is of that kind.
+
+A place that says nothing of the kind keeps every candidate. Where it does, what cannot stand there is left out, and
+what can come at once stands before what needs more: a speed before the car that has one.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from cortex_dsl.editor.analysis import View
+from cortex_dsl.editor.place import Place
+from cortex_dsl.editor.symbols import Symbol, SymbolKind
+from cortex_dsl.ir import Dimension
+from cortex_dsl.semantics.model.context import ObservedValues
+from cortex_dsl.semantics.model.values import BehaviourValue, BuiltinValue, ClassValue, MonitorValue, Quantity, Truth
+from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, Kind
+from cortex_dsl.semantics.names.properties import FLAGS, PROPERTIES
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.syntax.words import TEMPORAL_PREFIXES
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Something that can be written; `kind` is a word that the server translates."""
+
+    label: str
+    kind: str
+    detail: str = ""
+    doc: str = ""
+    rank: int = 5
+    """Smaller ones come first."""
+
+
+class Sort(Enum):
+    """What a place asks for."""
+
+    TRUTH = "a condition, or what one begins with"
+    NUMBER = "a number"
+    RUN = "a number of the whole run"
+    THING = "an object or a place"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a place asks for; of a number its dimension, where that is known."""
+
+    sort: Sort
+    dimension: Dimension | None = None
+    alone: bool = False
+    """Whether a constant will do."""
+
+
+CONDITIONS = frozenset(
+    {"require", "expect", "terminate when", "terminate simulation when", "interrupt when", "if", "elif", "while"}
+)
+OVER_RUN = ("maximize", "minimize")
+TEMPORAL = ("require", "expect")
+COMPARED = frozenset({"<", "<=", ">", ">=", "==", "!="})
+BEFORE_THINGS = frozenset(
+    {"distance from", "distance to", "minimum distance from", "minimum distance to", "can see", "intersects"}
+)
+"""Operators that an object or a place follows; `to` and `from` go on with some of them."""
+MEASURES: Mapping[str, Dimension] = {
+    **dict.fromkeys(("distance from", "distance to", "minimum distance from", "minimum distance to"), LENGTH),
+    "relative heading of": ANGLE,
+}
+"""Dimension of what operators measure that begin an expression."""
+
+
+def asked_at(view: View, place: Place) -> Asked | None:
+    """What a place asks for; None where that is open."""
+    if not place.left:
+        return None
+    first, previous = _words(place.left[0].text), place.previous
+    if previous in BEFORE_THINGS or (previous in ("to", "from") and _measured(place)):
+        return Asked(Sort.THING)
+    if previous in COMPARED:
+        return _like(view, place.left[-2].text if len(place.left) > 1 else "")
+    if len(place.left) > 1 and place.left[-2].text == "with":
+        return _of_property(previous)
+    if place.callee >= 0 and (of_argument := _of_argument(place)) is not None:
+        return of_argument
+    if first in OVER_RUN:
+        return Asked(Sort.NUMBER if _reduced(place) else Sort.RUN)
+    return Asked(Sort.TRUTH) if first in CONDITIONS else None
+
+
+def _words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _measured(place: Place) -> bool:
+    return any(_words(token.text) in BEFORE_THINGS for token in place.left)
+
+
+def _like(view: View, name: str) -> Asked:
+    """A number of the dimension of what stands on the other side."""
+    symbol = view.known(len(view.text)).get(name)
+    return Asked(Sort.NUMBER, None if symbol is None else _dimension(view.values_of(symbol)))
+
+
+def _of_property(name: str) -> Asked | None:
+    if name in FLAGS or (name in PROPERTIES and PROPERTIES[name].truth):
+        return Asked(Sort.TRUTH, alone=True)
+    return Asked(Sort.NUMBER, PROPERTIES[name].dimension) if name in PROPERTIES else None
+
+
+def _of_argument(place: Place) -> Asked | None:
+    """What the argument is, by its name or its place, of what the language has built in."""
+    builtin = BUILTINS.get(place.left[place.callee].text)
+    if builtin is None or not builtin.parameters or builtin.variadic:
+        return None
+    inside = place.left[place.open[-1] + 1 :]
+    named = inside[-2].text if len(inside) > 1 and inside[-1].text == "=" else None
+    places = {p.name: p for p in builtin.parameters}
+    if named is None and place.previous in ("(", ",") and place.argument < len(builtin.parameters):
+        parameter = builtin.parameters[place.argument]
+    elif named in places:
+        parameter = places[named]
+    else:
+        return None
+    return None if parameter.dimension is None else Asked(Sort.NUMBER, parameter.dimension)
+
+
+def _reduced(place: Place) -> bool:
+    """Whether the place is inside the brackets of a reducer, where everything changes still."""
+    return any(index and place.left[index - 1].text in REDUCERS for index in place.open)
+
+
+# -- what fits ---------------------------------------------------------------------------------------------------------
+
+NO_VALUES = frozenset({Kind.CLASS.value, Kind.ACTION.value, Kind.BEHAVIOUR.value})
+"""Kinds of built-in names that are no values by themselves."""
+NO_VALUE_SYMBOLS = frozenset({SymbolKind.BEHAVIOR, SymbolKind.MONITOR, SymbolKind.SCENARIO, SymbolKind.CLASS})
+FIRST, NEXT, LATER = 1, 2, 4
+"""Ranks: of the kind itself, on the way to it, and the rest."""
+
+
+def fitting(view: View, place: Place, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
+    """Those candidates that can stand at a place, with ranks by how well they do."""
+    asked = asked_at(view, place)
+    if asked is None:
+        yield from candidates
+        return
+    symbols, first = view.known(place.offset), _words(place.left[0].text)
+    for candidate in candidates:
+        symbol = symbols.get(candidate.label)
+        if symbol is not None:
+            rank = None if _is_hidden(symbol, place) else _rank_of_values(asked, view.values_of(symbol))
+        elif candidate.kind == "keyword":
+            rank = _rank_of_word(asked, candidate, timed=first in TEMPORAL)
+        else:
+            rank = None if _is_astray(candidate, place, first) else _rank_of_builtin(asked, candidate)
+        if rank is not None:
+            yield replace(candidate, rank=rank)
+
+
+def _is_hidden(symbol: Symbol, place: Place) -> bool:
+    """Whether a name has no value here: a definition, or a name of another block."""
+    elsewhere = symbol.kind in (SymbolKind.LOCAL, SymbolKind.ARGUMENT) and symbol.scope.end < place.start
+    return symbol.kind in NO_VALUE_SYMBOLS or (elsewhere and not place.indent)
+
+
+def _is_astray(candidate: Candidate, place: Place, first: str) -> bool:
+    """Whether a built-in name means nothing in such a statement."""
+    if candidate.label == "self":
+        return not place.indent and first not in ("expect", *OVER_RUN)
+    return candidate.kind == Kind.DISTRIBUTION.value and first in (*CONDITIONS, *OVER_RUN)
+
+
+def _rank_of_values(asked: Asked, values: ObservedValues) -> int | None:
+    value = values[0].value if values else None
+    if isinstance(value, BehaviourValue | MonitorValue | ClassValue | BuiltinValue):
+        return None
+    return NEXT if not values else _RANKS[asked.sort](asked, value)
+
+
+def _for_truth(_asked: Asked, value: object) -> int | None:
+    return FIRST if isinstance(value, Truth) else NEXT if isinstance(value, Quantity) else 3
+
+
+def _for_number(asked: Asked, value: object) -> int | None:
+    """Numbers of the dimension, or without a unit, which adopt one; objects have numbers."""
+    if isinstance(value, Truth):
+        return None
+    if not isinstance(value, Quantity):
+        return 3
+    if asked.dimension is None or value.dimension == asked.dimension:
+        return FIRST
+    return NEXT if value.dimension is None else None
+
+
+def _for_run(asked: Asked, value: object) -> int | None:
+    """What changes is to be reduced first."""
+    return _for_number(asked, value) if isinstance(value, Quantity) else None
+
+
+def _for_thing(_asked: Asked, value: object) -> int | None:
+    return None if isinstance(value, Truth | Quantity) else FIRST
+
+
+_RANKS: Mapping[Sort, Callable[[Asked, object], int | None]] = {
+    Sort.TRUTH: _for_truth,
+    Sort.NUMBER: _for_number,
+    Sort.RUN: _for_run,
+    Sort.THING: _for_thing,
+}
+
+
+def _rank_of_word(asked: Asked, candidate: Candidate, *, timed: bool) -> int | None:
+    """Words that begin an expression."""
+    word = candidate.label
+    if word in TEMPORAL_PREFIXES:
+        return NEXT if timed and asked.sort is Sort.TRUTH else None
+    if word in ("True", "False", "not"):
+        return (FIRST - 1 if asked.alone and word != "not" else LATER) if asked.sort is Sort.TRUTH else None
+    if asked.sort is Sort.THING or word in ("new", "lambda", "None"):
+        return None
+    if word in MEASURES and asked.sort is Sort.RUN:
+        return None
+    if word in MEASURES:
+        return LATER if asked.dimension in (None, MEASURES[word]) else None
+    return candidate.rank
+
+
+def _rank_of_builtin(asked: Asked, candidate: Candidate) -> int | None:
+    if candidate.kind in NO_VALUES or candidate.label in ("none", "ManeuverType"):
+        return None
+    if asked.sort is Sort.THING and candidate.kind in (Kind.DISTRIBUTION.value, Kind.FUNCTION.value):
+        return None
+    if candidate.label in ("ego", "self"):
+        return {Sort.THING: FIRST, Sort.RUN: None}.get(asked.sort, NEXT)
+    return candidate.rank
+
+
+def _dimension(values: ObservedValues) -> Dimension | None:
+    value = values[0].value if values else None
+    return value.dimension if isinstance(value, Quantity) else None
