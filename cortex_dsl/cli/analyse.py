@@ -83,6 +83,8 @@ there for `cortexc report`."""
 
 
 def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
+    if options.of == "":
+        raise UsageError("--of names no expectation", "name an `expect` of the file, or leave it out for collisions")
     least = RARE[options.method].least if options.method in RARE else 1
     if options.samples < least:
         raise UsageError(f"--samples is {options.samples}", f"--method {options.method} needs at least {least:,}")
@@ -101,7 +103,13 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     seed = options.seed or 0
     with usage_errors():
         found = estimate(
-            scenario.program, scenario.config, options.method, options.samples, seed, options.condition, of=options.of
+            scenario.program,
+            scenario.config,
+            options.method,
+            options.samples,
+            seed,
+            options.condition,
+            of=options.of or "",
         )
     return _show(options, scenario, found, terminal)
 
@@ -117,7 +125,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
         program = run.scenario.program
-        found = estimate(program, config, options.method, options.samples, seed, options.condition, of=options.of)
+        found = estimate(program, config, options.method, options.samples, seed, options.condition, of=options.of or "")
     code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
@@ -139,7 +147,7 @@ def _probability_options(parser: Parser) -> None:
     parser.add_argument(
         "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
     )
-    parser.add_argument("--of", metavar="NAME", default="", help="that an `expect` of the file is broken (a collision)")
+    parser.add_argument("--of", metavar="NAME", help="that an `expect` of the file is broken (a collision)")
     parser.add_argument(
         "--samples",
         metavar="N",

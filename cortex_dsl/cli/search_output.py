@@ -24,7 +24,7 @@ from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.campaign import Campaign
 from engine.search.manifest import changed_versions
-from engine.search.objectives import ObjectiveError, UnknownObjectiveError
+from engine.search.objectives import ObjectiveError, ObjectiveNameError
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case
@@ -39,7 +39,7 @@ SOLVABLE = (
     MissingExtraError,
     PluginError,
     UnknownMethodError,
-    UnknownObjectiveError,
+    ObjectiveNameError,
     SeveralObjectivesError,
     ObjectiveError,
 )

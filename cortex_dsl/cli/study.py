@@ -15,8 +15,9 @@ from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
+    from engine.search.evaluations import Evaluations
     from engine.search.workers import Workers
-    from engine.study.database import StudyStore
+    from engine.study.database import Study, StudyStore
     from engine.study.plan import Plan
     from engine.study.run_records import RunRecord
 
@@ -132,8 +133,31 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     if stopped:
         terminal.err.print(f"interrupted; go on with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
         return Exit.INTERRUPTED
-    failed = sum(record.figures.simulations.error_runs for record in study.records)
-    return Exit.BUG if failed else Exit.FINE
+    return _end_of(study, terminal)
+
+
+def _end_of(study: "Study", terminal: Terminal) -> Exit:
+    """How the command ends: runs may have failed over their file, or over us."""
+    from engine.study.database import read_evaluations
+
+    failed = [record for record in study.records if record.figures.simulations.error_runs]
+    if not failed:
+        return Exit.FINE
+    if not all(_over_the_file(read_evaluations(study, record.address)) for record in failed):
+        return Exit.BUG
+    for number in sorted({record.address.scenario for record in failed}):
+        file = study.plan.subjects[number].file
+        terminal.err.print(f"`{file}` has a mistake; `cortexc {file} --random` shows it", style="warn", soft_wrap=True)
+    return Exit.DIAGNOSTICS
+
+
+def _over_the_file(evaluations: "Evaluations") -> bool:
+    """Whether all runs that failed did so over a behaviour that never acts, or an objective that is no number."""
+    from engine.vocabulary import EndReason, Verdict
+
+    runs = evaluations.rollouts
+    told = (runs.end_reason == EndReason.STUCK) | ((runs.end_reason == EndReason.BROKEN) & (runs.end_rule >= 0))
+    return bool(told[runs.verdict == Verdict.ERROR].all())
 
 
 def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:

@@ -101,7 +101,8 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
     from cortex_dsl.api.studies import short_names
     from engine.errors import ArgumentError
     from engine.extras import MissingExtraError
-    from engine.search.searchers import PluginError, UnknownMethodError
+    from engine.search.objectives import ObjectiveNameError
+    from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
@@ -119,6 +120,8 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
         check(plan)
     except MissingExtraError as error:
         raise UsageError(f"{error.message}: {error.cure}", "`cortexc study --help` lists every option") from error
+    except (ObjectiveNameError, SeveralObjectivesError) as error:
+        raise UsageError(error.message, error.cure) from error
     except (ArgumentError, UnknownMethodError, PluginError) as error:
         raise UsageError(error.message, "`cortexc study --help` lists every option") from error
     return plan

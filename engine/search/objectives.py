@@ -23,13 +23,14 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
 from engine.scenes import Scenes
-from engine.search.assessment import take
+from engine.search.assessment import map_arrays, take
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.tables import Bools, Floats
 from engine.vocabulary import OBJECTIVES, Sense
 
 MOST_MARGIN = 4.0
 """To wait longer with braking makes no collision more avoidable [s]; the horizon of the reference driver."""
+RENAME = "give it a name of its own, as `def my_objective(outcomes):`"
 FARTHEST = 60.0
 """A conflict farther off than this is none [s]."""
 
@@ -194,13 +195,17 @@ def of_function(function: Callable[[Outcomes], Any]) -> Objective:
 
     def value(runs: Runs) -> Floats:
         try:
-            values = np.asarray(function(runs.outcomes), dtype=np.float64)
+            given = np.asarray(function(map_arrays(runs.outcomes, _read_only)))
         except Exception as error:
             what = f"the objective `{name}` failed: {type(error).__name__}: {error}"
             raise ObjectiveError(what, "what was found before is kept; mend it, and search again") from error
-        if values.shape != (len(runs.outcomes),):
-            what = f"the objective `{name}` gave an array of shape {values.shape} for {len(runs.outcomes)} scenes"
+        if given.shape != (len(runs.outcomes),):
+            what = f"the objective `{name}` gave an array of shape {given.shape} for {len(runs.outcomes)} scenes"
             raise ObjectiveError(what, "give one number for each scene: an array of shape (n,)")
+        if given.dtype.kind not in "biuf":
+            what = f"the objective `{name}` gave values of type {given.dtype}"
+            raise ObjectiveError(what, "give one number for each scene")
+        values = given.astype(np.float64)
         if np.isnan(values[runs.valid]).any():
             what = f"the objective `{name}` gave NaN for a valid scene"
             raise ObjectiveError(what, "give a number for each; those of scenes that are not valid do not matter")
@@ -209,7 +214,18 @@ def of_function(function: Callable[[Outcomes], Any]) -> Objective:
     return Objective(name, "a function from Python", value, _collisions)
 
 
-class UnknownObjectiveError(ArgumentError):
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The same array, which a function cannot change: what it is judged by is what the run keeps."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+class ObjectiveNameError(ArgumentError):
+    """A name that means no objective, or more than one."""
+
+
+class UnknownObjectiveError(ObjectiveNameError):
     """There is no objective of this name; the nearest one, and all that there are."""
 
     def __init__(self, name: str, known: Sequence[str]) -> None:
@@ -230,13 +246,18 @@ def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Obje
 
     Raises:
         UnknownObjectiveError: there is no objective of such a name.
+        ObjectiveNameError: two have one name, by which a run that is kept could not tell them apart.
     """
     if tuple(named) == SOUGHT:
         return ()
     known = {row.name: row for row in (*BUILT_IN, *of_file(program))}
-    for each in named:
+    for number, (each, name) in enumerate(zip(named, names_of(named), strict=True)):
         if isinstance(each, str) and each not in known:
             raise UnknownObjectiveError(each, tuple(known))
+        if not isinstance(each, str) and name in known:
+            raise ObjectiveNameError(f"objective: a function is called `{name}`, as an objective that there is", RENAME)
+        if name in names_of(named)[:number]:
+            raise ObjectiveNameError(f"objective: `{name}` is named twice", f"name each once; of a function, {RENAME}")
     return tuple(known[each] if isinstance(each, str) else of_function(each) for each in named)
 
 

@@ -35,7 +35,7 @@ Sought = str | Callable[[Outcomes], Any]
 
 def function_name(function: Callable[..., Any]) -> str:
     """What a function is called as an objective."""
-    return getattr(function, "__name__", type(function).__name__)
+    return str(getattr(function, "__name__", type(function).__name__))
 
 
 class Operator(IntEnum):

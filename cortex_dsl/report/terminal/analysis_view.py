@@ -326,8 +326,8 @@ def _avoidable(found: Probability) -> Iterator[Text]:
 
 
 def _given(found: Probability) -> str:
-    """What must be valid: where requirements on the run were broken, more than its beginning."""
-    return "run" if found.aborted else "scene"
+    """What must be valid: where requirements on the run were broken, or it failed, more than its beginning."""
+    return "run" if found.aborted or found.errors else "scene"
 
 
 def _conditions(found: Probability) -> Iterator[Text]:
@@ -336,12 +336,14 @@ def _conditions(found: Probability) -> Iterator[Text]:
     if found.condition == PARAMS and found.method == "mc":
         yield Text(HINT, "quiet")
     share = percent(found.valid_share)
-    if not found.aborted:
-        yield Text(f"{share} of all {_draws(found)} allow a valid scene; the others are conditioned out", "quiet")
-        return
-    broken = counted(found.aborted, "simulation")
-    yield Text(f"{share} of all {_draws(found)} give a valid run; the others are conditioned out", "quiet")
-    yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
+    allow = "allow a valid scene" if _given(found) == "scene" else "give a valid run"
+    yield Text(f"{share} of all {_draws(found)} {allow}; the others are conditioned out", "quiet")
+    if found.aborted:
+        broken = counted(found.aborted, "simulation")
+        yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
+    if found.errors:
+        failed = counted(found.errors, "simulation")
+        yield Text(f"{failed} failed and count neither way: what is told is of the others; a search says why", "warn")
 
 
 def _draws(found: Probability) -> str:

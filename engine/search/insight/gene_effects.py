@@ -29,8 +29,10 @@ FURTHER = 8
 """Streams that are tried for a scene with the choices of its case."""
 FURTHER_ROLLOUT = 1 << 15
 """Number of the first of them in the stream keys: no rollout of a search has it."""
-COUNTS = ("attempts", "tested", "failed")
-"""Fields that describe how a scene was found, not what happened in it."""
+NOT_OUTCOMES = ("attempts", "tested", "failed", "sought", "found")
+"""Fields that say how a scene was found, or what a search makes of a run, which follows from what happened in it: the
+probes of a run that is read back look for nothing.
+"""
 
 
 @dataclass(frozen=True)
@@ -174,7 +176,7 @@ def _differs(before: Assessment, after: Assessment) -> Bools:
     """(n,) whether any outcome differs, bit for bit; NaN equals NaN."""
     differs = np.zeros(len(before), dtype=bool)
     for field in fields(Assessment):
-        if field.name not in COUNTS:
+        if field.name not in NOT_OUTCOMES:
             a, b = getattr(before, field.name), getattr(after, field.name)
             unequal = (a != b) & ~((a != a) & (b != b))
             differs |= unequal.reshape(len(differs), -1).any(axis=1)

@@ -73,6 +73,8 @@ class Probability:
     """Estimated probability that a draw gives a valid run."""
     aborted: int = 0
     """Of the simulations, those that a requirement on the run made invalid: they did run."""
+    errors: int = 0
+    """Of the simulations, those that failed over a number that does not exist, or otherwise: they count neither way."""
     levels: tuple[float, ...] = ()
     """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
     condition: str = PARAMS
@@ -124,6 +126,7 @@ class Count(NamedTuple):
     by_partner: tuple[int, ...] = ()
     """Collisions with actor 1, actor 2, … up to the last one that was met."""
     without_ego: int = 0
+    errors: int = 0
 
     def more(self, runs: Assessment) -> "Count":
         met = np.bincount(runs.pair[runs.collided], minlength=len(self.by_partner))
@@ -135,6 +138,7 @@ class Count(NamedTuple):
             self.aborted + int((runs.verdict == Verdict.ABORTED).sum()),
             tuple(met.tolist()),
             self.without_ego + int(np.isfinite(runs.others_contact_time).sum()),
+            self.errors + int((runs.verdict == Verdict.ERROR).sum()),
         )
 
 
@@ -162,8 +166,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
 
 
 def content(found: Probability) -> dict[str, Any]:
-    """All of it, as documents have it; of collisions nothing is said."""
-    return {name: value for name, value in asdict(found).items() if name != "of" or value}
+    """All of it, as documents have it; of collisions nothing is said, nor of errors that there are not."""
+    return {name: value for name, value in asdict(found).items() if name not in ("of", "errors") or value}
 
 
 def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:

@@ -103,6 +103,7 @@ def importance_sampling(
         collisions=chains.count.collisions,
         valid_share=chains.filled / chains.drawn,
         aborted=chains.count.aborted,
+        errors=chains.count.errors,
         levels=found.thresholds,
         avoidable=avoidable,
         avoidable_interval=avoidable_interval,

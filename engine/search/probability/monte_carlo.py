@@ -173,6 +173,7 @@ def monte_carlo(
         collisions=count.collisions,
         valid_share=count.valid / count.simulations,
         aborted=count.aborted,
+        errors=count.errors,
         avoidable=driven.avoidable / driven.valid if driven.valid else math.nan,
         avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level),
         driven=driven.collisions,

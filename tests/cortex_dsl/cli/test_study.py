@@ -44,6 +44,22 @@ def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path,
     assert all(len(line) <= 100 for line in result.out.splitlines())
 
 
+def test_a_number_that_does_not_exist_is_a_mistake_of_the_file(cortexc: Callable[..., Any], tmp_path: Path) -> None:
+    """An expectation that is NaN in some runs fails them: that is no bug of ours, and is told with where to look."""
+    file = tmp_path / "root.scn"
+    file.write_text(
+        "map intersection()\nparam V = Range(5, 15) m/s\n"
+        "ego = new Car in network.lanes[0].centerline, with speed V\n"
+        'expect always sqrt((ego.speed - 10 m/s) / (1 m/s)) < 9 as "root"\nterminate after 1 s\n'
+    )
+    result = cortexc("study", file, "--methods", "random", *TINY, "--objective", "root", "--out", tmp_path / "s")
+    assert result.code == Exit.DIAGNOSTICS
+    assert "has a mistake" in result.err
+    assert "--random` shows it" in result.err
+    unknown = cortexc("study", file, *TINY, "--objective", "rood", "--out", tmp_path / "t")
+    assert "did you mean `root`?" in unknown.err
+
+
 def test_what_the_last_ten_of_three_are(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """All of them, and it says so; the table has over how many generations each measure counts."""
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from engine.errors import ArgumentError, ArgumentKindError
 from engine.outcomes import Outcomes
 from engine.risk import assess
 from engine.search.assessment import take
+from engine.search.insight.analysis import analyse
 from engine.search.objectives import (
     BUILT_IN,
     ObjectiveError,
+    ObjectiveNameError,
     Runs,
     UnknownObjectiveError,
     conflict,
@@ -199,7 +202,9 @@ def test_a_function_is_an_objective(scenario: Scenario, tmp_path: Path) -> None:
         (lambda _: 3.0, r"shape \(\)"),
         (lambda outcomes: np.zeros((len(outcomes), 2)), r"shape \(12, 2\)"),
         (lambda outcomes: np.full(len(outcomes), np.nan), "NaN"),
-        (lambda outcomes: ["a"] * len(outcomes), "ValueError"),
+        (lambda outcomes: ["a"] * len(outcomes), "type <U1"),
+        (lambda outcomes: np.full(len(outcomes), 1j), "type complex128"),
+        (lambda outcomes: outcomes.min_distance.fill(0.0), "read-only"),
     ],
 )
 def test_a_function_that_fails_is_told(
@@ -217,6 +222,39 @@ def test_a_function_that_fails_is_told(
         scenario.search("random", objective=later, out=tmp_path / "run", **SMALL)
     assert "`later`" in caught.value.message
     assert len(cx.open_run(tmp_path / "run").record.generations) == 1
+
+
+def nameless(outcomes: Outcomes) -> object:
+    return np.zeros(len(outcomes))
+
+
+@pytest.mark.parametrize("name", ["risk", "avoidable", "room", "braking"])
+def test_a_function_has_a_name_of_its_own(scenario: Scenario, tmp_path: Path, name: str) -> None:
+    """A run that is kept is gone on with by names: each means one thing, and a run that cannot be read is none."""
+    function = FunctionType(nameless.__code__, globals(), name)
+    others = [braking] if name == "braking" else []
+    with pytest.raises(ObjectiveNameError, match=f"`{name}`"):
+        scenario.search("nsga2" if others else "ga", objective=[*others, function], out=tmp_path / "run", **SMALL)
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_objective_is_named_once(scenario: Scenario) -> None:
+    """Two columns of one name would be one too many."""
+    with pytest.raises(ObjectiveNameError, match="twice"):
+        objectives(scenario.program, ["room", "fast", "room"])
+
+
+@pytest.mark.parametrize("aims", [["room"], ["room", "fast"]])
+def test_a_run_for_objectives_is_analysed(scenario: Scenario, aims: list[str]) -> None:
+    """Its genes are probed by what happens, whatever was sought; a gene that changes nothing is dead in both."""
+    pytest.importorskip("pymoo")
+    text = TEXT.replace("param PEDAL", "param DEAD = Range(0, 1)\nparam PEDAL")
+    idle = cx.compile_text(text.replace("with speed V", "with speed V + 0 m/s * DEAD"))
+    campaign = idle.search("nsga2", objective=aims, **SMALL)
+    found = analyse(idle.program, campaign.evaluations, idle.config, budget=0)
+    genes = {gene.name: gene for gene in found.genes}
+    assert [name for name, gene in genes.items() if gene.dead] == ["DEAD"]
+    assert {gene.name: gene.changed for gene in campaign.genes} == {name: gene.changed for name, gene in genes.items()}
 
 
 @pytest.mark.parametrize(
@@ -254,3 +292,15 @@ def test_probability_of_a_breach(scenario: Scenario) -> None:
     assert found.value >= plain.value > 0.0
     with pytest.raises(UnknownObjectiveError):
         estimate(scenario.program, scenario.config, "mc", 10, of="fast")
+
+
+@pytest.mark.parametrize("method", ["mc", "subset", "importance"])
+def test_runs_without_a_number_are_told(scenario: Scenario, method: str) -> None:
+    """What is no number counts neither way, and an estimate says how often that was."""
+    from engine.search.probability.estimates import content
+    from engine.search.probability.monte_carlo import estimate
+
+    root = cx.compile_text(TEXT + 'expect always sqrt((V - 9 m/s) / (1 m/s)) < 9 as "root"\n')
+    found = estimate(root.program, root.config, method, 1_000, seed=5, of="room")
+    assert found.errors == content(found)["errors"] >= 0.3 * found.simulations
+    assert "errors" not in content(estimate(scenario.program, scenario.config, "mc", 100, of="room"))
