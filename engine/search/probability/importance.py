@@ -157,7 +157,7 @@ def _estimate(weights: Floats, chains: Chains, level: float) -> tuple[float, Int
         return 0.0, NOT_KNOWN
     share = chains.filled / chains.drawn
     relative = float(weights.var(ddof=1)) / (len(weights) * mean * mean) + (1.0 - share) / chains.filled
-    value = mean / share
+    value = min(1.0, mean / share)  # weights are random: their mean may lie above
     return value, around(value, float(ndtri((1.0 + level) / 2.0)) * math.sqrt(relative))
 
 

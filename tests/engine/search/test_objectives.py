@@ -302,5 +302,6 @@ def test_runs_without_a_number_are_told(scenario: Scenario, method: str) -> None
 
     root = cx.compile_text(TEXT + 'expect always sqrt((V - 9 m/s) / (1 m/s)) < 9 as "root"\n')
     found = estimate(root.program, root.config, method, 1_000, seed=5, of="room")
-    assert found.errors == content(found)["errors"] >= 0.3 * found.simulations
+    assert found.errors == content(found)["errors"] >= 0.2 * found.simulations
+    assert found.value <= 1.0  # here the mean weight is above
     assert "errors" not in content(estimate(scenario.program, scenario.config, "mc", 100, of="room"))
