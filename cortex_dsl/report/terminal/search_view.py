@@ -104,7 +104,7 @@ def _below(program: Program, report: SearchReport) -> Iterator[str]:
     if campaign.objective != SOUGHT:
         finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
         best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
-        yield f"sought: {' and '.join(campaign.objective)}; found {finds:,} times, largest {best}"
+        yield f"sought: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"
     for name, count in broken_by(campaign.evaluations, program.judged.names).items():
         yield f'"{name}" broken in {counted(count, "run")}'
     how = "as the paper counts, elites repeated" if campaign.evaluations.reused.any() else "by individual"

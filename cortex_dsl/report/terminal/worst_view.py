@@ -11,7 +11,7 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.analysis_report import AVOIDANCES
 from cortex_dsl.report.findings.cases_found import CaseFound
-from cortex_dsl.report.findings.failures import BLAMES, finds_of
+from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.readable import ABSENT, SpeedUnit, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -57,6 +57,14 @@ def _blocks(space: ParamSpace, width: int, room: int) -> list[list[int]]:
     return blocks
 
 
+AVOIDABLE = {
+    Blame.AVOIDABLE: ("yes", "bad"),
+    Blame.UNAVOIDABLE: ("no", "warn"),
+    Blame.STRUCK: ("struck", "quiet"),
+    Blame.NONE: (ABSENT, "quiet"),
+}
+"""Answers of the reference driver in a column that leaves room for params, and their styles."""
+
 Judged = list[tuple[list[str], list[Text]]]
 """Columns in front of the genes: the lines of their heads, and a cell for each case."""
 
@@ -71,7 +79,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
     if campaign.objective != SOUGHT:
         found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
     if any(case.collided for case in worst):
-        found.append((["for a", "driver"], [_blame(campaign, case) for case in worst]))
+        found.append((["avoid-", "able"], [_blame(campaign, case) for case in worst]))
     if len(program.actors) > 2:
         found.append((["hit or", "near"], [_other(program, runs, case) for case in worst]))
     return found
@@ -79,7 +87,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
 
 def _blame(campaign: Campaign, case: Case) -> Text:
     """Whether the reference driver avoids a case."""
-    return Text(*BLAMES[Blame(int(campaign.blame[case.row, case.rollout]))]) if case.collided else Text(ABSENT, "quiet")
+    return Text(*AVOIDABLE[Blame(int(campaign.blame[case.row, case.rollout]))])
 
 
 def _other(program: Program, runs: Assessment, case: Case) -> Text:

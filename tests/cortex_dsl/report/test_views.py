@@ -348,10 +348,10 @@ def test_whom_the_ego_hit(program: Program, report: SearchReport, width: int) ->
     failed = replace(report, campaign=replace(report.campaign, evaluations=evaluations))
     text = render(search_view(third, failed, "", width), width)
     assert_fits(text, width)
-    table = text.split("The ten worst")[1].split("one case of each")[0].splitlines()
-    rows = [line.replace("not asked", "").split() for line in table if line.strip()[:1].isdigit()]
-    assert rows[0][3] == "adversary"
-    assert rows[1][3:5] == ["delivery", "van"]
+    table = text.split("The ten worst")[1].split("worst first")[0].splitlines()
+    rows = [line.split() for line in table if line.strip()[:1].isdigit()]
+    assert rows[0][4] == "adversary"
+    assert rows[1][4:6] == ["delivery", "van"]
     assert "hit or" not in render(search_view(program, report, "", width), width)
 
 
