@@ -11,7 +11,13 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.rules import OPERATORS, Conditions, Folder, waiting_part
 from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.objectives import ALWAYS_BROKEN, NEVER_BROKEN, NOT_ONE_NUMBER, TAKEN_NAME
+from cortex_dsl.semantics.errors.objectives import (
+    ALWAYS_BROKEN,
+    AT_THE_START,
+    NEVER_BROKEN,
+    NOT_ONE_NUMBER,
+    TAKEN_NAME,
+)
 from cortex_dsl.semantics.errors.statements import NO_END
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.over_run import judged
@@ -61,7 +67,12 @@ def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Object
 
 
 def _name_of(file: FileContext, node: nodes.Expect | nodes.Optimize, said: nodes.Expression) -> str:
-    return node.name or " ".join(file.source.slice(said.span).split())
+    return node.name or _in_words(file, said)
+
+
+def _in_words(file: FileContext, said: nodes.Expression) -> str:
+    """An expression as it is written, on one line."""
+    return " ".join(file.source.slice(said.span).split())
 
 
 def _behind(atom: nodes.Expression) -> Span:
@@ -92,6 +103,10 @@ def _report(file: FileContext, node: nodes.Expect, known: ir.Formula | bool, *, 
         file.findings.add(NEVER_BROKEN.at(span))
     elif known is False:
         file.findings.add(ALWAYS_BROKEN.at(span))
+    elif not is_timed(node.condition):
+        words = _in_words(file, node.condition)
+        joined = isinstance(node.condition, nodes.BoolOp)
+        file.findings.add(AT_THE_START.at(span, condition=f"({words})" if joined else words))
     elif not has_end and (waiting := waiting_part(node.condition)) is not None:
         file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
@@ -99,7 +114,7 @@ def _report(file: FileContext, node: nodes.Expect, known: ir.Formula | bool, *, 
 def _formula(file: FileContext, node: nodes.Expression) -> ir.Formula:
     """The whole formula: of what is known to hold it still matters how far."""
     if not is_timed(node):
-        name = " ".join(file.source.slice(node.span).split())
+        name = _in_words(file, node)
         truth, number = (file.rule(at, name, RuleKind.WATCH) for at in (node.span, _behind(node)))
         return ir.Formula(TemporalOp.ATOM, watch=truth, margin=number)
     operator = node.operator if isinstance(node, nodes.Temporal | nodes.BoolOp) else "not"

@@ -27,6 +27,20 @@ ALWAYS_BROKEN = warning(
         "limit = 3 m\nego = new Car on road, with speed 5 m/s\nexpect always (distance to intersection) > limit\n",
     ),
 )
+AT_THE_START = warning(
+    "SCN497",
+    "this `expect` is asked of the start alone",
+    "without `always` or `eventually` a condition is looked at once, before anybody has moved",
+    "write `expect always {condition}`",
+    page=Page(
+        "expectation of the start alone",
+        "A formula without a temporal operator speaks of the first instant, so that a run that ends in a collision "
+        "keeps `expect not self.collided`. What the system owes in the whole run begins with `always`, what it must "
+        "come to with `eventually`.",
+        'ego = new Car on road, with speed 5 m/s\nexpect not self.collided as "no contact"\n',
+        'ego = new Car on road, with speed 5 m/s\nexpect always not self.collided as "no contact"\n',
+    ),
+)
 TAKEN_NAME = Problem(
     "SCN492",
     "`{name}` is the name of an objective that every file has",
