@@ -87,8 +87,8 @@ NO_NUMBER = Problem(
     "keep it legal with `max`, `min` or `... if ... else ...`",
     page=Page(
         "objective that is not a number",
-        "A root, quotient or logarithm has no value for what came up during the run. Such a run is an error: it counts "
-        "neither as kept nor as broken.",
+        "The root or logarithm of a negative number and 0 / 0 have no value. Such a run is an error: it counts neither "
+        "as kept nor as broken. Anything else over 0, and the logarithm of 0, are infinite, and count.",
         "ego = new Car on road, with speed 5 m/s\nmaximize largest(sqrt(ego.speed - 20 m/s))\n",
         "ego = new Car on road, with speed 5 m/s\nmaximize largest(sqrt(max(ego.speed - 20 m/s, 0 m/s)))\n",
         shown="while the scene runs",
