@@ -195,7 +195,7 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        f"Worst first: {APART}. Their numbers are those of the files in the run's folder "
+        f"{APART.capitalize()}. Their numbers are those of the files in the run's folder "
         "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
