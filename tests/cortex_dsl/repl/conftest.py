@@ -47,8 +47,9 @@ class Talk:
 
 @pytest.fixture
 def talk(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Talk:
-    """A session as from a pipe, 100 columns wide."""
+    """A session as from a pipe, 100 columns wide and 25 lines high."""
     monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setenv("LINES", "25")
     return Talk(State(Terminal(colour=False)), capsys)
 
 
