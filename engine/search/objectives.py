@@ -19,6 +19,7 @@ from engine.frozen import frozen
 from engine.kernels.conflict import relative_speed
 from engine.metrics import Body, bodies_of
 from engine.metrics.encounters import Encounter
+from engine.metrics.values import pet_by_area
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -125,8 +126,6 @@ def _gap(pairs: Sequence[Encounter]) -> float:
 
 
 def _gap_of(pair: Encounter) -> float:
-    from engine.metrics.values import pet_by_area
-
     gap = abs(pet_by_area(pair))
     if math.isfinite(gap):
         return gap
@@ -236,9 +235,9 @@ class UnknownObjectiveError(ObjectiveNameError):
         self.name, self.known = name, tuple(known)
 
 
-def known_objectives(program: Program) -> tuple[str, ...]:
-    """Names of all rows that a search of this program can have."""
-    return tuple(row.name for row in (*BUILT_IN, *of_file(program)))
+def known_objectives(program: Program) -> dict[str, Objective]:
+    """All rows that a search of this program can name."""
+    return {row.name: row for row in (*BUILT_IN, *of_file(program))}
 
 
 def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Objective, ...]:
@@ -250,13 +249,13 @@ def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Obje
     """
     if tuple(named) == SOUGHT:
         return ()
-    known = {row.name: row for row in (*BUILT_IN, *of_file(program))}
-    for number, (each, name) in enumerate(zip(named, names_of(named), strict=True)):
+    known, names = known_objectives(program), names_of(named)
+    for number, (each, name) in enumerate(zip(named, names, strict=True)):
         if isinstance(each, str) and each not in known:
             raise UnknownObjectiveError(each, tuple(known))
         if not isinstance(each, str) and name in known:
             raise ObjectiveNameError(f"objective: a function is called `{name}`, as an objective that there is", RENAME)
-        if name in names_of(named)[:number]:
+        if name in names[:number]:
             raise ObjectiveNameError(f"objective: `{name}` is named twice", f"name each once; of a function, {RENAME}")
     return tuple(known[each] if isinstance(each, str) else of_function(each) for each in named)
 
@@ -270,7 +269,7 @@ def expectation(program: Program, name: str) -> Objective:
     expected = [each.name for each in program.judged.objectives if each.sense is Sense.EXPECT]
     if name not in expected:
         raise UnknownObjectiveError(name, expected)
-    return next(row for row in of_file(program) if row.name == name)
+    return known_objectives(program)[name]
 
 
 def names_of(named: Sequence[Sought]) -> tuple[str, ...]:
