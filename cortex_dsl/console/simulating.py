@@ -85,7 +85,7 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
-COMPILING = "compiling kernels (once, about half a minute) …"
+COMPILING = "compiling kernels (once, a minute or two) …"
 
 
 def announce_compilation(terminal: Terminal) -> bool:
@@ -100,8 +100,12 @@ def announce_compilation(terminal: Terminal) -> bool:
 
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
     """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
+    from engine.avoidability import blame
+
     if announce_compilation(terminal):
-        scenario.simulate(scenario.sample(), scenario.config.search.engine)
+        scenes, config = scenario.sample(), scenario.config
+        scenario.simulate(scenes, config.search.engine)
+        blame(scenario.program, scenes, config.simulation, config.contact)
 
 
 # -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------

@@ -19,6 +19,7 @@ import pyarrow.parquet
 
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.console.simulating import COMPILING
 from cortex_dsl.semantics.model import state
 from engine.search.searchers import SEARCHERS
 
@@ -40,9 +41,6 @@ DURATIONS = re.compile(
 )
 """What no two runs have in common: times, and the versions of what is installed."""
 
-COMPILING = "compiling kernels (once, about half a minute) …\n"
-"""Said by whoever comes first, or finds that the cache of kernels was tidied."""
-
 Subjects = Iterator[tuple[str, str]]
 
 
@@ -51,7 +49,7 @@ def command(*words: str, at: Path = ROOT) -> str:
     out, err = io.StringIO(), io.StringIO()
     with _standing(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main([*words])
-    said = err.getvalue().replace(COMPILING, "")
+    said = err.getvalue().replace(f"{COMPILING}\n", "")  # said by whoever comes first, or after the cache was tidied
     return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{said}")
 
 
