@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
@@ -50,31 +50,25 @@ def simulate_rows(
 ) -> None:
     """Run the valid scenes of rows `first` to `last` (exclusive). `outlines` (actors, 3) is working memory."""
     for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID:
-            _simulate_row(plan, scenes, row, run, outlines, out)
+        if scenes.verdict[row] != Verdict.VALID:
+            continue
+        # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
+        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+        advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
+        if note_end(run, row, out):
+            measure_run(plan, run, row, outlines, out)
 
 
 @kernel
 def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
     """The same of a program with objectives: what works them out is compiled for those that have some."""
     for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID and _simulate_row(plan, scenes, row, run, outlines, out):
+        simulate_rows(plan, scenes, row, row + 1, run, outlines, out)
+        if out.verdict[row] == Verdict.VALID:
             note_objectives(plan, run, row, outlines, out)
 
 
-@kernel
-def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: Floats, out: Results) -> bool:
-    """Whether the run is valid, and so measured."""
-    # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
-    begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
-    advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
-    valid = note_end(run, row, out)
-    if valid:
-        measure_run(plan, run, row, outlines, out)
-    return valid
-
-
-@kernel
+@inlined
 def note_end(run: Run, row: int, out: Results) -> bool:
     """How the scored run ended, into its row; whether it is valid, so that it may be measured.
 

@@ -47,8 +47,7 @@ class Layout(NamedTuple):
     drivers_go_on: int
     """1 where the driver of a struck body drives on once its wheels grip again."""
     hold: int
-    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
-    where a run is made again with finer motion."""
+    """Steps from one turn of rules, monitors and behaviours to the next; 1 unless a run is made again in finer ones."""
 
 
 class Plan(NamedTuple):
@@ -231,6 +230,8 @@ class Status(IntEnum):
     """Rows of `Run.impacts` that are filled."""
     TOUCHDOWN = 11
     """1 while the row of the current sample holds the instant of the ego's first contact."""
+    TURN = 12
+    """The actor whose turn it is."""
 
 
 RUNNING = -1
