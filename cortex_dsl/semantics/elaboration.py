@@ -38,7 +38,8 @@ from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.program import RoadSpec, Settings
+from engine.maps import RoadSpec
+from engine.program import Settings
 
 NO_OVERRIDES: Mapping[str, str] = {}
 

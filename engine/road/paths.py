@@ -46,6 +46,13 @@ class Primitive(NamedTuple):
     def moved(self, dx: float, dy: float) -> "Primitive":
         return self._replace(x=self.x + dx, y=self.y + dy)
 
+    def beside(self, left: float) -> "Primitive":
+        """The line or arc that runs so far to the left of it, nearer to an arc's centre than that arc is."""
+        x, y, heading = self.pose(0.0)
+        share = 1.0 - self.curvature * left
+        shifted = x - left * math.sin(heading), y + left * math.cos(heading)
+        return Primitive(*shifted, heading, self.curvature / share, self.length * share)
+
     def turned(self) -> "Primitive":
         """The same line or arc, driven the other way."""
         x, y, heading = self.pose(self.length)

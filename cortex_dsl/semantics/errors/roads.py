@@ -17,10 +17,10 @@ BAD_MAP = Problem(
 UNKNOWN_MAP = Problem(
     "SCN412",
     "there is no map `{kind}`",
-    cure="write `map intersection(ways=4, lanes=1)`",
+    cure="{suggestion}",
     page=Page(
         "unknown map",
-        "There is one kind of map: a grid of one or more intersections.",
+        "A map is a grid of intersections, `map intersection(...)`, or a road without any, `map road(...)`.",
         "map roundabout()\nego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
     ),
@@ -71,6 +71,17 @@ NO_SINGLE_INTERSECTION = Problem(
         "intersection = Uniform(*network.intersections)\n"
         "ego = new Car on road\n"
         "require (distance from ego to intersection) < 5 m\n",
+    ),
+)
+NO_INTERSECTION = Problem(
+    "SCN448",
+    "this map has no intersection",
+    cure="write `map intersection(ways=4, lanes=1)`, or place objects by `network.lanes`",
+    page=Page(
+        "no intersection",
+        "`intersection` names the only one of the map. A lone road has none.",
+        "map road(length=500 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
+        "map intersection(approach=50 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
     ),
 )
 DEFAULT_MAP = note(

@@ -18,7 +18,8 @@ from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.program import RoadSpec, Settings
+from engine.maps import MapSpec, RoadSpec
+from engine.program import Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind, RuleKind
 
@@ -104,7 +105,7 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """What the places of genes without a unit measure, by the number of the gene."""
-    networks: dict[RoadSpec, Network] = field(default_factory=dict)
+    networks: dict[MapSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None
     """The scenario that the run is; None: the top level is all."""

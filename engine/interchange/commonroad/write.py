@@ -224,7 +224,9 @@ def _tags(line: Timeline, network: Network) -> Iterator[str]:
     if line.recording.contact is not None:
         yield "critical"
     yield "intersection"
-    yield "single_lane" if network.spec.lanes == 1 else "multi_lane"
+    yield (
+        "single_lane" if all(len(group.lanes) == 1 for road in network.roads for group in road.groups) else "multi_lane"
+    )
     yield "simulated"
     # Contact may spin a vehicle, which is no turn.
     if line.recording.contact is None and abs(turned) > TURN:

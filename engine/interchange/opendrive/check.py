@@ -9,7 +9,7 @@ from engine.interchange.opendrive.places import road_map
 from engine.interchange.opendrive.read import read_opendrive
 from engine.interchange.recording import RecordedCase
 from engine.interchange.xml import Tree, read_tree
-from engine.program import RoadSpec
+from engine.maps import MapSpec
 from engine.road import build_network
 
 NEAR = 1e-3
@@ -50,7 +50,7 @@ def _links(tree: Tree, known: dict[str, set[str]]) -> Iterator[Finding]:
                 yield tree.finding(connection, f"there is no road {connection.get(way)}", "name one of this file")
 
 
-def _lanes(spec: RoadSpec, path: Path) -> Iterator[Finding]:
+def _lanes(spec: MapSpec, path: Path) -> Iterator[Finding]:
     network, where = build_network(spec), road_map(spec)
     try:
         read = read_opendrive(path)

@@ -2,24 +2,26 @@
 are made of. Metres and radians.
 
 A road outside the junctions has its two directions to either side of its reference line, which runs in the middle and
-with the traffic of its first lane. A turn is a road of one lane with the reference line on the lane's own centre. In
-both cases arc length along our lane is arc length along the reference line, or what is left of it.
+with the traffic of its first lane. A turn is a road of one lane with the reference line on the lane's own centre. On
+straight roads and turns arc length along our lane is arc length along the reference line, or what is left of it; a lane
+that curves beside its reference line is longer or shorter, primitive by primitive.
 
 Source of the curves: ASAM OpenDRIVE 1.7.0, chapter 8, "Geometry".
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from engine.interchange.xml import LARGEST, Node
-from engine.program import RoadSpec
-from engine.road import Lane, LaneRole, Maneuver, Network, Primitive, build_network
+from engine.maps import MapSpec
+from engine.road import Lane, Maneuver, Network, Road, build_network
 
 
 class RoadPlace(NamedTuple):
@@ -42,8 +44,14 @@ class LanePlace:
     length: float
     """[m]"""
 
+    knots: tuple[tuple[float, float], ...] = ()
+    """Where both run as arcs of other lengths: arc lengths along the lane and on the road, at the ends of each [m]."""
+
     def s(self, along: float) -> float:
         """Arc length on the road, of a point `along` the lane [m]."""
+        if self.knots:
+            lane, road = zip(*self.knots, strict=True)
+            return float(np.interp(along, lane, road))
         return along if self.forward else self.length - along
 
 
@@ -52,27 +60,43 @@ class Carriageway:
     """A road outside the junctions."""
 
     id: str
-    name: str
-    forward: tuple[Lane, ...]
-    """Lanes that run the way that s grows, from the kerb to the middle."""
-    backward: tuple[Lane, ...]
+    road: Road
 
     @property
-    def length(self) -> float:
-        return self.forward[0].length
+    def name(self) -> str:
+        return self.road.name
+
+    @property
+    def forward(self) -> tuple[Lane, ...]:
+        """Lanes that run the way that s grows, from the kerb to the middle."""
+        return self.road.forward.lanes
+
+    @property
+    def backward(self) -> tuple[Lane, ...]:
+        return self.road.backward.lanes
 
     @property
     def lanes(self) -> tuple[Lane, ...]:
-        return (*self.forward, *self.backward)
+        return self.road.lanes
 
     @property
-    def middle(self) -> Primitive:
-        """The line between the two directions of the road, with its forward traffic."""
-        lane = self.forward[-1]
-        start, shift = lane.network.paths.pose(lane.path, 0.0), 0.5 * lane.width
-        to_left = -shift if lane.network.spec.left_hand else shift
-        cos, sin = round(math.cos(start.heading)), round(math.sin(start.heading))  # exact: roads run along the axes
-        return Primitive(start.x - to_left * sin, start.y + to_left * cos, start.heading, 0.0, lane.length)
+    def length(self) -> float:
+        return sum(each.length for each in self.road.middle)
+
+    def place(self, lane: Lane) -> LanePlace:
+        """One of its lanes, numbered from the middle outwards."""
+        side = 1 if lane.network.left_hand else -1
+        beside = self.forward if lane.forward else self.backward
+        from_middle = len(beside) + 1 - lane.number
+        number = (side if lane.forward else -side) * from_middle
+        return LanePlace(self.id, number, lane.forward, lane.length, self._knots(lane))
+
+    def _knots(self, lane: Lane) -> tuple[tuple[float, float], ...]:
+        if all(each.curvature == 0.0 for each in self.road.middle):
+            return ()
+        ends = [0.0, *accumulate(each.length for each in self.road.middle)]
+        starts = lane.network.paths.starts(lane.path)
+        return tuple(zip(starts, ends if lane.forward else ends[::-1], strict=True))
 
 
 @dataclass(frozen=True)
@@ -84,11 +108,7 @@ class RoadMap:
     @cached_property
     def roads(self) -> tuple[Carriageway, ...]:
         """All roads outside the junctions, in the order of their lanes."""
-        by_name: dict[str, list[Lane]] = {}
-        for lane in self.network.lanes:
-            if lane.role is not LaneRole.CONNECTING:
-                by_name.setdefault(lane.road, []).append(lane)
-        return tuple(_carriageway(str(i), name, lanes) for i, (name, lanes) in enumerate(by_name.items(), 1))
+        return tuple(Carriageway(str(number), road) for number, road in enumerate(self.network.roads, 1))
 
     def turn_id(self, maneuver: Maneuver) -> str:
         """The road that runs through the junction along a maneuver."""
@@ -103,7 +123,7 @@ class RoadMap:
         places: dict[int, LanePlace] = {}
         for road in self.roads:
             for lane in road.lanes:
-                places[lane.id] = self._place_beside(road, lane)
+                places[lane.id] = road.place(lane)
         for maneuver in self.network.maneuvers:
             lane = maneuver.connecting_lane
             places[lane.id] = LanePlace(self.turn_id(maneuver), self.side, True, lane.length)
@@ -117,15 +137,10 @@ class RoadMap:
     @property
     def side(self) -> int:
         """Sign of the lanes that run the way that s grows."""
-        return 1 if self.network.spec.left_hand else -1
-
-    def _place_beside(self, road: Carriageway, lane: Lane) -> LanePlace:
-        forward = lane in road.forward
-        from_middle = self.network.spec.lanes + 1 - lane.number
-        return LanePlace(road.id, (self.side if forward else -self.side) * from_middle, forward, lane.length)
+        return 1 if self.network.left_hand else -1
 
 
-def road_map(spec: RoadSpec) -> RoadMap:
+def road_map(spec: MapSpec) -> RoadMap:
     """The road of a specification with its names in OpenDRIVE.
 
     Raises:
@@ -150,22 +165,13 @@ def buildings_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
     found: dict[str, list[Beside]] = {road.id: [] for road in roads.roads}
     for number, (x, y, heading, length, width) in enumerate(roads.network.buildings.tolist()):
         for road in roads.roads:
-            line = road.middle
+            line = road.road.middle[0]  # makers that have buildings have straight roads
             cos, sin = round(math.cos(line.heading)), round(math.sin(line.heading))
             s, t = (x - line.x) * cos + (y - line.y) * sin, (y - line.y) * cos - (x - line.x) * sin
             if 0.0 <= s <= line.length:
                 found[road.id].append(Beside(number, s, t, heading - line.heading, length, width))
                 break
     return found
-
-
-def _carriageway(road_id: str, name: str, lanes: Sequence[Lane]) -> Carriageway:
-    forward = tuple(lane for lane in lanes if _heading(lane) == _heading(lanes[0]))
-    return Carriageway(road_id, name, forward, tuple(lane for lane in lanes if lane not in forward))
-
-
-def _heading(lane: Lane) -> float:
-    return lane.network.paths.pose(lane.path, 0.0).heading
 
 
 # -- reference lines: pieces of `planView`, each a curve from a pose ---------------------------------------------------

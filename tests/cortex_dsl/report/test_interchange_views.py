@@ -23,7 +23,7 @@ from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash
 
