@@ -55,8 +55,22 @@ class LoneRoad:
         return 0
 
 
-MapSpec = RoadSpec | LoneRoad
-KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad)}
+@frozen
+class MapFile:
+    """`map opendrive(...)`: the roads of a file."""
+
+    kind: ClassVar[str] = "opendrive"
+    file: str
+    """As it is named where it is asked for."""
+    path: str
+    """Where it was found."""
+    digest: str
+    """Of its contents: another file is another road."""
+    intersections: int
+
+
+MapSpec = RoadSpec | LoneRoad | MapFile
+KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, MapFile)}
 """By the word behind `map`."""
 
 

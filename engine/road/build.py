@@ -9,10 +9,11 @@ from itertools import chain
 from typing import Any
 
 from engine.frozen import frozen
-from engine.maps import LoneRoad, MapSpec, RoadSpec
+from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec
 from engine.road.grid_network import grid_network
 from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_numbers
 from engine.road.network import Network
+from engine.road.opendrive.network import file_network
 from engine.road.specification import RoadError, wrong_alone, wrong_together
 
 
@@ -28,9 +29,15 @@ class Maker:
     """What numbers that are fine alone do not allow together."""
 
 
+def _nothing(_: MapSpec) -> Iterator[RoadError]:
+    """A file is looked at when it is named."""
+    return iter(())
+
+
 MAKERS: Mapping[type[MapSpec], Maker] = {
     RoadSpec: Maker(grid_network, wrong_alone, wrong_together),
     LoneRoad: Maker(lone_road, wrong_lone_road_numbers, wrong_lone_road),
+    MapFile: Maker(file_network, _nothing, _nothing),
 }
 
 

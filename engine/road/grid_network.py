@@ -116,6 +116,7 @@ class _Builder:
                 incoming_lanes=self.incoming[site.id, arm.name],
                 outgoing_lanes=self.outgoing[site.id, arm.name],
                 neighbour=self.grid.neighbour(site, arm),
+                phase=0 if arm.x == 0 else 1,
             )
             for arm in self.junction.arms
         )

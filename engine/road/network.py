@@ -203,6 +203,8 @@ class Leg:
     outgoing_lanes: tuple[Lane, ...]
     neighbour: int | None
     """Id of the intersection at its other end; None at the border."""
+    phase: int
+    """0 or 1: lights of one phase are green together."""
 
 
 @frozen_identity
@@ -262,6 +264,19 @@ class Links:
     default_route: list[int] = field(default_factory=list)
     conflicts: list[tuple[int, ...]] = field(default_factory=list)
     """Per maneuver."""
+    beside: Mapping[int, tuple[int | None, int | None]] | None = None
+    """Per lane those to its left and right; None where their numbers say it."""
+
+
+@frozen
+class Lines:
+    """Polylines, each (n, 2) [m]."""
+
+    kerbs: tuple[Floats, ...]
+    middle: tuple[Floats, ...]
+    """Between the two directions of a road."""
+    between: tuple[Floats, ...]
+    """Between lanes of one direction."""
 
 
 @dataclass(eq=False)
@@ -286,14 +301,25 @@ class Network:
     """Lanes of all roads first, connecting lanes last."""
     maneuvers: tuple[Maneuver, ...] = ()
     links: Links = field(default_factory=Links, repr=False)
+    connecting_roads: tuple[Road, ...] = ()
+    """Roads of connecting lanes, in a file that has them."""
     kerbs: tuple[Floats, ...] = ()
     """Kerb lines that are no lane's border, each (n, 2): round the corners of intersections."""
+    drawn: Lines | None = None
+    """What to draw of lanes that do not keep their width; None: their borders are drawn."""
+    remarks: tuple[str, ...] = ()
+    """On what was mended or left out."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""
 
     @cached_property
     def road_named(self) -> Mapping[str, Road]:
-        return {road.name: road for road in self.roads}
+        return {road.name: road for road in (*self.roads, *self.connecting_roads)}
+
+    @cached_property
+    def arms(self) -> int:
+        """Lights of an intersection are numbered by its arms; so many numbers each has."""
+        return max([4, *(len(intersection.legs) for intersection in self.intersections)])
 
 
 # -- as arrays for the kernels -----------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.network import Lane, LaneRole, Network
+from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Floats
 
 
@@ -33,6 +33,8 @@ class Outline:
 
 def outline(network: Network) -> Outline:
     """Everything that a drawing of the road may show."""
+    if network.drawn is not None:
+        return _of_lines(network, network.drawn)
     road_lanes = [lane for lane in network.lanes if lane.role is not LaneRole.CONNECTING]
     return Outline(
         kerbs=(
@@ -50,6 +52,21 @@ def outline(network: Network) -> Outline:
         widths=tuple(lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=tuple(_block(*row) for row in network.buildings.tolist()),
+    )
+
+
+def _of_lines(network: Network, drawn: Lines) -> Outline:
+    """Of a network whose lanes do not keep their width."""
+    return Outline(
+        kerbs=drawn.kerbs,
+        middle_lines=drawn.middle,
+        lane_lines=drawn.between,
+        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.maneuvers),
+        intersections=(),
+        center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
+        widths=tuple(lane.width for lane in network.lanes),
+        reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
+        buildings=(),
     )
 
 

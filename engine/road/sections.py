@@ -6,7 +6,7 @@ traffic lanes are numbered from right to left, in left-hand traffic from left to
 """
 
 from engine.frozen import frozen
-from engine.road.network import Lane, LaneGroup, LaneRole, Maneuver, Road
+from engine.road.network import Lane, LaneGroup, Maneuver, Road
 
 
 @frozen
@@ -26,8 +26,8 @@ class LaneSection:
 
 
 def road_of(lane: Lane) -> Road | None:
-    """The road that a lane is part of; None for a connecting lane."""
-    return None if lane.role is LaneRole.CONNECTING else lane.network.road_named[lane.road]
+    """The road that a lane is part of; None for a connecting lane of a grid."""
+    return lane.network.road_named.get(lane.road)
 
 
 def group_of(lane: Lane) -> LaneGroup:
@@ -61,16 +61,29 @@ def opposite_group(lane: Lane) -> LaneGroup | None:
 
 def faster(lane: Lane) -> Lane | None:
     """The neighbour of the same direction nearer to the middle of the road."""
-    return _numbered(lane, lane.number + 1)
+    return _same_way(lane, _listed(lane, left=not lane.network.left_hand)) if _is_listed(lane) else _numbered(lane, 1)
 
 
 def slower(lane: Lane) -> Lane | None:
     """The neighbour of the same direction nearer to the kerb."""
-    return _numbered(lane, lane.number - 1)
+    return _same_way(lane, _listed(lane, left=lane.network.left_hand)) if _is_listed(lane) else _numbered(lane, -1)
 
 
-def _numbered(lane: Lane, number: int) -> Lane | None:
-    return next((each for each in group_of(lane).lanes if each.number == number), None)
+def _numbered(lane: Lane, further: int) -> Lane | None:
+    return next((each for each in group_of(lane).lanes if each.number == lane.number + further), None)
+
+
+def _is_listed(lane: Lane) -> bool:
+    return lane.network.links.beside is not None
+
+
+def _listed(lane: Lane, *, left: bool) -> Lane | None:
+    beside = (lane.network.links.beside or {}).get(lane.id, (None, None))[0 if left else 1]
+    return None if beside is None else lane.network.lanes[beside]
+
+
+def _same_way(lane: Lane, other: Lane | None) -> Lane | None:
+    return other if other is not None and other.forward == lane.forward else None
 
 
 def _inwards(lane: Lane) -> Lane | None:
@@ -81,8 +94,12 @@ def _inwards(lane: Lane) -> Lane | None:
 
 
 def to_left(lane: Lane) -> Lane | None:
+    if _is_listed(lane):
+        return _listed(lane, left=True)
     return slower(lane) if lane.network.left_hand else _inwards(lane)
 
 
 def to_right(lane: Lane) -> Lane | None:
+    if _is_listed(lane):
+        return _listed(lane, left=False)
     return _inwards(lane) if lane.network.left_hand else slower(lane)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.opendrive.places import road_map
-from engine.interchange.opendrive.read import read_opendrive
 from engine.interchange.recording import RecordedCase
 from engine.interchange.xml import Tree, read_tree
 from engine.maps import MapSpec
+from engine.opendrive.read import read_opendrive
 from engine.road import build_network
 
 NEAR = 1e-3
