@@ -7,12 +7,12 @@ import pytest
 import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from tests.engine.opendrive.reading_back import specs
 
 from engine.maps import RoadSpec
 from engine.road import RoadError, build_network
 from engine.road.grid import Grid
 from engine.tables import ROAD_REGION
+from tests.engine.interchange.opendrive.reading_back import specs
 
 few = settings(max_examples=25, deadline=None)
 

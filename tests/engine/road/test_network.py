@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.engine.opendrive.reading_back import specs
 
 from engine.maps import RoadSpec
 from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
 from engine.vocabulary import ManeuverType
+from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.road.conflict_areas import Strip, conflict_areas
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.engine.opendrive.reading_back import specs
 
 from engine.interchange.commonroad.road import Lanelet, lanelets
 from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network
 from engine.road.sections import to_left, to_right
+from tests.engine.interchange.opendrive.reading_back import specs
 
 few = settings(max_examples=25, deadline=None)
 

@@ -14,7 +14,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.engine.opendrive.reading_back import specs
 
 from engine.interchange import Export, InterchangeError, Recording, SignalTimes
 from engine.interchange.commonroad import write_commonroad
@@ -24,6 +23,7 @@ from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, STEP, absent, actor, crash, recording
+from tests.engine.interchange.opendrive.reading_back import specs
 from tests.schemas import findings
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -10,7 +10,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import fresnel
-from tests.engine.opendrive.reading_back import Document, number, only, specs
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
@@ -18,6 +17,7 @@ from engine.interchange.xml import Node
 from engine.maps import RoadSpec
 from engine.opendrive.curves import CURVES, Pose, arc, clothoid, read_piece
 from engine.road import LaneRole
+from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 
 few = settings(max_examples=25, deadline=None)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from tests.engine.opendrive.reading_back import specs
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
 from engine.maps import RoadSpec
 from engine.opendrive.read import read_opendrive
 from engine.road import build_network
+from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.interchange.openscenario.read.files import XODR, network
 
 NEGATIVE = 'id="-1" type="driving"><width sOffset="0" a="-3"'

@@ -6,13 +6,13 @@ from collections import Counter
 from xml.etree.ElementTree import Element
 
 from hypothesis import given, settings
-from tests.engine.opendrive.reading_back import Document, number, only, specs
 
 from cortex_dsl.semantics.evaluation import signals as language
 from cortex_dsl.semantics.model.values import Signal
 from engine.interchange import SignalTimes
 from engine.interchange.opendrive import road_map, signal_groups, write_opendrive
 from engine.maps import RoadSpec
+from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 
 few = settings(max_examples=20, deadline=None)
 LIGHTS = SignalTimes(green=10.0, yellow=3.0, all_red=2.0, offset=0.0)

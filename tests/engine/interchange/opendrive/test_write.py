@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.engine.opendrive.reading_back import Document, number, only, specs
 
 from engine.interchange import InterchangeError, Provenance, SignalTimes
 from engine.interchange.opendrive import road_map, write_opendrive
 from engine.maps import RoadSpec
 from engine.road import LaneRole, RoadError, build_network
+from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 from tests.schemas import findings
 
 few = settings(max_examples=25, deadline=None)
