@@ -29,7 +29,7 @@ from cortex_dsl.semantics.evaluation.roads import (
 )
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.model.context import Observer
-from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.tree import everything_in, param_entries, system_params
@@ -52,10 +52,11 @@ def elaborate(
     imports: Mapping[Span, ImportedFile] = NO_FILES,
     scenario: str | None = None,
     observe: Observer | None = None,
+    find_map: MapFinder = no_maps,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
     `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with
-    every value.
+    every value; `find_map` says where a map's file is.
 
     Raises:
         CompileError: with every error found.
@@ -75,6 +76,8 @@ def elaborate(
         _default_road(whole, findings),
         entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
+        find_map=find_map,
+        has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )
     file, drafts = _drafted(module, fresh, findings, observe)

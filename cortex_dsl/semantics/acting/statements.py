@@ -107,6 +107,8 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
         ev.run.params[entry.name] = value
         if entry.name != "map":
             ev.scope[entry.name] = value
+        elif maps.read_named(ev, value, entry.span):
+            continue
         _note_idle_param(ev, entry)
 
 

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Container, Mapping
 from dataclasses import fields
+from pathlib import Path
 from types import MappingProxyType
 
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_TOO_LATE, UNKNOWN_MAP
+from cortex_dsl.semantics.errors.roads import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
@@ -15,16 +16,22 @@ from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.evaluation.roads import network_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Quantity
+from cortex_dsl.semantics.model.values import Quantity, Value
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
-from engine.maps import KINDS, MapSpec
+from engine.errors import CortexError
+from engine.interchange.contract import InterchangeError
+from engine.maps import KINDS, MapFile, MapSpec
 from engine.road.build import MAKERS
 
+FILE = MapFile.kind
 MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {kind: tuple(each.name for each in fields(spec)) for kind, spec in KINDS.items()}  # type: ignore[arg-type]
+    {
+        kind: ("file",) if kind == FILE else tuple(each.name for each in fields(spec))  # type: ignore[arg-type]
+        for kind, spec in KINDS.items()
+    }
 )
 """By the word behind `map`."""
 WHOLE = frozenset({"ways", "lanes", "rows", "cols"})
@@ -39,7 +46,68 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
         raise UNKNOWN_MAP.mistake(node.span, kind=node.kind, suggestion=_kinds_like(node.kind))
     if ev.run.built.network is not None:
         raise MAP_TOO_LATE.mistake(node.span)
-    ev.run.built.network = network_for(ev, _spec(ev, node), node.span)
+    spec = _file(ev, node) if node.kind == FILE else _spec(ev, node)
+    ev.run.built.network = network_for(ev, spec, node.span)
+
+
+# -- the roads of a file -----------------------------------------------------------------------------------------------
+
+
+def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
+    """The file that `map opendrive("FILE")` names.
+
+    Raises:
+        Mistake: it names none, or none that is there and can be read.
+    """
+    given, mistaken = evaluate_each(ev, node.arguments)
+    if mistaken:
+        raise Mistake
+    if len(given) != 1 or given[0].name not in (None, "file") or not isinstance(given[0].value, str):
+        raise NOT_SUPPORTED.mistake(
+            given[0].span if given else node.span,
+            what="`map opendrive` takes the name of one file",
+            reason="",
+            cure='as in `map opendrive("roads/town.xodr")`, seen from this file',
+        )
+    name, span = given[0].value, given[0].span
+    found = ev.file.find_map(name)
+    if found is None:
+        raise NO_MAP_FILE.mistake(span, file=name)
+    return _read(ev, name, found, span)
+
+
+def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
+    """Build the network of the file that Scenic's `param map` names; False where there is no such file.
+
+    Raises:
+        Mistake: it cannot be read, or the road was used before.
+    """
+    found = ev.file.find_map(value) if isinstance(value, str) else None
+    if not isinstance(value, str) or found is None or ev.file.has_map:
+        return False
+    if ev.run.built.network is not None:
+        raise MAP_TOO_LATE.mistake(span)
+    ev.run.built.network = network_for(ev, _read(ev, value, found, span), span)
+    return True
+
+
+def _read(ev: Evaluator, name: str, found: str, span: Span) -> MapFile:
+    """The specification of a file, which all variants share."""
+    if name not in ev.file.map_files:
+        from engine.road.opendrive.network import map_file
+
+        try:
+            ev.file.map_files[name] = map_file(Path(found).resolve(), name)
+        except OSError as error:
+            reason = error.strerror or "it cannot be read"
+            raise BAD_MAP_FILE.mistake(span, file=name, message=reason, cure="name a file that can be read") from error
+        except CortexError as error:
+            place = f"{error.place}: " if isinstance(error, InterchangeError) and error.place else ""
+            raise BAD_MAP_FILE.mistake(span, file=name, message=f"{place}{error.message}", cure=error.cure) from error
+    return ev.file.map_files[name]
+
+
+# -- arguments ---------------------------------------------------------------------------------------------------------
 
 
 def _kinds_like(kind: str) -> str:
