@@ -95,7 +95,7 @@ BAD_MAP_FILE = Problem(
         shown="while the map is read",
     ),
 )
-NO_INTERSECTION = Problem(
+MAP_WITHOUT_INTERSECTION = Problem(
     "SCN448",
     "this map has no intersection",
     cure="write `map intersection(ways=4, lanes=1)`, or place objects by `network.lanes`",

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_VARIES, NO_INTERSECTION, NO_SINGLE_INTERSECTION
+from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_VARIES, MAP_WITHOUT_INTERSECTION, NO_SINGLE_INTERSECTION
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     BuiltinValue,
@@ -74,7 +74,7 @@ def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
 def _single_intersection(ev: Evaluator, span: Span) -> Value:
     intersections = network_of(ev).intersections
     if not intersections:
-        raise NO_INTERSECTION.mistake(span)
+        raise MAP_WITHOUT_INTERSECTION.mistake(span)
     if len(intersections) > 1:
         raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
     return intersections[0]

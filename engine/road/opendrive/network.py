@@ -34,7 +34,7 @@ from engine.road.network import (
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.linking import THROUGH, FileLane, Way
 from engine.road.opendrive.linking import Links as FileLinks
-from engine.road.opendrive.surfaces import border, ring_of, strip_between, union
+from engine.road.opendrive.surfaces import NoSurfaceError, border, ring_of, strip_between, union
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
 from engine.tables import ROAD_REGION, Floats
@@ -129,7 +129,11 @@ def _plan(path: str, _digest: str) -> Plan:
     inside: dict[str, list[Floats]] = defaultdict(list)
     for lane, ring in zip(links.lanes, rings, strict=True):
         inside[network.roads[lane.road].junction].append(ring)
-    surface, kerbs = union(rings)
+    try:
+        surface, kerbs = union(rings)
+    except NoSurfaceError:
+        cure = "give its lanes a <width> above 0 m"
+        raise InterchangeError("no lane in it has a width", cure, Path(path).name) from None
     left_hand = any(road.left_hand for road in network.roads.values())
     return Plan(
         links,

@@ -21,11 +21,17 @@ GAP = 0.05
 """Strips nearer to one another than twice this have no gap between them [m]."""
 SMOOTH = 0.005
 """How far the corners of a union may be left out [m]."""
+PRECISION = 1e-4
+"""Of the corners of a union [m]: nearly equal ones cannot be triangulated."""
 SPECK = 0.1
 """Part of a union that is smaller is left out [m^2]."""
 LEAST_WIDTH = 0.1
 """Of a strip of a lane that has no width [m]."""
 NOTHING = 1e-9
+
+
+class NoSurfaceError(ValueError):
+    """Lanes without a width cover nothing."""
 
 
 def places(row: Stretch) -> list[float]:
@@ -73,7 +79,10 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
     parts = [shapely.Polygon(ring).buffer(GAP, join_style="mitre") for ring in rings if len(ring) > 2]
     whole = shapely.unary_union(parts).buffer(-GAP, join_style="mitre").simplify(SMOOTH)
+    whole = shapely.set_precision(whole, PRECISION)
     polygons = [each for each in getattr(whole, "geoms", [whole]) if each.area > SPECK]
+    if not polygons:
+        raise NoSurfaceError
     lines = [np.array(line.coords) for each in polygons for line in (each.exterior, *each.interiors)]
     tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
     triangles = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms])
