@@ -4,6 +4,8 @@ The file is run once for every way of making its finite choices. A run leaves be
 rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
 """
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -38,7 +40,7 @@ from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.maps import RoadSpec
+from engine.maps import MapFile, RoadSpec
 from engine.program import Settings
 
 NO_OVERRIDES: Mapping[str, str] = {}
@@ -197,9 +199,21 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 def _how_to_have_options(file: FileContext, span: Span) -> str:
     if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
         return "correct the comparison in it, which never holds"
+    has = _intersections(file) if re.search(r"is[34]Way", file.source.slice(span)) else ""
+    if has:
+        return f"choose another map, or other intersections: this one has some of {has}"
     if "U_TURN" in file.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
     return "widen the filter, or choose another map"
+
+
+def _intersections(file: FileContext) -> str:
+    """How many roads meet at the intersections of a file's map, and how many such there are."""
+    network = next(iter(file.networks.values()), None)
+    if network is None or not isinstance(network.spec, MapFile):
+        return ""
+    counts = Counter(len(intersection.legs) for intersection in network.intersections)
+    return ", ".join(f"{ways} roads ({count})" for ways, count in sorted(counts.items()))
 
 
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:
