@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from hashlib import blake2b
+from pathlib import Path, PurePath
 from typing import Any, ClassVar
 
 from engine.frozen import frozen
@@ -72,6 +74,16 @@ class MapFile:
 MapSpec = RoadSpec | LoneRoad | MapFile
 KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, MapFile)}
 """By the word behind `map`."""
+
+
+def map_name(spec: MapFile) -> str:
+    """What a copy of its file is called."""
+    return PurePath(spec.path).name
+
+
+def digest_of(path: Path) -> str:
+    """32 hexadecimal digits over the contents of a file."""
+    return blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 
 def map_content(spec: MapSpec) -> dict[str, Any]:

@@ -153,6 +153,7 @@ class _SharedPoints:
 
 # -- the road as XML ---------------------------------------------------------------------------------------------------
 
+LANELET_TYPES = {LaneRole.CONNECTING: "intersection", LaneRole.THROUGH: "country"}
 SUCCESSORS = {
     "successorsRight": ManeuverType.RIGHT_TURN,
     "successorsStraight": ManeuverType.STRAIGHT,
@@ -212,7 +213,7 @@ def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -
     _add_neighbour(element, "adjacentRight", ids, lanelet.beside_right)
     if lane.maneuvers:
         _add_stop_line(element, lanelet, light)
-    add_text(element, "laneletType", "intersection" if lane.role is LaneRole.CONNECTING else "urban")
+    add_text(element, "laneletType", LANELET_TYPES.get(lane.role, "urban"))
     add_text(element, "userOneWay", "vehicle")
     if light is not None:
         child(element, "trafficLightRef", ref=light)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
 from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
 from engine.interchange.xml import Element, child, xml_text
-from engine.maps import MapSpec
+from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
 from engine.tables import ROAD_REGION
 
@@ -197,8 +197,11 @@ class SignalGroup:
 
 
 def signal_groups(spec: MapSpec) -> tuple[SignalGroup, ...]:
-    """All groups of a road with lights: two for each junction, in the order of junctions and phases."""
-    return groups_of(road_map(spec))
+    """All groups of a road with lights: two for each junction, in the order of junctions and phases.
+
+    The file of a map knows nothing of our lights.
+    """
+    return () if isinstance(spec, MapFile) else groups_of(road_map(spec))
 
 
 def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:

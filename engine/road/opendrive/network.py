@@ -8,7 +8,6 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from hashlib import blake2b
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.interchange.contract import InterchangeError
-from engine.maps import MapFile
+from engine.maps import MapFile, digest_of
 from engine.opendrive.read import OdrRoad, read_opendrive
 from engine.road.linking import polylines_cross
 from engine.road.network import (
@@ -48,11 +47,6 @@ TURN_THRESHOLD = math.radians(20.0)
 """A way through a junction that turns by less leads straight on, as in Scenic."""
 ROUTE = 1000.0
 """A driver without a plan is led so far [m], and to the end of the lane there."""
-
-
-def digest_of(path: Path) -> str:
-    """32 hexadecimal digits over the contents of a file."""
-    return blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 
 def map_file(path: Path, name: str) -> MapFile:
