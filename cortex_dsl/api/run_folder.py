@@ -20,7 +20,7 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
-from engine.maps import MapFile
+from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
@@ -294,3 +294,21 @@ def _links(compiled: Compiled) -> Iterator[Link]:
 
 def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
     return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
+
+
+def check_map(folder: Path, manifest: Manifest) -> None:
+    """Refuse to go on on another road.
+
+    Raises:
+        StoreError: the file of the map is gone, or holds something else.
+    """
+    for path, digest in ((link.importer, link.name) for link in manifest.origin.links if link.path == DIGEST):
+        try:
+            found = digest_of(Path(path))
+        except OSError:
+            found = "none, for it is not there"
+        if found != digest:
+            raise StoreError(
+                f"`{folder}` was found on the roads of {path} with the digest {digest}, which is {found} now",
+                "put that file back: another road is another search",
+            )

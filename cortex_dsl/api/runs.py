@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of, whole
 from cortex_dsl.api.run_folder import (
-    DIGEST,
     Found,
     KeptFiles,
     OnRemoved,
     Work,
     campaign_of,
     carry_out,
+    check_map,
     default_workers,
     same_objective,
     worst_files,
@@ -34,7 +34,6 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
 from engine.display import facts_table
-from engine.maps import digest_of
 from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed
 from engine.search.journal import Journal
@@ -191,7 +190,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
     source, origin = Source(manifest.file, manifest.file_text), manifest.origin
     overrides: Mapping[str, str] = origin.overrides
-    _check_map(folder, manifest)
+    check_map(folder, manifest)
     try:
         compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
     except CompileError as error:
@@ -203,24 +202,6 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     except ManifestError as error:
         raise damaged(folder / JOURNAL, error) from error
     return compiled
-
-
-def _check_map(folder: Path, manifest: Manifest) -> None:
-    """Refuse to go on on another road.
-
-    Raises:
-        StoreError: the file of the map is gone, or holds something else.
-    """
-    for path, digest in ((link.importer, link.name) for link in manifest.origin.links if link.path == DIGEST):
-        try:
-            found = digest_of(Path(path))
-        except OSError:
-            found = "none, for it is not there"
-        if found != digest:
-            raise StoreError(
-                f"`{folder}` was found on the roads of {path} with the digest {digest}, which is {found} now",
-                "put that file back: another road is another search",
-            )
 
 
 def _edited(manifest: Manifest) -> Iterator[str]:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
 
 SAME_INSTANT = 1e-9
 """Instants closer than this are one [s]: no format can distinguish them."""
-
 MOST_ACTORS = 1000
 """That a file may hold; our own runs have fewer."""
 

@@ -2,10 +2,10 @@
 
 `Network` is all that the rest of the house knows of a road, whoever made it. Elements refer to one another (a lane to
 its maneuvers, those to their lanes), so each holds ids and looks the others up in its network. Two elements are equal
-only if they are the same one. `road_tables` writes a network as arrays for the kernels.
+only if they are the same one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -15,8 +15,8 @@ import numpy as np
 from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
 from engine.road.paths import PathBook, Primitive
-from engine.road.regions import RegionBook, Shape, triangle_areas
-from engine.tables import Floats, Ints, RoadTables
+from engine.road.regions import RegionBook
+from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
 
@@ -320,49 +320,3 @@ class Network:
     def arms(self) -> int:
         """Lights of an intersection are numbered by its arms; so many numbers each has."""
         return max([4, *(len(intersection.legs) for intersection in self.intersections)])
-
-
-# -- as arrays for the kernels -----------------------------------------------------------------------------------------
-
-
-def road_tables(network: Network) -> RoadTables:
-    """All paths (also those joined since the network was built), lanes and regions."""
-    shapes = [network.regions.shape(region) for region in range(len(network.regions))]
-    lanes = network.lanes
-    return RoadTables(
-        primitives=_primitive_rows(network.paths),
-        path_start=_offsets([len(network.paths.primitives(path)) for path in range(len(network.paths))]),
-        path_length=np.array([network.paths.length(path) for path in range(len(network.paths))]),
-        lane_path=np.array([lane.path for lane in lanes], dtype=np.int32),
-        lane_route=np.array([lane.default_route for lane in lanes], dtype=np.int32),
-        lane_width=np.array([lane.width for lane in lanes]),
-        edges=np.vstack([shape.edges for shape in shapes]),
-        region_start=_offsets([len(shape.edges) for shape in shapes]),
-        hull=np.vstack([shape.hull for shape in shapes]),
-        hull_start=_offsets([len(shape.hull) for shape in shapes]),
-        triangles=np.vstack([_shares(shape) for shape in shapes]),
-        triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
-        cores=np.vstack([shape.cores for shape in shapes]),
-        core_start=_offsets([len(shape.cores) for shape in shapes]),
-        buildings=network.buildings,
-    )
-
-
-def _primitive_rows(paths: PathBook) -> Floats:
-    rows = [
-        (start, *primitive)
-        for path in range(len(paths))
-        for start, primitive in zip(paths.starts(path), paths.primitives(path), strict=False)
-    ]
-    primitives = np.array(rows)
-    heading = primitives[:, 3]
-    return np.column_stack([primitives, np.cos(heading), np.sin(heading)])
-
-
-def _offsets(counts: Sequence[int]) -> Ints:
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-
-
-def _shares(shape: Shape) -> Floats:
-    areas = np.cumsum(triangle_areas(shape.triangles))
-    return np.column_stack([areas / areas[-1], shape.triangles])

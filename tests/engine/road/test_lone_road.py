@@ -18,7 +18,7 @@ from engine.road.sections import faster, opposite_group, slower, to_left, to_rig
 @st.composite
 def specs(draw: Callable) -> LoneRoad:
     lanes, width = draw(st.integers(1, 4)), draw(st.floats(2.0, 5.0))
-    curve = draw(st.none() | st.floats(1.5 * lanes * width + 5.0, 2000.0))
+    curve = draw(st.none() | st.floats(1.5 * lanes * width + 5.01, 2000.0))
     turns = None if curve is None else draw(st.none() | st.floats(0.1, math.pi))
     most = 270.0 if curve is None or turns is not None else math.radians(269.0) * curve
     length = draw(st.floats(10.0, max(11.0, min(2000.0, most))))
