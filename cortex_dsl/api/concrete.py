@@ -136,9 +136,11 @@ def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator
 def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Edit]:
     """The file of a map lies beside the copy."""
     spec = program.road_spec
+    if not isinstance(spec, MapFile):
+        return
     entries = (entry.value for module in modules for name, entry in param_entries(module).items() if name == "map")
     statements = (each for module in modules for each in module.statements if isinstance(each, nodes.Map))
-    for place in (*entries, *statements) if isinstance(spec, MapFile) else ():
+    for place in (*entries, *statements):
         for node in everything_in(place):
             if isinstance(node, nodes.String) and node.value == spec.file:
                 yield Edit(node.span, f'"{map_name(spec)}"')

@@ -73,11 +73,11 @@ def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
 
 def _single_intersection(ev: Evaluator, span: Span) -> Value:
     intersections = network_of(ev).intersections
-    if not intersections:
-        raise MAP_WITHOUT_INTERSECTION.mistake(span)
-    if len(intersections) > 1:
+    if len(intersections) == 1:
+        return intersections[0]
+    if intersections:
         raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
-    return intersections[0]
+    raise MAP_WITHOUT_INTERSECTION.mistake(span)
 
 
 ROAD = Region(ROAD_REGION, "the road")

@@ -26,7 +26,7 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import ARMS, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number, xml_text
-from engine.maps import MapFile
+from engine.maps import MapFile, RoadSpec
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
@@ -87,7 +87,7 @@ def remarks(line: Timeline) -> tuple[str, ...]:
 
 
 def _buildings(line: Timeline) -> Iterator[str]:
-    if line.recording.road is not None and line.recording.road.buildings is not None:
+    if isinstance(line.recording.road, RoadSpec) and line.recording.road.buildings is not None:
         yield "the buildings beside the road are left out"
 
 

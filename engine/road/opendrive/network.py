@@ -115,11 +115,11 @@ class _Builder:
     def road(self, road: str) -> Road:
         name = f"road{road}"
         lanes = sorted((lane for lane in self.network.lanes if lane.road == name), key=lambda lane: lane.number)
-        groups = [
+        forward, backward = (
             LaneGroup(self.network, name, way, tuple(lane for lane in lanes if lane.forward is way))
             for way in (True, False)
-        ]
-        return Road(self.network, name, *groups, ())
+        )
+        return Road(self.network, name, forward, backward, ())
 
     def maneuver(self, index: int, intersection: int, way: Way) -> Maneuver:
         start, connecting, end = (self.network.lanes[each] for each in way[1:])
@@ -142,7 +142,8 @@ class _Builder:
         lanes, ways = self.network.lanes, self.plan.junctions[junction]
         corners = self.plan.areas[junction].edges[:, :2]
         center = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-        starts, ends = ([lanes[i] for i in dict.fromkeys(way[place] for way in ways)] for place in (1, 3))
+        starts = [lanes[index] for index in dict.fromkeys(way.start for way in ways)]
+        ends = [lanes[index] for index in dict.fromkeys(way.end for way in ways)]
         roads = dict.fromkeys(lane.road for lane in (*starts, *ends))
         legs = [self.leg(road, starts, ends) for road in roads]
         legs.sort(key=lambda leg: -math.remainder(leg[0] - math.pi / 2.0 - 1e-9, math.tau))

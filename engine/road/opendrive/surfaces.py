@@ -53,7 +53,8 @@ def border(rows: Sequence[Stretch], *, outer: bool) -> Floats:
 
 def strip_between(inner: Floats, outer: Floats) -> Shape:
     """The region between two borders with as many points each."""
-    if float(np.hypot(*(outer - inner).T).max()) < LEAST_WIDTH:
+    across = outer - inner
+    if float(np.hypot(across[:, 0], across[:, 1]).max()) < LEAST_WIDTH:
         outer = inner + _normals(inner) * LEAST_WIDTH
     lower = np.hstack([inner[:-1], inner[1:], outer[1:]])
     upper = np.hstack([inner[:-1], outer[1:], outer[:-1]])
@@ -64,13 +65,15 @@ def strip_between(inner: Floats, outer: Floats) -> Shape:
 
 def _normals(line: Floats) -> Floats:
     ways = np.gradient(line, axis=0)
-    return np.column_stack([-ways[:, 1], ways[:, 0]]) / np.maximum(np.hypot(*ways.T), NOTHING)[:, None]
+    lengths = np.maximum(np.hypot(ways[:, 0], ways[:, 1]), NOTHING)
+    return np.column_stack([-ways[:, 1], ways[:, 0]]) / lengths[:, None]
 
 
 def ring_of(inner: Floats, outer: Floats) -> Floats:
     """The outline between two borders, anticlockwise, without repeated points."""
     ring = np.vstack([inner, outer[::-1]])
-    ring = ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > 1e-6]
+    sides = ring - np.roll(ring, 1, axis=0)
+    ring = ring[np.hypot(sides[:, 0], sides[:, 1]) > 1e-6]
     return ring if area(ring) > 0.0 else ring[::-1]
 
 
@@ -87,5 +90,5 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
     triangles = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms])
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
-    edges = edges[np.hypot(*(edges[:, 2:] - edges[:, :2]).T) > NOTHING]
+    edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
     return shape_of_parts(edges, triangles[triangle_areas(triangles) > NOTHING]), tuple(lines)

@@ -104,7 +104,7 @@ def map_arguments() -> Rows:
 
 
 def road_arguments() -> Rows:
-    words, spec = kept("map road"), LoneRoad()
+    words, spec = kept("map_road"), LoneRoad()
     ranges = {
         "lanes": f"1 to {MAX_LANES}",
         "length": limits(SHORTEST, LONGEST, "m"),
@@ -226,7 +226,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "constants": (("constant", "is"), lambda: of_kind(Kind.CONSTANT)),
     "distributions": (("distribution", "draws"), lambda: of_kind(Kind.DISTRIBUTION)),
     "map": (("argument", "default", "may be", "meaning"), map_arguments),
-    "map road": (("argument", "default", "may be", "meaning"), road_arguments),
+    "map_road": (("argument", "default", "may be", "meaning"), road_arguments),
     "attributes": (("attribute", "of", "is"), road_attributes),
     "environment": (("argument", "may be", "meaning"), environment),
     "properties": (("property", "may be", "sets"), properties),
