@@ -135,14 +135,14 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
             lay_leg(plan, run, sample, actor)
-    bodies, before = np.zeros((count, BODY)), np.zeros((count, BODY))
+    bodies = np.zeros((count, BODY))
     contacts = np.zeros((count * (count - 1) // 2, CONTACT))
     for _ in range(MAX_MEETINGS):
         if not part <= 1.0:
             break
         meeting = contacts[: _gather(plan, run, sample, part, bodies, contacts)]
         if len(meeting) > 0:
-            before[:] = bodies
+            before = bodies.copy()
             resolve(bodies, meeting, plan.layout.restitution, plan.layout.contact_friction)
             _loosen(plan, run, sample, part, before, bodies, meeting)
         part = _next_meeting(plan, run, sample, part, bodies, contacts)

@@ -43,8 +43,8 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, Maneuver, Network
-from engine.road.sections import LaneGroup, LaneSection, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.sections import LaneSection
 from engine.vocabulary import ManeuverType
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
@@ -176,5 +176,6 @@ def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) ->
 
 
 def shown(value: float, dimension: ir.Dimension | None) -> str:
-    """An SI number for people: `3.5 m`."""
-    return f"{value:.6g} {si_word(dimension)}".rstrip()
+    """An SI number for people: `3.5 m`; of a large one all digits, in which it may differ from a limit."""
+    number = number_text(value) if 1e5 <= abs(value) < 1e15 else f"{value:.6g}"
+    return f"{number} {si_word(dimension)}".rstrip()
