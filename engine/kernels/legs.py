@@ -97,6 +97,23 @@ def takes_part(run: Run, sample: int, actor: int) -> bool:
 
 
 @inlined
+def note_walls(plan: Plan, run: Run, actor: int) -> None:
+    """Note whether an actor's leg may lead into a building: of most legs no building need be asked again."""
+    begin = run.legs[actor, Leg.BEGIN]
+    before, after = outline_on_leg(plan, run, actor, begin), outline_on_leg(plan, run, actor, 1.0)
+    run.legs[actor, Leg.NEAR_WALL] = 0.0
+    for wall in range(len(plan.road.buildings)):
+        if not beside(building(plan.road.buildings, wall), before, after):
+            run.legs[actor, Leg.NEAR_WALL] = 1.0
+
+
+@inlined
+def met_up_to(plan: Plan, run: Run, actor: int) -> int:
+    """Up to which body, exclusive, there are some that an actor may meet on its leg."""
+    return bodies_of(plan) if run.legs[actor, Leg.NEAR_WALL] != 0.0 else len(plan.kinds)
+
+
+@inlined
 def stays_off(plan: Plan, run: Run, before: Box, after: Box, other: int, part: float, until: float) -> bool:
     """Whether an actor that goes from one place to another between two parts of the step cannot come near a body: the
     cheap test that nearly always answers.

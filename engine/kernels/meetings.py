@@ -28,6 +28,8 @@ from engine.kernels.legs import (
     bodies_of,
     embody,
     lay_leg,
+    met_up_to,
+    note_walls,
     on_leg,
     outline_on_leg,
     stays_off,
@@ -135,6 +137,7 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
             lay_leg(plan, run, sample, actor)
+        note_walls(plan, run, actor)
     bodies = np.zeros((count, BODY))
     contacts = np.zeros((count * (count - 1) // 2, CONTACT))
     for _ in range(MAX_MEETINGS):
@@ -162,7 +165,7 @@ def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
         if not takes_part(run, sample, one):
             continue
         here = outline_on_leg(plan, run, one, part)
-        for other in range(one + 1, len(bodies)):
+        for other in range(one + 1, met_up_to(plan, run, one)):
             if not takes_part(run, sample, other) or stays_off(plan, run, here, here, other, part, part):
                 continue
             if _approach(plan, run, sample, part, one, other, bodies, contacts, count):
@@ -226,6 +229,7 @@ def _loosen(plan: Plan, run: Run, sample: int, part: float, before: Floats, bodi
             leg[Leg.BEGIN], leg[Leg.STRUCK], leg[Leg.ROLLING] = part, 1.0, 0.0
             steer = run.states[sample, actor, State.STEER]
             go_on(plan, run, actor, steer, (1.0 - part) * plan.layout.time_step)
+            note_walls(plan, run, actor)
 
 
 @inlined
@@ -289,7 +293,7 @@ def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats
         if not takes_part(run, sample, one):
             continue
         before, after = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
-        for other in range(one + 1, len(bodies)):
+        for other in range(one + 1, met_up_to(plan, run, one)):
             if not takes_part(run, sample, other) or stays_off(plan, run, before, after, other, part, 1.0):
                 continue
             found = _meet(plan, run, sample, part, one, other, bodies, contacts)
