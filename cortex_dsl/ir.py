@@ -6,6 +6,7 @@ equal expressions of one variant are the same object, so passes may key on ident
 """
 
 from cortex_dsl.source import Source, Span
+from engine.control import Control
 from engine.frozen import frozen, frozen_identity
 from engine.opcodes import Op
 from engine.program import RoadSpec, Settings
@@ -134,6 +135,8 @@ class Follow(Act):
     max_lateral: Expr
     """Literal infinity switches speed planning off."""
     progress: int
+    offset: Expr | None = None
+    """How far left of the path [m]; None: on it."""
 
 
 @frozen
@@ -465,3 +468,5 @@ class Scenario:
     records: tuple[Record, ...] = ()
     objectives: tuple[Objective, ...] = ()
     readings: tuple[Reading, ...] = ()
+    controls: tuple[Control, ...] = ()
+    """Actors that are driven from outside; `Op.ACTION` numbers what is decided for them one after another."""

@@ -254,10 +254,13 @@ class State(IntEnum):
 
 
 class Command(IntEnum):
-    """What an action sets. A pedal lasts one step; a steering angle and a gear stay until the next."""
+    """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
+    and a gear stay until the next.
+    """
 
     THROTTLE = 0
     BRAKE = 1
     STEER = 2
     SPEED = 3
     REVERSE = 4
+    OFFSET = 5

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of, whole
+from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import (
     Found,
     KeptFiles,
@@ -26,7 +27,7 @@ from cortex_dsl.api.run_folder import (
     same_objective,
     worst_files,
 )
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source

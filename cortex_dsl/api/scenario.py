@@ -27,13 +27,10 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.files import DISK, Folder
-from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.source import Source
-from cortex_dsl.syntax.reading import read_source
-from engine.config import Config, SimulationConfig
-from engine.errors import ArgumentError, ArgumentKindError, UnreadableFileError
-from engine.program import Program, Settings
+from cortex_dsl.pipeline import Compiled
+from engine.config import Config
+from engine.errors import ArgumentError, ArgumentKindError
+from engine.program import Program
 from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
@@ -48,61 +45,8 @@ if TYPE_CHECKING:
     from engine.search.protocol import Sought
     from engine.search.ranking import Case
     from engine.search.workers import Workers
+    from engine.tables import Floats, Ints
     from engine.world import WorldRun
-
-
-def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> "Scenario":
-    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`; `scenario`
-    names the one to run where the file has several.
-
-    Raises:
-        CompileError: with every mistake in the file.
-        UnreadableFileError: the file cannot be read.
-    """
-    arguments.path_of("path", path, "name a file; `compile_text` takes the text itself")
-    try:
-        with arguments.drawn_errors():
-            source = read_source(path)
-    except OSError as error:
-        raise UnreadableFileError(path, error) from error
-    return _compiled(source, config, scenario, DISK, params)
-
-
-def compile_text(
-    text: str,
-    name: str = "<text>",
-    config: Config | None = None,
-    scenario: str | None = None,
-    folder: str | Path | None = None,
-    **params: object,
-) -> "Scenario":
-    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie.
-
-    Raises:
-        CompileError: with every mistake in the text.
-    """
-    arguments.kind("text", text, str, "`load` takes the path of a file")
-    files = DISK if folder is None else Folder(arguments.path_of("folder", folder))
-    return _compiled(Source(name, text), config, scenario, files, params)
-
-
-def _compiled(
-    source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
-) -> "Scenario":
-    config = Config() if config is None else arguments.config_of(config)
-    arguments.kind("scenario", scenario, (str, NoneType), arguments.LEFT_OUT)
-    overrides = {param: str(value) for param, value in params.items()}
-    with arguments.drawn_errors():
-        compiled = compile_source(source, overrides, scenario=scenario, files=files)
-    compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
-    simulation = in_file(config.simulation, compiled.program.settings)
-    return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
-
-
-def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
-    """Return the config with the settings that the file itself makes."""
-    said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
-    return replace(config, **{name: value for name, value in said.items() if value is not None})
 
 
 MOST_SCENES = 1 << 32
@@ -138,7 +82,7 @@ class Scenario:
         Raises:
             ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
         """
-        from engine.sampling import draw_genomes, sample
+        from engine.sampling import draw_genomes
         from engine.streams import key_rows
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
@@ -148,9 +92,16 @@ class Scenario:
             )
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
         if genome is None:
-            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
-        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
-        return sample(self.program, drawn, keys, self.config.simulation, jobs)
+            return self._drawn(draw_genomes(self.program.space, keys), keys, jobs)
+        return self._drawn(np.tile(arguments.genome_of(self.program, genome), (count, 1)), keys, jobs)
+
+    def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
+        """Draw scenes, and let whom the config names drive in them."""
+        from engine.driving import driven
+        from engine.sampling import sample
+
+        scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
+        return driven(self.program, scenes, self.config, jobs)
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """Return the scene of `cortexc FILE --seed N`, or without a seed of `cortexc FILE`: up to a hundred genomes
@@ -164,12 +115,12 @@ class Scenario:
 
         Without a seed: of the stream that a concrete file names, or else of seed 0.
         """
-        from engine.sampling import draw_genomes, sample
+        from engine.sampling import draw_genomes
         from engine.streams import single_keys
 
         seed = None if seed is None else arguments.whole("seed", seed, 0)
         for key in single_keys(self.program, seed):
-            scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
+            scenes = self._drawn(draw_genomes(self.program.space, key), key)
             yield scenes
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
                 return
@@ -289,10 +240,8 @@ class Scenario:
 
     def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
         """Return the one scene of a genome (d,) and a stream key (6,)."""
-        from engine.sampling import sample
-
         values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
-        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
+        return self._drawn(values[np.newaxis], keys[np.newaxis])
 
     def _own(self, scenes: object) -> "Scenes":
         """Return the scenes, after checking that they fit this scenario."""

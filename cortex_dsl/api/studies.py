@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api import arguments
+from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import origin_of
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl.api.scenario import Scenario
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES

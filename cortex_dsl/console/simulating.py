@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.arguments import held_params
-from cortex_dsl.api.scenario import Scenario, in_file
+from cortex_dsl.api.loading import in_file
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value

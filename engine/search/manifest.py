@@ -5,7 +5,7 @@ belong.
 import platform
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType, UnionType
@@ -204,7 +204,7 @@ def make_manifest(
         profile=profile,
         seed=config.search.seed,
         run=config.search.run,
-        settings=asdict(config),
+        settings=_settings(config),
         versions={"python": PYTHON, **_versions(method)},
         platform=f"{platform.system()} {platform.machine()}",
         command_line=tuple(command_line),
@@ -217,6 +217,13 @@ def make_manifest(
         objective=tuple(each if isinstance(each, str) else function_name(each) for each in objective),
         objectives=program.judged.names,
     )
+
+
+def _settings(config: Config) -> dict[str, Any]:
+    """Every setting; who drives is said apart."""
+    settings = asdict(replace(config, driver=None))
+    del settings["driver"]
+    return settings
 
 
 def _parameters(program: Program) -> tuple[Parameter, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.config import Config
+from engine.driving import driven
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.sampling import sample
@@ -140,7 +141,7 @@ def driven_again(
     """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision."""
     chosen = np.array(rows, dtype=np.int64)
     keys = evaluations.keys[chosen, evaluations.worst_rollout[chosen]]
-    scenes = sample(program, evaluations.genomes[chosen], keys, config.simulation)
+    scenes = driven(program, sample(program, evaluations.genomes[chosen], keys, config.simulation), config)
     collided = evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]
     answers = avoidability(program, scenes, config.simulation, contact=config.contact)
     refuse_missing(collided, answers)
