@@ -90,9 +90,7 @@ class Drives(Protocol):
     def digest(self) -> str: ...
     @property
     def block(self) -> int: ...
-    def drive(
-        self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1
-    ) -> Any:
+    def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
         """A `driving.Driven`."""
         ...
 

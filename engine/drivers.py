@@ -13,8 +13,8 @@ from inspect import getsourcefile, unwrap
 from pathlib import Path
 from typing import Any
 
-from engine.driving import BLOCK, ControllerError, Driver
-from engine.errors import ArgumentError, nearest
+from engine.driving import BLOCK, Driver
+from engine.errors import ControllerError, nearest
 
 FORMS = "`python:package.module:function`"
 
@@ -31,13 +31,12 @@ def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
     """Load what a name stands for.
 
     Raises:
-        ArgumentError: it is no name of a driver.
-        ControllerError: there is no such module or function, or it cannot be loaded.
+        ControllerError: it is no name of a driver, there is no such module or function, or it cannot be loaded.
     """
     kind, _, place = name.partition(":")
     module, _, function = place.rpartition(":")
     if kind != "python" or not module or not function:
-        raise ArgumentError(f"`{name}` names no driver", f"write {FORMS}")
+        raise ControllerError(f"`{name}` names no driver", f"write {FORMS}")
     return NamedDriver(_made(_found(_module(module), module, function), name), block, name, _digest(module))
 
 

@@ -18,11 +18,10 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from engine.batch import simulate
 from engine.config import Config, ContactConfig, SimulationConfig
 from engine.control import Control
-from engine.errors import ArgumentError, CortexError, nearest
-from engine.host import empty_results, outcomes, requested, samples_of
+from engine.errors import ArgumentError, ControllerError, CortexError, nearest
+from engine.host import empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
@@ -33,10 +32,6 @@ BLOCK = 256
 """Scenes that a controller is asked about at once."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
-
-
-class ControllerError(CortexError):
-    """A controller cannot be asked, or gives what cannot be driven."""
 
 
 # -- controllers -------------------------------------------------------------------------------------------------------
@@ -89,7 +84,7 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     """
     names = names_of(program.controls)
     if not names:
-        raise ArgumentError(
+        raise ControllerError(
             f"nobody in {program.name} is driven from outside, so that no controller is asked",
             "give the ego a controller: `with behavior ExternalBehavior()`",
         )
@@ -98,10 +93,10 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
         if name not in names:
             near = nearest(name, names)
             cure = f"did you mean `{near}`?" if near else f"name one of {', '.join(names)}"
-            raise ArgumentError(f"{program.name} has no controller `{name}`", cure)
+            raise ControllerError(f"{program.name} has no controller `{name}`", cure)
     missing = [name for name in names if name not in drivers]
     if missing:
-        raise ArgumentError(
+        raise ControllerError(
             f"nobody drives for the controller{'s' * (len(missing) > 1)} {', '.join(f'`{name}`' for name in missing)}",
             "give a mapping from the name of each controller to who drives: `ego={" + f'"{missing[0]}": …' + "}`",
         )
@@ -221,47 +216,12 @@ class Driver:
         return drive(program, scenes, self.given, config, contact, self.block, jobs)
 
 
-@dataclass(frozen=True, eq=False)
-class KeptActions:
-    """What a controller decided in some scenes, in its place: they are driven without it."""
-
-    actions: Mapping[bytes, Floats]
-    """(turns, numbers) by the bytes of a scene's key."""
-    name: str = ""
-    """Of the controller that decided …"""
-    digest: str = ""
-    block: int = BLOCK
-
-    def drive(
-        self,
-        program: Program,
-        scenes: Scenes,
-        config: SimulationConfig = DEFAULTS,
-        contact: ContactConfig = CONTACT,
-        jobs: int = 1,
-    ) -> Driven:
-        """Drive scenes whose actions are kept.
-
-        Raises:
-            ControllerError: those of a valid one are not.
-        """
-        actions = np.zeros((len(scenes), samples_of(config) + 1, sum(len(each.actions) for each in program.controls)))
-        for row in np.flatnonzero(scenes.valid).tolist():
-            kept = self.actions.get(scenes.keys[row].tobytes())
-            if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
-                raise ControllerError(
-                    f"what `{self.name}` decided in this scene is not kept", f"name it again: `--ego {self.name}`"
-                )
-            actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
-        scenes = replace(scenes, actions=actions)
-        return Driven(scenes, simulate(program, scenes, config, jobs, contact))
-
-
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return scenes as they are driven by whom the config names; as they are where a program leaves nobody to them."""
-    if config.driver is None or (not program.controls and isinstance(config.driver, KeptActions)):
+    """Return scenes as whom the config names drives in them; as they are where it names nobody."""
+    if config.driver is None:
         return scenes
-    return config.driver.drive(program, scenes, config.simulation, config.contact, jobs).scenes
+    done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
+    return done.scenes
 
 
 def drive(

@@ -56,7 +56,7 @@ class Episodes:
         self.agents = tuple(agents) or (_first(program),)
         self._numbers = [_number(program, name) for name in self.agents]
         self._others = _seats(program, self.agents, others or {})
-        self._objective: Objective = objectives(program, (reward,))[0]
+        self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
         self._profile = PROFILES["paper"]
         names = [name for name, _ in observed(program, observe == "records")]
         self._rewarded = names.index(REWARD) if REWARD in names else -1
@@ -208,8 +208,9 @@ class Episodes:
             assert self._scenes is not None
             ended = take(outcomes(self.lanes.results), rows)
             scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
-            runs = Runs(self.program, self.config, scenes, ended, assess(ended, self._profile))
-            value = self._objective.value(runs)
+            risk = assess(ended, self._profile)
+            runs = Runs(self.program, self.config, scenes, ended, risk)
+            value = risk.score.astype(np.float64) if self._objective is None else self._objective.value(runs)
             worth[rows] = np.where(runs.valid & np.isfinite(value), value, 0.0)
         return worth
 

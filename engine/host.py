@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
-from engine.errors import ArgumentError
+from engine.errors import ArgumentError, ControllerError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
 from engine.named_results import NAMED_RESULTS
@@ -171,7 +171,7 @@ def lanes(program: Program, samples: int, count: int) -> Run:
 def requested(program: Program, scenes: Scenes) -> Requested:
     """The arrays of scenes that a run reads.
 
-    Raises ArgumentError where a program has controllers that have not driven the scenes.
+    Raises ControllerError where a program has controllers that have not driven the scenes.
     """
     numbers = sum(len(control.actions) for control in program.controls)
     if numbers and scenes.actions.shape[2] != numbers and scenes.valid.any():
@@ -186,10 +186,10 @@ def requested(program: Program, scenes: Scenes) -> Requested:
     )
 
 
-def undriven(program: Program) -> ArgumentError:
+def undriven(program: Program) -> ControllerError:
     """What is wrong where nobody has driven for the controllers of a program."""
     names = ", ".join(f"`{control.controller}` of {program.actors[control.actor]}" for control in program.controls)
-    return ArgumentError(
+    return ControllerError(
         f"{program.name} is driven from outside, and nobody drives: {names}",
         "name who does: `--ego python:module:function` on the command line, `ego=` in Python",
     )

@@ -160,7 +160,7 @@ class Lanes:
             self._run.actions[lane, np.minimum(first + later, last), self._columns[number]] = actions[lane]
 
     def decided(self, chosen: Ints) -> Floats:
-        """(chosen, turns, numbers): what was decided in the chosen lanes; after its end the last turn of a run goes on."""
+        """(chosen, turns, numbers): what was decided in the chosen lanes; after its end a run's last turn goes on."""
         turn = np.minimum(np.arange(self._run.actions.shape[1]), self.samples[chosen][:, np.newaxis])
         return self._run.actions[chosen[:, np.newaxis], turn]
 

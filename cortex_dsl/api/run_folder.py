@@ -12,14 +12,18 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
+
+import numpy as np
 
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
+from engine.decisions import Recorder
 from engine.program import Program
+from engine.sampling import sample
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
@@ -56,7 +60,9 @@ class Searchable(Protocol):
     def chosen(self) -> str | None: ...
     @property
     def program(self) -> Program: ...
+    def sample(self, count: int = 1) -> "Scenes": ...
     def scene(self, case: Case) -> "Scenes": ...
+    def driven_by(self, ego: object) -> Self: ...
     def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
 
 
@@ -110,12 +116,30 @@ def search_and_keep(
     """
     method, source = canonical(method), scenario.compiled.source
     manifest = make_manifest(
-        scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario), objective
+        scenario.program,
+        scenario.config,
+        method,
+        profile,
+        source.name,
+        command_line,
+        origin_of(scenario),
+        objective,
+        _is_reproducible(scenario),
     )
     workers = workers or default_workers(scenario)
     work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
+
+
+def _is_reproducible(scenario: Searchable) -> bool:
+    """Whether a controller drives a block of scenes alike that it is given twice."""
+    driver = scenario.config.driver
+    if driver is None:
+        return True
+    scenes = scenario.sample(driver.block)
+    again = driver.drive(scenario.program, scenes, scenario.config.simulation, scenario.config.contact)
+    return bool(np.array_equal(scenes.actions, again.scenes.actions))
 
 
 def same_objective(
@@ -149,13 +173,14 @@ def default_workers(scenario: Searchable) -> Workers:
 def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
     """Search, write every generation as it ends, then write the files of the finished run."""
     heard = work.on_generation
-
+    work, recorder = _recorded(work, record)
     removed: list[RemovedError] = []
 
     def on_generation(progress: Progress) -> None:
         try:
             if not removed:
                 journal.write(progress)
+                journal.keep(recorder.take() if recorder else {})
         except RemovedError as error:
             removed.append(error)
             if work.on_removed is not None:
@@ -169,12 +194,31 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         return replace(found, failure=removed[0])
     try:
         journal.complete(campaign)
+        if recorder is not None:
+            _keep_worst(work, campaign, recorder)
+            journal.keep(recorder.take())
         write_exports(work.folder, campaign, work.manifest)
         files = _write_worst(work, campaign)
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
     return replace(found, worst_files=files)
+
+
+def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]:
+    """The work with somebody who notes what a controller decides, where one drives."""
+    driver = work.scenario.config.driver
+    if driver is None:
+        return work, None
+    recorder = Recorder(driver, known=set(record.actions) if record else set())
+    return replace(work, scenario=work.scenario.driven_by(recorder)), recorder
+
+
+def _keep_worst(work: Work, campaign: Campaign, recorder: Recorder) -> None:
+    for case in campaign.worst:
+        genome, key = np.array([case.genome]), np.array([case.key], dtype=np.int64)
+        config = work.scenario.config
+        recorder.keep_all(work.scenario.program, sample(work.scenario.program, genome, key, config.simulation))
 
 
 def campaign_of(work: Work, record: Record | None) -> Campaign:
@@ -184,7 +228,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
         return search(
             work.scenario.program,
             manifest.method,
-            manifest.config,
+            replace(manifest.config, driver=work.scenario.config.driver),
             manifest.profile,
             work.on_generation,
             past=record.past() if record else (),

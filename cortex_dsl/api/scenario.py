@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
+    from engine.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -102,6 +103,47 @@ class Scenario:
 
         scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
         return driven(self.program, scenes, self.config, jobs)
+
+    def driven_by(self, ego: object, block: int = 256) -> "Scenario":
+        """Return the scenario with a driver for whom it leaves to a controller (`ExternalBehavior`): its scenes come
+        driven, and whatever runs or searches them goes by that.
+
+        `ego`: a function of observations (n, d) to actions (n, a), an object with `reset(lanes, keys)` and
+        `act(observations, active)`, `"python:package.module:function"`, or a mapping from the names of controllers to
+        these. `block`: scenes that it is asked about at once, which is part of what decides a result.
+        """
+        from engine.decisions import KeptActions, Recorder
+        from engine.drivers import driver_of
+
+        block = arguments.whole("block", block, 1)
+        kept = isinstance(ego, KeptActions | Recorder)
+        return replace(self, config=replace(self.config, driver=ego if kept else driver_of(ego, block)))
+
+    def environment(
+        self,
+        n: int = 1,
+        *,
+        controller: str = "",
+        others: "Mapping[str, object] | None" = None,
+        reward: "Sought" = "risk",
+        observe: str = "records",
+        jobs: int = 1,
+    ) -> "Environment":
+        """Return `n` scenes side by side, in which somebody outside drives step by step: `reset(seed)` and
+        `step(actions)` on arrays. A lane that has ended begins its next episode with the next step.
+
+        `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers.
+        `reward`: an objective; what it comes to at the end of a run counts against the ego and for all others. A file
+        with `record … as "reward"` decides itself. `observe`: `records` of the file, or `egocentric`.
+        """
+        from engine.environment import Environment, Episodes
+
+        n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
+        arguments.one_of("observe", observe, ("records", "egocentric"))
+        (aim,) = arguments.objectives_of(self.program, reward)
+        config = replace(self.config, driver=None, search=replace(self.config.search, jobs=jobs))
+        agents = (controller,) if controller else ()
+        return Environment(Episodes(self.program, n, config, agents, others, aim, observe))
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """Return the scene of `cortexc FILE --seed N`, or without a seed of `cortexc FILE`: up to a hundred genomes
@@ -189,6 +231,7 @@ class Scenario:
         on_generation: "OnGeneration | None" = None,
         workers: "Workers | None" = None,
         out: str | Path | None = None,
+        ego: object = None,
         **settings: Any,
     ) -> "Campaign":
         """Search for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`,
@@ -199,6 +242,7 @@ class Scenario:
         fields of `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation;
         `workers` run the simulations (see `engine.search.workers`; processes need a main module that can be imported).
         `out` is a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
+        `ego` drives, as for `driven_by`.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.
@@ -209,6 +253,9 @@ class Scenario:
         from engine.search.run import search
         from engine.search.workers import Workers
 
+        if ego is not None:
+            how = {"profile": profile, "preset": preset, "objective": objective, "on_generation": on_generation}
+            return self.driven_by(ego).search(method, **how, workers=workers, out=out, **settings)
         arguments.settings(settings)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
         arguments.kind("method", method, str, "`known_searchers` lists all")

@@ -31,6 +31,7 @@ from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
+    from engine.driving import Driver
     from engine.metrics import Metric
     from engine.search.campaign import Campaign
     from engine.world.impacts import Impact
@@ -57,8 +58,21 @@ def open_scenario(
         engine=run.engine or "batch",
     )
     ga = replace(GAConfig(), preset=search.preset)
-    config = Config(simulation=simulation, search=searching, ga=ga)
+    config = Config(simulation=simulation, search=searching, ga=ga, driver=_driver(run))
     return Scenario(compiled, config, request.overrides, request.scenario)
+
+
+def _driver(run: RunRequest) -> "Driver | None":
+    """Whom the command line names.
+
+    Raises:
+        ControllerError: there is no such driver.
+    """
+    if run.ego is None:
+        return None
+    from engine.drivers import named_driver
+
+    return named_driver(run.ego, run.ego_batch)
 
 
 def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
@@ -208,6 +222,8 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
         words += [] if value is None else [flag, f"{value!r}"]
     words += ["--prune"] if run.prune else []
     words += ["--engine", run.engine] if run.engine else []
+    words += ["--ego", run.ego] if run.ego else []
+    words += ["--ego-batch", str(run.ego_batch)] if run.ego_batch != RunRequest().ego_batch else []
     words += ["--profile", run.profile] if run.profile != "paper" else []
     return shlex.join(words)
 

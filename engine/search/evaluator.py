@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
-from engine.driving import driven
+from engine.driving import Driven, driven
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
@@ -68,7 +68,7 @@ def _driven_first(program: Program, config: Config, simulate: Simulate) -> Calla
     def run(scenes: Scenes) -> tuple[Scenes, Outcomes]:
         if config.driver is None:
             return scenes, simulate(scenes)
-        done = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
+        done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
         return done.scenes, done.outcomes if config.search.engine == "batch" else simulate(done.scenes)
 
     return run

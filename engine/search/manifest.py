@@ -115,6 +115,19 @@ NO_ORIGIN = Origin()
 
 
 @dataclass(frozen=True)
+class DrivenBy:
+    """Who drove whom the file leaves to a controller: to be named again, never to be loaded from here."""
+
+    name: str
+    digest: str
+    """SHA-256 of the file that defines the controller; "" where there is none."""
+    block: int
+    """Scenes that it was asked about at once."""
+    reproducible: bool = True
+    """Whether it drove a block alike that it was given twice."""
+
+
+@dataclass(frozen=True)
 class Manifest:
     """Written once, before the first evaluation."""
 
@@ -149,6 +162,7 @@ class Manifest:
     """What the search looks for."""
     objectives: tuple[str, ...] = ()
     """Those of the file."""
+    driver: DrivenBy | None = None
 
     @property
     def method_number(self) -> int:
@@ -168,7 +182,7 @@ class Manifest:
     def stored(self) -> dict[str, Any]:
         """What is stored of it; what is newer than the first manifests is left out where there is nothing to say."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        usual = {"number": None, "objective": SOUGHT, "objectives": ()}
+        usual = {"number": None, "objective": SOUGHT, "objectives": (), "driver": None}
         return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
@@ -191,6 +205,7 @@ def make_manifest(
     command_line: Sequence[str] = (),
     origin: Origin = NO_ORIGIN,
     objective: Sequence[Sought] = SOUGHT,
+    reproducible: bool = True,
 ) -> Manifest:
     """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
@@ -216,7 +231,13 @@ def make_manifest(
         number=method_number(method) if method_number(method) != old_number(method) else None,
         objective=tuple(each if isinstance(each, str) else function_name(each) for each in objective),
         objectives=program.judged.names,
+        driver=_driven_by(config, reproducible),
     )
+
+
+def _driven_by(config: Config, reproducible: bool) -> DrivenBy | None:
+    driver = config.driver
+    return None if driver is None else DrivenBy(driver.name, driver.digest, driver.block, reproducible)
 
 
 def _settings(config: Config) -> dict[str, Any]:
