@@ -4,8 +4,8 @@
     env = gymnasium.make("cortex_dsl.gym:cortexc/Scenario-v0", scenario="mine.scn")
     many = gymnasium.make_vec("cortex_dsl.gym:cortexc/Scenario-v0", num_envs=1024, scenario="mine.scn")
 
-What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes begin
-their next episode by the step after the end of one (Gymnasium's NEXT_STEP).
+What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes
+begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP).
 """
 
 from pathlib import Path

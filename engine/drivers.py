@@ -1,4 +1,4 @@
-"""A driver by the name that the command line has for it: `python:package.module:function`.
+"""A driver by the name that the command line has for it: `python:package.module:function` or `process:COMMAND`.
 
 Code is named on the command line or in Python and nowhere else. No file of a scenario, no manifest and no journal makes
 anything run: what they keep is a name and a digest, to be compared with what is named again.
@@ -15,8 +15,9 @@ from typing import Any
 
 from engine.driving import BLOCK, Driver
 from engine.errors import ControllerError, nearest
+from engine.stacks import file_of, stack_of
 
-FORMS = "`python:package.module:function`"
+FORMS = "`python:package.module:function` or `process:COMMAND`"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,9 @@ def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
         ControllerError: it is no name of a driver, there is no such module or function, or it cannot be loaded.
     """
     kind, _, place = name.partition(":")
+    if kind == "process":
+        file = file_of(place) if place.strip() else None
+        return NamedDriver(stack_of(place), block, name, _digest_of(None if file is None else str(file)))
     module, _, function = place.rpartition(":")
     if kind != "python" or not module or not function:
         raise ControllerError(f"`{name}` names no driver", f"write {FORMS}")

@@ -1,181 +1,39 @@
-"""Who drives from outside: controllers, and scenes driven by them.
+"""Scenes driven by controllers (`engine.controllers`).
 
-A controller is a function of observations (n, d) to actions (n, a), or an object that has a memory:
-
-    reset(lanes, keys)               new scenes begin in these lanes (m,); `keys` (m, 6) are their stream keys
-    act(observations, active)        actions (n, a); what a lane gives that is not `active` (n,) is left
-
-Rows are lanes, scenes side by side, n of them at every call. `drive` hands scenes to it in fixed blocks, in their
-order, padded at the end, for a matrix product gives other bits for another n.
+`drive` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
+other bits for another n.
 
 What was decided is kept with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
 runs them, the reference driver is held against them, they replay and export, and no controller is asked again.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.config import Config, ContactConfig, SimulationConfig
-from engine.control import Control
-from engine.errors import ArgumentError, ControllerError, CortexError, nearest
+from engine.controllers import Seat, seats_of
+from engine.errors import ControllerError
 from engine.host import empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.stepping import Lanes, names_of, observed
+from engine.stacks import StackLostError
+from engine.stepping import Lanes, observed
 from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import Verdict
 
 BLOCK = 256
 """Scenes that a controller is asked about at once."""
+RESTING = -1
+"""In the place of the verdict of a scene that is not driven with its block."""
+TWICE = 2
+"""So often a block is driven over which a process is lost, before it is halved."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
-
-
-# -- controllers -------------------------------------------------------------------------------------------------------
-
-
-@runtime_checkable
-class Controller(Protocol):
-    """One with a memory."""
-
-    def reset(self, lanes: Ints, keys: Ints) -> None:
-        """New scenes begin in these lanes."""
-        ...
-
-    def act(self, observations: Floats, active: Bools) -> Floats:
-        """(n, a) actions."""
-        ...
-
-
-@dataclass(frozen=True)
-class _Memoryless:
-    """A function as a controller."""
-
-    function: Callable[[Floats], Floats]
-
-    def reset(self, lanes: Ints, keys: Ints) -> None:
-        """Nothing is remembered."""
-
-    def act(self, observations: Floats, active: Bools) -> Floats:
-        del active
-        return self.function(observations)
-
-
-def controller_of(name: str, driver: object) -> Controller:
-    """Return what is asked for the controller of this name."""
-    if isinstance(driver, Controller) and not isinstance(driver, type):
-        return driver
-    if callable(driver) and not isinstance(driver, type):
-        return _Memoryless(driver)
-    raise ArgumentError(
-        f"the controller `{name}` is no function and has not both `reset` and `act`, but is a {type(driver).__name__}",
-        "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
-        "`act(observations, active)`",
-    )
-
-
-def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
-    """Return one controller for each control of a program, in its order.
-
-    `given` is the one of the ego, or of the only one there is, or a mapping from names to controllers.
-    """
-    names = names_of(program.controls)
-    if not names:
-        raise ControllerError(
-            f"nobody in {program.name} is driven from outside, so that no controller is asked",
-            "give the ego a controller: `with behavior ExternalBehavior()`",
-        )
-    drivers: Mapping[str, object] = given if isinstance(given, Mapping) else {_meant(program): given}
-    for name in drivers:
-        if name not in names:
-            near = nearest(name, names)
-            cure = f"did you mean `{near}`?" if near else f"name one of {', '.join(names)}"
-            raise ControllerError(f"{program.name} has no controller `{name}`", cure)
-    missing = [name for name in names if name not in drivers]
-    if missing:
-        raise ControllerError(
-            f"nobody drives for the controller{'s' * (len(missing) > 1)} {', '.join(f'`{name}`' for name in missing)}",
-            "give a mapping from the name of each controller to who drives: `ego={" + f'"{missing[0]}": …' + "}`",
-        )
-    return tuple(controller_of(name, drivers[name]) for name in names)
-
-
-def _meant(program: Program) -> str:
-    """The controller that is meant where no name is said: the ego's, or the first."""
-    controls = sorted(program.controls, key=lambda control: control.actor)
-    return controls[0].controller
-
-
-# -- questions and answers ---------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Seat:
-    """A controller in its place."""
-
-    control: Control
-    controller: Controller
-
-    def reset(self, lanes: Ints, keys: Ints) -> None:
-        self._ask(lambda: self.controller.reset(lanes, keys), "reset")
-
-    def act(self, observations: Floats, active: Bools, times: Floats) -> Floats:
-        """What it decides, checked where it is `active`. `times` (n,): of the samples [s], for messages."""
-        given = self._ask(lambda: self.controller.act(observations, active), "act")
-        return checked(self.control, given, active, times)
-
-    def _ask(self, question: Callable[[], Any], what: str) -> Any:
-        try:
-            return question()
-        except CortexError:
-            raise
-        except Exception as error:
-            who, kind = f"the controller `{self.control.controller}`", type(error).__name__
-            raise ControllerError(
-                f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
-                "correct it; what was finished before is kept",
-            ) from error
-
-
-def _place(error: Exception) -> str:
-    """Where it was raised."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    return "" if trace is None else f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
-
-
-def checked(control: Control, given: object, active: Bools, times: Floats) -> Floats:
-    """Return actions (n, a) as numbers, if they can be driven where a lane is active.
-
-    Raises:
-        ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
-    """
-    who, shape = f"the controller `{control.controller}`", (len(active), len(control.actions))
-    try:
-        actions = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ControllerError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
-    if actions.shape != shape:
-        raise ControllerError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
-    for number, action in enumerate(control.actions):
-        values = actions[:, number]
-        wrong = np.flatnonzero(active & ~((values >= action.low) & (values <= action.high)))
-        if len(wrong):
-            lane, unit = int(wrong[0]), f" {action.unit}" if action.unit else ""
-            raise ControllerError(
-                f"{who} gave {action.name} = {values[lane]:g}{unit} in lane {lane} at {times[lane]:.2f} s",
-                f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: `numpy.clip` holds it there",
-            )
-    return actions
-
-
-def _wanted(control: Control) -> str:
-    columns = ", ".join(f"{a.name} [{a.unit or '1'}, {a.low:g} .. {a.high:g}]" for a in control.actions)
-    return f"give an array (n, {len(control.actions)}) with a row a lane: {columns}"
 
 
 # -- driven scenes -----------------------------------------------------------------------------------------------------
@@ -189,6 +47,8 @@ class Driven:
     outcomes: Outcomes
     reproducible: bool = True
     """Whether a block that was driven twice was driven alike."""
+    remarks: tuple[str, ...] = ()
+    """How often a process was lost, and why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +81,8 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     if config.driver is None:
         return scenes
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
+    if done.remarks and not done.scenes.valid.any():
+        raise ControllerError(done.remarks[-1], "see what it printed, and start it by hand")
     return done.scenes
 
 
@@ -243,24 +105,23 @@ def drive(
     results = empty_results(program, requested(program, undecided))
     parts: list[Floats] = []
     lanes = Lanes(program, block, config, contact, jobs=jobs)
-    alike = True
+    for seat in seats:
+        seat.meet(block, observed(program), config.time_step)
+    alike, remarks = True, Remarks()
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))
-        decided = _drive_block(lanes, _padded(scenes, rows, block), seats)[: len(rows)]
-        for array, part in zip(results, lanes.results, strict=True):
-            array[rows] = part[: len(rows)]
-        parts.append(decided)
+        part = _padded(scenes, rows, block)
+        decided = _patiently(lanes, part, seats, remarks)
+        for array, found in zip(results, decided.results, strict=True):
+            array[rows] = found[: len(rows)]
+        parts.append(decided.actions[: len(rows)])
         if twice and first == 0:
-            again = _drive_block(lanes, _padded(scenes, rows, block), seats)[: len(rows)]
-            alike = decided.shape == again.shape and bool(np.array_equal(decided, again))
+            again = _patiently(lanes, part, seats, remarks)
+            alike = bool(np.array_equal(decided.actions, again.actions))
     actions = np.concatenate(parts) if parts else undecided.actions
-    return Driven(replace(scenes, actions=actions), outcomes(results), alike)
-
-
-def seats_of(program: Program, driver: object) -> tuple[Seat, ...]:
-    """Return every control with its controller."""
-    controllers = controllers_of(program, driver)
-    return tuple(Seat(control, each) for control, each in zip(program.controls, controllers, strict=True))
+    verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
+    scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
+    return Driven(scenes, outcomes(results), alike, tuple(remarks.said))
 
 
 def _undecided(program: Program, scenes: Scenes) -> Scenes:
@@ -273,8 +134,63 @@ def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
     chosen = np.concatenate([rows, np.full(block - len(rows), rows[-1])])
     names = ("genomes", "keys", "verdict", "variant", "values", "draws", "attempts", "tested", "failed")
     taken = replace(scenes, **{name: getattr(scenes, name)[chosen] for name in names}, actions=np.zeros((0, 0, 0)))
-    taken.verdict[len(rows) :] = -1
+    taken.verdict[len(rows) :] = RESTING
     return taken
+
+
+@dataclass(frozen=True)
+class _Block:
+    """What a block came to."""
+
+    actions: Floats
+    results: tuple[NDArray[Any], ...]
+
+
+@dataclass
+class Remarks:
+    """What is to be told of processes that were lost."""
+
+    said: list[str] = field(default_factory=list)
+
+
+def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: Remarks) -> _Block:
+    """Drive a block. Where a process is lost over it twice, each half of its scenes is driven alone, until one scene is
+    left over which it is always lost: that one has the verdict CONTROLLER.
+    """
+    rows = np.flatnonzero(scenes.valid)
+    lost = ""
+    for _ in range(TWICE):
+        try:
+            return _Block(_drive_block(lanes, scenes, seats), tuple(array.copy() for array in lanes.results))
+        except StackLostError as error:
+            lost = error.message
+            remarks.said.append(lost)
+    if len(rows) <= 1:
+        return _lost(lanes, scenes, rows)
+    halves = [_patiently(lanes, _only(scenes, part), seats, remarks) for part in np.array_split(rows, 2)]
+    chosen = np.isin(np.arange(len(scenes)), np.array_split(rows, 2)[0])
+    return _Block(
+        _either(chosen, halves[0].actions, halves[1].actions),
+        tuple(_either(chosen, one, other) for one, other in zip(halves[0].results, halves[1].results, strict=True)),
+    )
+
+
+def _lost(lanes: Lanes, scenes: Scenes, rows: Ints) -> _Block:
+    """Scenes over which a process is lost."""
+    results = empty_results(lanes.program, requested(lanes.program, _undecided(lanes.program, scenes)))
+    results.verdict[rows] = Verdict.CONTROLLER
+    return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), tuple(results))
+
+
+def _only(scenes: Scenes, rows: Ints) -> Scenes:
+    """The same block, in which these scenes alone are driven."""
+    verdict = np.full(len(scenes), RESTING, dtype=np.int32)
+    verdict[rows] = scenes.verdict[rows]
+    return replace(scenes, verdict=np.where(scenes.valid, verdict, scenes.verdict).astype(np.int32))
+
+
+def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+    return np.where(chosen.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
 def _drive_block(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat]) -> Floats:

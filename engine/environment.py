@@ -15,7 +15,7 @@ import numpy as np
 
 from engine.config import Config
 from engine.control import Action, Control
-from engine.driving import Seat, checked, seats_of
+from engine.controllers import Seat, checked, seats_of
 from engine.errors import ArgumentError, nearest
 from engine.host import outcomes
 from engine.kernels.stage import RUNNING
@@ -63,6 +63,8 @@ class Episodes:
         self._kept = np.array([number for number, name in enumerate(names) if name != REWARD], dtype=np.int64)
         self.observations = tuple(each for each in observed(program, observe == "records") if each[0] != REWARD)
         self._seen = [np.zeros((n, len(names))) for _ in program.controls]
+        for seat, _ in self._others:
+            seat.meet(n, observed(program, observe == "records"), config.simulation.time_step)
         self._scenes: Scenes | None = None
         self._episode = np.zeros(n, dtype=np.int64)
         self._seed = 0

@@ -89,6 +89,16 @@ class Lanes:
         """Memory of all lanes."""
         return sum(array.nbytes for group in (self._run, self._scenes, self.results) for array in group)
 
+    @property
+    def turns(self) -> int:
+        """Rows of what is decided in a lane …"""
+        return self._run.actions.shape[1]
+
+    @property
+    def numbers(self) -> int:
+        """… and numbers in a row."""
+        return self._run.actions.shape[2]
+
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
     def place(self, chosen: Ints, scenes: Scenes) -> None:

@@ -46,13 +46,15 @@ class Distribution(IntEnum):
 
 
 class Verdict(IntEnum):
-    """The result of one evaluation. INFEASIBLE, EXHAUSTED and ABORTED score -1 and count as invalid."""
+    """The result of one evaluation. INFEASIBLE, EXHAUSTED, ABORTED and CONTROLLER score -1 and count as invalid."""
 
     VALID = 0
     INFEASIBLE = 1
     EXHAUSTED = 2
     ABORTED = 3
     ERROR = 4
+    CONTROLLER = 5
+    """A process that drives was lost over the scene, each time."""
 
 
 class EndReason(IntEnum):

@@ -180,7 +180,9 @@ def add_dask(parser: Parser, what: str) -> None:
 def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
     """--ego: who drives for a controller of the file; `batch`: how many scenes at once may be said too."""
     parser.add_argument(
-        "--ego", metavar="NAME", help="who drives where the file has a controller: python:package.module:function"
+        "--ego",
+        metavar="NAME",
+        help="who drives: python:package.module:function or process:COMMAND",
     )
     if batch:
         parser.add_argument(
