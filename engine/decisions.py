@@ -34,6 +34,7 @@ class KeptActions:
     """Of the controller that decided …"""
     digest: str = ""
     block: int = BLOCK
+    anew: bool = False
 
     def drive(
         self,
@@ -81,6 +82,10 @@ class Recorder:
     @property
     def block(self) -> int:
         return self.driver.block
+
+    @property
+    def anew(self) -> bool:
+        return self.driver.anew
 
     def drive(
         self,

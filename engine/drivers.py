@@ -36,8 +36,8 @@ def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
     """
     kind, _, place = name.partition(":")
     if kind == "process":
-        file = file_of(place) if place.strip() else None
-        return NamedDriver(stack_of(place), block, name, _digest_of(None if file is None else str(file)))
+        stack = stack_of(place)
+        return NamedDriver(stack, block, name, _digest_of(file_of(stack)))
     module, _, function = place.rpartition(":")
     if kind != "python" or not module or not function:
         raise ControllerError(f"`{name}` names no driver", f"write {FORMS}")

@@ -63,6 +63,7 @@ class Driver:
     """What people know it by: `python:mine.planner:drive`."""
     digest: str = ""
     """SHA-256 of the file that defines it; "" where there is none."""
+    anew: bool = True
 
     def drive(
         self,

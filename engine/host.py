@@ -5,6 +5,7 @@ and threads that share the rows.
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -184,6 +185,11 @@ def requested(program: Program, scenes: Scenes) -> Requested:
         values=_numbers(scenes.values),
         keys=np.require(scenes.keys, np.int64, PLAIN),
     )
+
+
+def coasting(program: Program, scenes: Scenes) -> Scenes:
+    """The scenes as if whoever is driven from outside decided nothing but zeros."""
+    return replace(scenes, actions=np.zeros((len(scenes), 1, sum(len(each.actions) for each in program.controls))))
 
 
 def undriven(program: Program) -> ControllerError:

@@ -59,9 +59,13 @@ class _Running:
     write: int
     log: IO[bytes]
     questions: int = 0
+    closed: bool = False
 
     def close(self, patience: float = 0.5) -> None:
         """Hang up, and end what does not end by itself."""
+        if self.closed:
+            return
+        self.closed = True
         for pipe in (self.read, self.write):
             with suppress(OSError):
                 os.close(pipe)
@@ -70,6 +74,7 @@ class _Running:
         with suppress(OSError):
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
+        self.log.close()
 
 
 @dataclass(eq=False)
@@ -165,6 +170,7 @@ class Stack:
         except OSError as error:
             os.close(read)
             os.close(write)
+            log.close()
             raise ControllerError(
                 f"`{self.command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
                 "name a program that there is, as `process:./my_stack --fast`",
@@ -258,8 +264,7 @@ def stack_of(command: str) -> Stack:
     return Stack(words)
 
 
-def file_of(command: str) -> Path | None:
-    """The file that a command names first; None where that is found by the path of commands."""
-    words = shlex.split(command)
-    files = [Path(word) for word in words if Path(word).is_file()]
+def file_of(stack: Stack) -> str | None:
+    """The last file that its command names: the program, or the script that it runs; None where it names none."""
+    files = [word for word in stack.command if Path(word).is_file()]
     return files[-1] if files else None

@@ -175,6 +175,9 @@ def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> Ope
         UsageError: there is no readable run, or its journal does not follow from its own beginning.
     """
     run = opened_run(folder, ego)
+    driver = run.scenario.config.driver
+    if driver is not None and not driver.anew:
+        terminal.err.print(f"`--ego {driver.name}` tells also what new runs show", style="quiet", soft_wrap=True)
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     try:

@@ -116,9 +116,12 @@ def announce_compilation(terminal: Terminal) -> bool:
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
     """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
     from engine.avoidability import blame
+    from engine.host import coasting
 
     if announce_compilation(terminal):
-        scenes, config = scenario.sample(), scenario.config
+        config = replace(scenario.config, driver=None)
+        scenario = replace(scenario, config=config)
+        scenes = coasting(scenario.program, scenario.sample())
         scenario.simulate(scenes, config.search.engine)
         blame(scenario.program, scenes, config.simulation, config.contact)
 
