@@ -4,9 +4,11 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
@@ -100,7 +102,7 @@ def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: F
     """Whether the run is over and valid, and so measured."""
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
     if run.status[Status.PAUSED] == 0:
-        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+        begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
     if run.status[Status.PAUSED] == 1:
         return False
@@ -162,7 +164,7 @@ def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
         outlines[actor, 2] = column_of(plan, run, actor, Column.REAR_TO_CENTER)
 
 
-@kernel
+@shared
 def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
     """Metrics of each pair (ego, other) over the samples up to contact or the end, into the run's row."""
     note_outlines(plan, run, outlines)
