@@ -128,7 +128,7 @@ class Wait(Act):
 
 @frozen
 class Follow(Act):
-    """FollowTrajectoryBehavior and similar ones: follow a path until its end. `progress` is a local of its own."""
+    """Follow a path until its end, `offset` [m] to its left. `progress` is a local of its own."""
 
     path: Expr
     target_speed: Expr
@@ -136,7 +136,6 @@ class Follow(Act):
     """Literal infinity switches speed planning off."""
     progress: int
     offset: Expr | None = None
-    """How far left of the path [m]; None: on it."""
 
 
 @frozen
@@ -469,4 +468,3 @@ class Scenario:
     objectives: tuple[Objective, ...] = ()
     readings: tuple[Reading, ...] = ()
     controls: tuple[Control, ...] = ()
-    """Actors that are driven from outside; `Op.ACTION` numbers what is decided for them one after another."""

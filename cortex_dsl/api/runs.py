@@ -39,12 +39,13 @@ from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
-from engine.search.manifest import Manifest, ManifestError, Text, check_program
+from engine.search.manifest import Manifest, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, hold
+from engine.search.typed import ManifestError
 from engine.search.workers import Workers
 from engine.study.database import is_study
 from engine.tables import Ints

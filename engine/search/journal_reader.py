@@ -21,8 +21,9 @@ from engine.search.evaluations import (
     goal_of,
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
-from engine.search.manifest import Manifest, ManifestError, read_manifest
+from engine.search.manifest import Manifest, read_manifest
 from engine.search.store import StoreError, example_run, store_errors
+from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
 
 
