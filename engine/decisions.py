@@ -4,18 +4,20 @@
 `KeptActions` stands in its place afterwards.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from engine.batch import simulate
-from engine.config import ContactConfig, Drives, SimulationConfig
+from engine.config import Config, ContactConfig, Drives, SimulationConfig
 from engine.driving import BLOCK, Driven
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.program import Program
+from engine.sampling import sample
 from engine.scenes import Scenes
+from engine.search.ranking import Case
 from engine.tables import Bools, Floats
 
 DEFAULTS = SimulationConfig()
@@ -63,7 +65,7 @@ class KeptActions:
 
 @dataclass(frozen=True, eq=False)
 class Recorder:
-    """A driver whose decisions are kept: those of collisions, and of all scenes that `keep_all` drives."""
+    """A driver whose decisions are kept: those of collisions, and of the worst cases."""
 
     driver: Drives
     kept: dict[bytes, Floats] = field(default_factory=dict)
@@ -100,11 +102,11 @@ class Recorder:
         self._keep(done, done.outcomes.collided & scenes.valid, MOST_KEPT)
         return done
 
-    def keep_all(
-        self, program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, contact: ContactConfig = CONTACT
-    ) -> None:
-        """Drive scenes for the sake of what is decided in them."""
-        self._keep(self.driver.drive(program, scenes, config, contact), scenes.valid, MOST_KEPT + len(scenes))
+    def keep_worst(self, program: Program, config: SimulationConfig, cases: Sequence[Case]) -> None:
+        """Drive cases for the sake of what is decided in them, whatever they came to."""
+        for case in cases:
+            scene = sample(program, np.array([case.genome]), np.array([case.key], dtype=np.int64), config)
+            self._keep(self.driver.drive(program, scene, config, CONTACT), scene.valid, MOST_KEPT + len(cases))
 
     def _keep(self, done: Driven, chosen: Bools, most: int) -> None:
         for row in np.flatnonzero(chosen).tolist():
@@ -118,3 +120,13 @@ class Recorder:
         taken = dict(self.kept)
         self.kept.clear()
         return taken
+
+
+def is_reproducible(program: Program, draw: Callable[[int], Scenes], config: Config) -> bool:
+    """Whether who drives does so alike in a block of scenes that is given twice; `draw` makes driven ones."""
+    driver = config.driver
+    if driver is None:
+        return True
+    scenes = draw(driver.block)
+    again: Driven = driver.drive(program, scenes, config.simulation, config.contact)
+    return bool(np.array_equal(scenes.actions, again.scenes.actions))

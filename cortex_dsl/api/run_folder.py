@@ -14,16 +14,15 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self
 
-import numpy as np
-
+from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
-from engine.decisions import Recorder
+from engine.decisions import Recorder, is_reproducible
+from engine.maps import MapFile, digest_of
 from engine.program import Program
-from engine.sampling import sample
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
@@ -124,22 +123,12 @@ def search_and_keep(
         command_line,
         origin_of(scenario),
         objective,
-        _is_reproducible(scenario),
+        is_reproducible(scenario.program, scenario.sample, scenario.config),
     )
     workers = workers or default_workers(scenario)
     work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
-
-
-def _is_reproducible(scenario: Searchable) -> bool:
-    """Whether a controller drives a block of scenes alike that it is given twice."""
-    driver = scenario.config.driver
-    if driver is None:
-        return True
-    scenes = scenario.sample(driver.block)
-    again = driver.drive(scenario.program, scenes, scenario.config.simulation, scenario.config.contact)
-    return bool(np.array_equal(scenes.actions, again.scenes.actions))
 
 
 def same_objective(
@@ -195,7 +184,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
     try:
         journal.complete(campaign)
         if recorder is not None:
-            _keep_worst(work, campaign, recorder)
+            recorder.keep_worst(work.scenario.program, work.scenario.config.simulation, campaign.worst)
             journal.keep(recorder.take())
         write_exports(work.folder, campaign, work.manifest)
         files = _write_worst(work, campaign)
@@ -212,13 +201,6 @@ def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]
         return work, None
     recorder = Recorder(driver, known=set(record.actions) if record else set())
     return replace(work, scenario=work.scenario.driven_by(recorder)), recorder
-
-
-def _keep_worst(work: Work, campaign: Campaign, recorder: Recorder) -> None:
-    for case in campaign.worst:
-        genome, key = np.array([case.genome]), np.array([case.key], dtype=np.int64)
-        config = work.scenario.config
-        recorder.keep_all(work.scenario.program, sample(work.scenario.program, genome, key, config.simulation))
 
 
 def campaign_of(work: Work, record: Record | None) -> Campaign:
@@ -275,6 +257,9 @@ def _write_case(work: Work, case: Case) -> Path:
         path.parent.mkdir(exist_ok=True)
         for name, text in files.items():
             path.with_name(name).write_text(text, encoding="utf-8")
+        for name, content in map_copies(work.scenario.program).items():
+            if not (copy := path.with_name(name)).exists():
+                copy.write_bytes(content)
     return path
 
 
@@ -305,7 +290,20 @@ def origin_of(scenario: Searchable) -> Origin:
     """What a manifest keeps of a scenario beside its main text."""
     compiled = scenario.compiled
     imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
-    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
+    links = (*_links(compiled), *_map_links(compiled))
+    return Origin(imports, links, dict(scenario.overrides), scenario.chosen)
+
+
+DIGEST = "digest"
+"""In the place of an import: what the file of a map held."""
+
+
+def _map_links(compiled: Compiled) -> Iterator[Link]:
+    """Where the file of the map was, and what it held."""
+    spec = compiled.program.road_spec
+    if isinstance(spec, MapFile):
+        yield Link(compiled.source.name, spec.file, spec.path)
+        yield Link(spec.path, DIGEST, spec.digest)
 
 
 def _links(compiled: Compiled) -> Iterator[Link]:
@@ -320,3 +318,21 @@ def _links(compiled: Compiled) -> Iterator[Link]:
 
 def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
     return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
+
+
+def check_map(folder: Path, manifest: Manifest) -> None:
+    """Refuse to go on on another road.
+
+    Raises:
+        StoreError: the file of the map is gone, or holds something else.
+    """
+    for path, digest in ((link.importer, link.name) for link in manifest.origin.links if link.path == DIGEST):
+        try:
+            found = digest_of(Path(path))
+        except OSError:
+            found = "none, for it is not there"
+        if found != digest:
+            raise StoreError(
+                f"`{folder}` was found on the roads of {path} with the digest {digest}, which is {found} now",
+                "put that file back: another road is another search",
+            )

@@ -23,6 +23,7 @@ from cortex_dsl.api.run_folder import (
     Work,
     campaign_of,
     carry_out,
+    check_map,
     default_workers,
     same_objective,
     worst_files,
@@ -33,7 +34,6 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
-from engine.config import Config
 from engine.display import facts_table
 from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed
@@ -198,6 +198,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
     source, origin = Source(manifest.file, manifest.file_text), manifest.origin
     overrides: Mapping[str, str] = origin.overrides
+    check_map(folder, manifest)
     try:
         compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
     except CompileError as error:
@@ -273,9 +274,6 @@ class Rest:
     objective: tuple[Sought, ...] = ()
     """What the run looks for."""
 
-    def _config(self) -> Config:
-        return replace(self.manifest.config, driver=self.run.scenario.config.driver)
-
     def carry_out(
         self,
         *,
@@ -284,7 +282,8 @@ class Rest:
         workers: Workers | None = None,
     ) -> Found:
         """Search to the end, or only report a run that is finished."""
-        folder, scenario = self.run.folder, replace(self.run.scenario, config=self._config())
+        config = replace(self.manifest.config, driver=self.run.scenario.config.driver)
+        folder, scenario = self.run.folder, replace(self.run.scenario, config=config)
         workers = workers or default_workers(scenario)
         work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
         if self.journal is not None and self.record is not None:
