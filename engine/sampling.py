@@ -145,7 +145,7 @@ def sample(
         prune = pruner(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     _run_chunks(recipe, request, ledger, jobs, _Confiner(prune, genomes) if config.prune and prune else None)
-    return Scenes(genomes=genomes, keys=request.keys, **ledger._asdict())
+    return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
 
 
 def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:
