@@ -14,7 +14,7 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, turns
 from engine.errors import ArgumentError
-from engine.host import empty_results, in_parts, lanes, plan
+from engine.host import CHUNK, empty_results, in_parts, lanes, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
 from engine.kernels.rows import Requested, judge_rows, simulate_rows
 from engine.kernels.stage import RUNNING, Status
@@ -142,7 +142,7 @@ class Lanes:
             outlines = np.zeros((len(self.program.actors), 3))
             rows(self.plan, self._scenes, first, last, self._run, outlines, self.results)
 
-        in_parts(len(self), self._jobs, run)
+        in_parts(len(self), self._jobs if len(self) > CHUNK else 1, run)  # a thread starts no faster than these step
 
     def asked(self, number: int) -> Bools:
         """(lanes,) where the control of this number is asked at the current sample."""
