@@ -11,7 +11,7 @@ from benchmarks import limit
 from benchmarks.agreement import CONSTRUCTS, TOLERANCE, compare
 from cortex_dsl import compile_text, load
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.scn"))
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").rglob("*.scn"))
 
 CROWD = """
 map intersection(ways=4, lanes=2, rows=1, cols=2, block=90 m, left_hand=True)
