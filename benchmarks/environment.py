@@ -14,7 +14,7 @@ import numpy as np
 
 import cortex_dsl as cx
 from engine import batch
-from engine.driving import drive
+from engine.driving.blocks import drive
 
 FILE = "examples/own_driver/crossing.scn"
 

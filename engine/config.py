@@ -82,7 +82,7 @@ class GAConfig:
 
 
 class Drives(Protocol):
-    """Who drives the actors that a program leaves to controllers (`engine.driving.Driver`); no setting of a number."""
+    """Who drives the actors that a program leaves to controllers, as `engine.driving.blocks.Driver` does."""
 
     @property
     def name(self) -> str: ...

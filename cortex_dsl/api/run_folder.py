@@ -20,7 +20,7 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
-from engine.decisions import Recorder, is_reproducible
+from engine.driving.decisions import Recorder, is_reproducible
 from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress

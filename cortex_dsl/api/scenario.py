@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
-    from engine.environment import Environment
+    from engine.driving.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -98,7 +98,7 @@ class Scenario:
 
     def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
         """Draw scenes, and let whom the config names drive in them."""
-        from engine.driving import driven
+        from engine.driving.blocks import driven
         from engine.sampling import sample
 
         scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
@@ -112,8 +112,8 @@ class Scenario:
         `act(observations, active)`, `"python:package.module:function"`, or a mapping from the names of controllers to
         these. `block`: scenes that it is asked about at once, which is part of what decides a result.
         """
-        from engine.decisions import KeptActions, Recorder
-        from engine.drivers import driver_of
+        from engine.driving.decisions import KeptActions, Recorder
+        from engine.driving.named import driver_of
 
         block = arguments.whole("block", block, 1)
         kept = isinstance(ego, KeptActions | Recorder)
@@ -136,7 +136,7 @@ class Scenario:
         `reward`: an objective; what it comes to at the end of a run counts against the ego and for all others. A file
         with `record … as "reward"` decides itself. `observe`: `records` of the file, or `egocentric`.
         """
-        from engine.environment import Environment, Episodes
+        from engine.driving.environment import Environment, Episodes
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, ("records", "egocentric"))

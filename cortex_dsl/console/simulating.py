@@ -31,7 +31,7 @@ from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
-    from engine.driving import Driver
+    from engine.driving.blocks import Driver
     from engine.metrics import Metric
     from engine.search.campaign import Campaign
     from engine.world.impacts import Impact
@@ -70,7 +70,7 @@ def _driver(run: RunRequest) -> "Driver | None":
     """
     if run.ego is None:
         return None
-    from engine.drivers import named_driver
+    from engine.driving.named import named_driver
 
     return named_driver(run.ego, run.ego_batch)
 

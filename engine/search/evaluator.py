@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
-from engine.driving import Driven, driven
+from engine.driving.blocks import Driven, driven
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result

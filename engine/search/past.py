@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from engine.config import Drives
-from engine.decisions import KeptActions
-from engine.drivers import driver_of
+from engine.driving.decisions import KeptActions
+from engine.driving.named import driver_of
 from engine.errors import CortexError
 from engine.search.evaluations import (
     Evaluations,

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
-from engine.decisions import KeptActions
+from engine.driving.decisions import KeptActions
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations

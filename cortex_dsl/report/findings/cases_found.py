@@ -8,7 +8,7 @@ import numpy as np
 
 from engine.avoidability import Avoidability, avoidability
 from engine.config import Config
-from engine.driving import driven
+from engine.driving.blocks import driven
 from engine.program import Program
 from engine.sampling import sample
 from engine.search.campaign import Campaign

@@ -9,7 +9,7 @@ import numpy as np
 
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.config import Config
-from engine.driving import driven
+from engine.driving.blocks import driven
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.sampling import sample

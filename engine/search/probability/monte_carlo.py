@@ -126,7 +126,7 @@ def _of_event(evaluate: Evaluate) -> Evaluate:
 def make_judge(program: Program, config: Config) -> Judge:
     """The reference driver of `engine.avoidability`, for scenes of this program."""
     from engine.avoidability import avoidability, refuse_missing
-    from engine.driving import driven
+    from engine.driving.blocks import driven
     from engine.sampling import sample
 
     def judge(genomes: Floats, keys: Ints) -> Bools:

@@ -1,4 +1,4 @@
-"""Scenes driven by controllers (`engine.controllers`).
+"""Scenes driven by controllers (`engine.driving.controllers`).
 
 `drive` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
 other bits for another n.
@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import Config, ContactConfig, SimulationConfig
-from engine.controllers import Seat, seats_of
+from engine.driving.controllers import Seat, seats_of
+from engine.driving.stacks import StackLostError
+from engine.driving.stepping import Lanes, observed
 from engine.errors import ControllerError
 from engine.host import empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.stacks import StackLostError
-from engine.stepping import Lanes, observed
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 

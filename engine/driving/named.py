@@ -13,9 +13,9 @@ from inspect import getsourcefile, unwrap
 from pathlib import Path
 from typing import Any, cast
 
-from engine.driving import BLOCK, Driver
+from engine.driving.blocks import BLOCK, Driver
+from engine.driving.stacks import file_of, stack_of
 from engine.errors import ControllerError, nearest
-from engine.stacks import file_of, stack_of
 
 FORMS = "`python:package.module:function` or `process:COMMAND`"
 

@@ -10,10 +10,10 @@ import pytest
 import cortex_dsl as cx
 from engine import batch
 from engine.control import columns
-from engine.driving import Driven, drive
+from engine.driving.blocks import Driven, drive
+from engine.driving.stepping import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.outcomes import Outcomes
-from engine.stepping import EGOCENTRIC
 from engine.tables import Bools, Floats, Ints
 
 ROOT = Path(__file__).parents[2]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from engine import stacks
-from engine.drivers import named_driver
-from engine.driving import drive
+from engine.driving import stacks
+from engine.driving.blocks import drive
+from engine.driving.named import named_driver
 from engine.errors import ControllerError
 from engine.vocabulary import Verdict
 from tests.engine.test_driving import same

@@ -15,15 +15,14 @@ from typing import Any, Protocol, cast, runtime_checkable
 import numpy as np
 
 from engine.control import Control, turns
+from engine.driving.stacks import VERSION, Stack
+from engine.driving.stepping import Named, names_of
 from engine.errors import ArgumentError, ControllerError, CortexError, nearest
 from engine.program import Program
-from engine.stacks import VERSION, Stack
-from engine.stepping import Named, names_of
 from engine.tables import Bools, Floats, Ints
 
+
 # -- controllers -------------------------------------------------------------------------------------------------------
-
-
 @runtime_checkable
 class Controller(Protocol):
     """One with a memory."""

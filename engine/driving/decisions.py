@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.batch import simulate
 from engine.config import Config, ContactConfig, Drives, SimulationConfig
-from engine.driving import BLOCK, Driven
+from engine.driving.blocks import BLOCK, Driven
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.program import Program

@@ -15,7 +15,8 @@ import numpy as np
 
 from engine.config import Config
 from engine.control import Action, Control
-from engine.controllers import Seat, checked, seats_of
+from engine.driving.controllers import Seat, checked, seats_of
+from engine.driving.stepping import Lanes, observed
 from engine.errors import ArgumentError, nearest
 from engine.host import outcomes
 from engine.kernels.stage import RUNNING
@@ -27,7 +28,6 @@ from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.objectives import Objective, Runs, objectives
 from engine.search.protocol import Sought
-from engine.stepping import Lanes, observed
 from engine.streams import StreamKey, check_keys, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Method
