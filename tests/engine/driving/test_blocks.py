@@ -16,7 +16,7 @@ from engine.errors import ControllerError
 from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats, Ints
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLES = ("left_turn", "right_and_oncoming_left", "left_against_crossing", "crossing_left_turn",
             "right_into_crossing", "three_way_left")  # fmt: skip
 """A to F, in the order of the paper or not."""

@@ -16,9 +16,9 @@ from engine.driving.blocks import drive
 from engine.driving.named import named_driver
 from engine.errors import ControllerError
 from engine.vocabulary import Verdict
-from tests.engine.test_driving import same
+from tests.engine.driving.test_blocks import same
 
-OWN = Path(__file__).parents[2] / "examples" / "own_driver"
+OWN = Path(__file__).parents[3] / "examples" / "own_driver"
 TEXT = """
 param SPEED = Range(5, 15) m/s
 ego = new Car on road, with speed SPEED, with behavior ExternalBehavior()
