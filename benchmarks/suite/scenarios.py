@@ -29,6 +29,10 @@ HALVES = {
 """File, without its ending, and what it is for."""
 
 
+CROWD = 4
+"""Of more actors than these, everybody is a mechanism."""
+
+
 @dataclass(frozen=True)
 class Runs:
     """What is known of simulations, row by row: arrays (n,) of each run's own pair."""
@@ -46,9 +50,9 @@ class Runs:
         return self.collided & (self.fault == Fault.EGO)
 
     def mechanisms(self, actors: Sequence[str]) -> list[str]:
-        """Of the failures, in their order."""
-        rows = np.flatnonzero(self.failed)
-        return [f"{actors[self.pair[row] + 1]} {Side(self.side[row]).name.lower()}" for row in rows]
+        """Of the failures, in their order: whom the ego met and on which side of itself; in a crowd whom alone."""
+        partners = [(actors[self.pair[row] + 1], Side(self.side[row])) for row in np.flatnonzero(self.failed)]
+        return [name if len(actors) > CROWD else f"{name} {side.name.lower()}" for name, side in partners]
 
     def cells(self, actors: Sequence[str]) -> list[tuple[str, int, int]]:
         """Of the failures: mechanism, and both speeds in steps of 2 m/s."""
