@@ -12,8 +12,13 @@ import numpy as np
 
 from benchmarks.suite.scenarios import HALVES, HERE, Runs, scenario
 from benchmarks.suite.truth import Truth
+from engine.risk import PROFILES
 from engine.search.campaign import Campaign
-from engine.search.run import search
+from engine.search.evaluator import make_evaluator
+from engine.search.objectives import objectives
+from engine.search.protocol import Box
+from engine.search.run import run_campaign
+from engine.search.searchers import build_searcher, seek
 
 KEPT = HERE / "runs.jsonl"
 POPULATION = 100
@@ -81,8 +86,13 @@ def searched(name: str, method: str, objective: str, budget: int, run: int) -> F
     budgeted = replace(
         made.config.search, generations=budget // POPULATION, population=POPULATION, seed=run, run=run, probes=0
     )
+    config, space = replace(made.config, search=budgeted), made.program.space
+    aims = objectives(made.program, (objective,))
     start = time.perf_counter()
-    campaign = search(made.program, method, replace(made.config, search=budgeted), objective=(objective,))
+    searcher = build_searcher(method, Box.of(space), config)
+    seek(searcher, method, len(aims))
+    evaluate = make_evaluator(made.program, config, PROFILES["paper"], aims)
+    campaign = run_campaign(space, searcher, evaluate, budgeted, method, objective=(objective,))
     return found_in(campaign, name, made.program.digest, made.program.actors, run, time.perf_counter() - start)
 
 
