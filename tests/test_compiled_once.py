@@ -10,6 +10,7 @@ import sys
 from cortex_dsl import load
 from engine import batch
 from engine.kernels.rollout import advance, begin
+from engine.kernels.rows import measure_run
 
 scenario = load(sys.argv[1])
 scenes = scenario.sample(20, seed=1)
@@ -19,7 +20,7 @@ assert outcomes.collided.any()
 for row in scenes.valid.nonzero()[0].tolist():
     scenario.watch(scenes, row)
     batch.trajectory(scenario.program, scenes, row)
-for kernel in (begin, advance):
+for kernel in (begin, advance, measure_run):
     assert len(getattr(kernel, "overloads", [None])) == 1, kernel.signatures
 """
 

@@ -68,6 +68,15 @@ def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str)
         raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
 
 
+def several(name: str, things: object) -> list[Any]:
+    """Return the items of a list, or of anything else to go through; of anything that is not, ArgumentKindError."""
+    if not isinstance(things, Iterable):
+        raise ArgumentKindError(
+            f"{name}: expected one name, or several in a list, got {type(things).__name__}", "name one, or several"
+        )
+    return list(cast("Iterable[Any]", things))
+
+
 def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
     """Return the value as a path, if a file can have it.
 

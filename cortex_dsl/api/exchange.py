@@ -63,9 +63,8 @@ def export(
     from engine.atomic import standing, write_all
     from engine.interchange.contract import ExportOptions
 
-    arguments.kind("formats", formats, Iterable, "name one, or several in a list")
     folder = arguments.path_of("out", out, "name a folder")
-    names = _formats([formats] if isinstance(formats, str) else formats)
+    names = _formats([formats] if isinstance(formats, str) else arguments.several("formats", formats))
     if "xosc" not in names:
         _no_effect("without the format xosc", "leave it out, or add xosc to the formats", osc=osc, mode=mode)
     how = ExportOptions(osc or "1.2", mode or "trajectory")

@@ -104,13 +104,15 @@ def study(
     arguments.settings(settings)
     runs, jobs = arguments.whole("runs", runs, 1), arguments.whole("jobs", jobs, 1)
     arguments.one_of("profile", profile, PROFILES)
-    scenarios = _scenarios([files] if isinstance(files, Files) else _several("files", files))
+    scenarios = _scenarios([files] if isinstance(files, Files) else arguments.several("files", files))
     subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
-    words = [methods] if isinstance(methods, str) else _several("methods", methods)
+    words = [methods] if isinstance(methods, str) else arguments.several("methods", methods)
     for word in words:
         arguments.kind("methods", word, str, "`known_searchers` lists all")
     arguments.callback("on_run", on_run)
-    aims = (objective,) if isinstance(objective, str) else tuple(_several("objective", objective))
+    aims = (objective,) if isinstance(objective, str) else tuple(arguments.several("objective", objective))
+    for aim in aims:
+        arguments.kind("objective", aim, str, "a study compares by names; `Scenario.search` takes a function, too")
     plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile, aims)
     check(plan)
     if out is None:
@@ -197,11 +199,6 @@ def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
         else:
             loaded += [(path, load(path)) for path in _unfolded(arguments.path_of("files", each))]
     return list(zip(short_names([path for path, _ in loaded]), [scenario for _, scenario in loaded], strict=True))
-
-
-def _several(name: str, things: Iterable[Any]) -> list[Any]:
-    arguments.kind(name, things, Iterable, "name one, or several in a list")
-    return list(things)
 
 
 def _unfolded(path: Path) -> list[Path]:

@@ -50,12 +50,26 @@ def resolve(bodies: Floats, contacts: Floats, restitution: float, friction: floa
     _solve(bodies, contacts, rows, impulses, restitution, friction)
     if _work(contacts, rows, impulses, bodies) > 0.0:
         bouncing = impulses.copy()
-        bodies[:, Body.VX : Body.SPIN + 1] = before
+        _set_velocities(bodies, before)
         _solve(bodies, contacts, rows, impulses, 0.0, friction)
         _lessen(bodies, contacts, rows, impulses, bouncing, before)
     for contact in range(len(contacts)):
         for part in range(3):
             contacts[contact, Contact.PUSH1 + part] = impulses[3 * contact + part]
+
+
+@inlined
+def _set_velocities(bodies: Floats, velocities: Floats) -> None:
+    """Give each body its row of `velocities`; a loop, since an assigned slice takes half a second to compile."""
+    for body in range(len(bodies)):
+        for part in range(3):
+            bodies[body, Body.VX + part] = velocities[body, part]
+
+
+@inlined
+def _copy(source: Floats, target: Floats) -> None:
+    for i in range(len(source)):
+        target[i] = source[i]
 
 
 @inlined
@@ -153,7 +167,7 @@ def _solve_equations(
         wanted[line] = (0.0 if row % 3 == 2 else _target(rows, row, restitution)) - rows[row, Row.SPEED]
     _eliminate(matrix, wanted)
     found = np.zeros(size)
-    trial[:, Body.VX : Body.SPIN + 1] = base
+    _set_velocities(trial, base)
     for column in range(count):
         row = unknown[column]
         found[row] = wanted[column]
@@ -163,8 +177,8 @@ def _solve_equations(
             found[row] = slips[row] * (found[row - 2] + found[row - 1])
     if not _laws_hold(trial, contacts, rows, found, restitution, friction, tolerance):
         return False
-    bodies[:] = trial
-    impulses[:] = found
+    _set_velocities(bodies, trial[:, Body.VX : Body.SPIN + 1])
+    _copy(found, impulses)
     return True
 
 
@@ -210,7 +224,7 @@ def _eliminate(matrix: Floats, wanted: Floats) -> None:
         for j in range(step + 1, rank):
             value -= matrix[step, j] * found[order[j]]
         found[order[step]] = value / matrix[step, step]
-    wanted[:] = found
+    _copy(found, wanted)
 
 
 @kernel
@@ -269,13 +283,13 @@ def _lessen(bodies: Floats, contacts: Floats, rows: Floats, impulses: Floats, bo
     at = np.zeros(3)
     for k in range(3):
         share = 0.5 * k
-        bodies[:, Body.VX : Body.SPIN + 1] = before
+        _set_velocities(bodies, before)
         for row in range(len(rows)):
             impulses[row] = plain[row] + share * (bouncing[row] - plain[row])
             push(bodies, contacts, rows, row, impulses[row])
         at[k] = _work(contacts, rows, impulses, bodies)
     share = _crossing(at[0], at[1], at[2])
-    bodies[:, Body.VX : Body.SPIN + 1] = before
+    _set_velocities(bodies, before)
     for row in range(len(rows)):
         impulses[row] = plain[row] + share * (bouncing[row] - plain[row])
         push(bodies, contacts, rows, row, impulses[row])

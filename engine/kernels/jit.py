@@ -1,7 +1,9 @@
-"""`@kernel` and `@inlined`, the two decorators of all compiled functions, and the cache that makes them start at once.
+"""`@kernel`, `@inlined` and `@shared`, the decorators of all compiled functions, and the cache that makes them start at
+once.
 
-A `@kernel` is compiled on its first call and kept on disk. An `@inlined` function is always copied into its caller and
-counts no references: numba passes each array as seven or more words and counts references to it with atomic
+A `@kernel` is compiled on Python's first call and kept on disk; another kernel contains it, so what many contain and
+takes long is `@shared`: compiled once, called by all others. An `@inlined` function is always copied into its caller
+and counts no references: numba passes each array as seven or more words and counts references to it with atomic
 instructions, so a call that hands on a `RoadTables` costs tens of nanoseconds, and reading a field of a nested tuple of
 arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. Such a function may neither
 make arrays nor return them (numba refuses the former): it reads and writes what its caller owns.
@@ -50,27 +52,41 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
+    return _compiled(function, {}, {})
+
+
+def inlined(function: Function) -> Function:
+    """Compile like `@kernel`, but into the caller's machine code; cached as a part of the caller."""
+    return _compiled(function, {"forceinline": True}, {"_nrt": False})
+
+
+def shared(function: Function) -> Function:
+    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all."""
+    return _finished(function, shared=True)
+
+
+def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any]) -> Function:
+    """A function compiled with further options, and with some more where it is part of other kernels."""
+    if not is_known(numba.__version__):
+        return NJIT(**OPTIONS | options)(function) if options else _finished(function)
+    from engine.kernels.numba_internals import DRAFT_OPTIONS, Compiled
+
+    draft: Any = NJIT(**OPTIONS | options | within | DRAFT_OPTIONS)(function)
+    return function if draft is function else cast("Function", Compiled(function, draft, _finished))
+
+
+def _finished(function: Function, shared: bool = False) -> Function:
+    """A function with machine code of its own, which is cached."""
     dispatcher: Any = NJIT(**OPTIONS)(function)
     if dispatcher is function:
         return function
     if is_known(numba.__version__):
         from engine.kernels.numba_internals import cache_by_content
 
-        cache_by_content(dispatcher, function, cache_folder(), KERNELS)
+        cache_by_content(dispatcher, function, cache_folder(), KERNELS, shared)
     else:
         _cache_by_place(dispatcher)
     return cast("Function", dispatcher)
-
-
-def inlined(function: Function) -> Function:
-    """Compile like `@kernel`, but into the caller's machine code; cached as a part of the caller."""
-    options = OPTIONS | {"forceinline": True}
-    if not is_known(numba.__version__):
-        return cast("Function", NJIT(**options)(function))
-    from engine.kernels.numba_internals import DRAFT_OPTIONS, Inlined
-
-    draft: Any = NJIT(**options | DRAFT_OPTIONS)(function)
-    return function if draft is function else cast("Function", Inlined(function, draft, kernel))
 
 
 # -- where compiled kernels lie ----------------------------------------------------------------------------------------

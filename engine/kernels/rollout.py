@@ -31,7 +31,7 @@ import math
 from engine.kernels.actuation import slide
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
 from engine.kernels.loose import step_loose
 from engine.kernels.meetings import search_contact, settle_others
@@ -56,7 +56,7 @@ from engine.tables import ROAD_REGION, Floats, Ints, Segment
 from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
 
-@kernel
+@shared
 def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None:
     """Set up a scene: its variant, its values (n_values,) and its stream key (6,). Literals are in place already."""
     for i in range(plan.variant_values.shape[1]):
@@ -81,7 +81,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
             run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]
 
 
-@kernel
+@shared
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     """Run on to sample `until`; while scored, at most to the ego's first contact or to the end.
 

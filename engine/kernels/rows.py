@@ -4,9 +4,11 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import kernel
+from engine.kernels.jit import kernel, shared
 from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
@@ -66,7 +68,7 @@ def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, o
 def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: Floats, out: Results) -> bool:
     """Whether the run is valid, and so measured."""
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
-    begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+    begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row])
     advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
     valid = note_end(run, row, out)
     if valid:
@@ -117,7 +119,7 @@ def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Resul
     out.sought[row, :] = out.broken[row, :] = math.nan
 
 
-@kernel
+@shared
 def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
     """Metrics of each pair (ego, other) over the samples up to contact or the end, into the run's row."""
     note_outlines(plan, run, outlines)

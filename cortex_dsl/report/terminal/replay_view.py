@@ -91,11 +91,11 @@ class Film:
         if replay.collided and since >= -1e-9:
             return "contact" if since < self._step else "after contact: physics for illustration, not scored"
         apart = float(replay.approach.distance[sample])
-        closing = replay.unit.text(float(replay.approach.closing_speed[sample]))
         if not math.isfinite(apart):
             return ""
-        other = replay.shapes[replay.pair + 1].name
-        return f"{other} {fixed(apart, 2)} m away, closing at {closing}"
+        closing = float(replay.approach.closing_speed[sample])
+        other, speed = replay.shapes[replay.pair + 1].name, replay.unit.text(abs(closing))
+        return f"{other} {fixed(apart, 2)} m away, {'closing' if closing >= 0.0 else 'going apart'} at {speed}"
 
 
 def play(replay: CaseReplay, console: Console, speed: float = 1.0) -> None:

@@ -176,5 +176,6 @@ def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) ->
 
 
 def shown(value: float, dimension: ir.Dimension | None) -> str:
-    """An SI number for people: `3.5 m`."""
-    return f"{value:.6g} {si_word(dimension)}".rstrip()
+    """An SI number for people: `3.5 m`; of a large one all digits, in which it may differ from a limit."""
+    number = number_text(value) if 1e5 <= abs(value) < 1e15 else f"{value:.6g}"
+    return f"{number} {si_word(dimension)}".rstrip()

@@ -238,6 +238,8 @@ WRONG: dict[str, Callable[[Scenario, Path], object]] = {
     "step": lambda _, __: cx.measure("a.csv", step="x"),  # type: ignore[arg-type]
     "methods of a study": lambda s, _: cx.study(s, [3]),  # type: ignore[list-item]
     "out of a study": lambda s, _: cx.study(s, out=3),  # type: ignore[arg-type]
+    "an objective of a study that has no name": lambda s, _: cx.study(s, objective=len),  # type: ignore[arg-type]
+    "a number for several": lambda s, _: cx.study(s, objective=3),  # type: ignore[arg-type]
 }
 
 

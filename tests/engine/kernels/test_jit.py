@@ -16,13 +16,13 @@ from tests.fork_server import ForkServer
 SOURCES = Path(engine.__file__).parent
 
 INNER = """
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, shared
 
 @inlined
 def added(x):
     return x + {number}
 
-@kernel
+@shared
 def inner(x):
     return added(x)
 """
@@ -49,8 +49,13 @@ numba.__version__ = os.environ.get("PRETENDED_NUMBA", numba.__version__)
 from engine.kernels.jit import cache_folder, kernels_are_cached
 from engine.kernels.outer import outer
 cached = kernels_are_cached()
+if "COMPILE_BEFORE" in os.environ:
+    from engine.kernels.jit import kernel
+    for _ in range(5):
+        kernel(lambda x: x)(1.0)
 value = outer(1.0)
-hits = sum(outer.stats.cache_hits.values()) if hasattr(outer, "stats") else -1
+made = getattr(outer, "finished", outer)
+hits = sum(made.stats.cache_hits.values()) if hasattr(made, "stats") else -1
 print(cached, value, hits, cache_folder())
 """
 
@@ -234,6 +239,16 @@ def test_the_code_of_another_kernel_is_a_miss(installation: Installation) -> Non
     (inner,) = folder.glob("inner/*.nbc")
     shutil.copy(inner, outer)
     assert installation.run()[1:3] == (6.0, 0)
+    assert installation.run()[1:3] == (6.0, 1)
+
+
+def test_a_caller_whose_shared_code_is_another_is_a_miss(installation: Installation) -> None:
+    """It calls that code by a name, which is another in each compilation: of a name that is not there, LLVM dies."""
+    folder = installation.run()[3]
+    (inner,) = folder.glob("inner/*.nbc")
+    inner.unlink()
+    assert installation.run(COMPILE_BEFORE="1")[1:3] == (6.0, 0)
+    assert installation.run(COMPILE_BEFORE="1")[1:3] == (6.0, 1)
     assert installation.run()[1:3] == (6.0, 1)
 
 

@@ -1,4 +1,4 @@
-"""Inlined functions: parts of kernels that exist nowhere else, and yet can be called from Python."""
+"""Functions that are parts of kernels, and yet can be called from Python; code that kernels share."""
 
 from pathlib import Path
 from typing import Any, cast
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from engine.kernels import numba_internals
-from engine.kernels.jit import inlined, is_known, kernel
-from engine.kernels.numba_internals import Inlined
+from engine.kernels.jit import inlined, is_known, kernel, shared
+from engine.kernels.numba_internals import Compiled
 from engine.tables import Floats
 
 
@@ -31,12 +31,27 @@ def halved(values: Floats) -> float:
     return added(values, 2.0) + divided(1.0, 0.0 * values[0] + 4.0)
 
 
+@kernel
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+@shared
+def tripled(x: float) -> float:
+    return 3.0 * x
+
+
+@kernel
+def sixfold(x: float) -> float:
+    return tripled(doubled(x))
+
+
 def test_inlined_functions_work_in_one_another_in_kernels_and_from_python() -> None:
     """Under the kernels' rules: x / 0 is infinite."""
     values = np.array([1.0, 2.0, 6.0])
     assert halved(values) == 4.75
     assert added(values, 2.0) == 4.5
-    if isinstance(divided, Inlined):
+    if isinstance(divided, Compiled):
         assert divided(1.0, 0.0) == np.inf
 
 
@@ -44,7 +59,7 @@ def test_a_draft_has_no_machine_code_of_its_own() -> None:
     """Else it is made, and thrown away, for each of some hundred functions: half a minute instead of a quarter."""
     halved(np.ones(2))
     function = cast("Any", divided)
-    if not isinstance(function, Inlined):
+    if not isinstance(function, Compiled):
         pytest.skip("runs without the compiler")
     if not function.draft.overloads:  # the kernel came from the cache
         function.draft.compile("(float64, float64)")
@@ -53,18 +68,34 @@ def test_a_draft_has_no_machine_code_of_its_own() -> None:
     assert not engine_of.is_symbol_defined(result.fndesc.llvm_func_name)
 
 
+def test_shared_code_is_made_once_and_callers_get_none_of_it() -> None:
+    """What is contained is compiled with each of its callers, which for a whole run takes ten seconds each time."""
+    assert sixfold(1.0) == 6.0
+    if not isinstance(sixfold, Compiled):
+        pytest.skip("runs without the compiler, or by numba's public parts alone")
+    assert cast("Any", doubled)._finished is None
+    (made,) = cast("Any", tripled).overloads.values()
+    assert not list(made.library._get_module_for_linking().functions)
+
+
 def test_numba_has_the_parts_that_are_used() -> None:
     """What `numba_internals` overrides or sets; where one is gone or renamed, its place is taken by what is public."""
     if not is_known(numba.__version__):
         pytest.skip("this numba is used by its public parts alone")
     library, cache = numba_internals.JITCodeLibrary, numba_internals.FunctionCache
-    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals"):
+    for name in (
+        "_optimize_final_module",
+        "_finalize_final_module",
+        "_finalize_dynamic_globals",
+        "_get_module_for_linking",
+    ):
         assert callable(getattr(library, name))
     assert {"get_pointer_to_function", "codegen", "enable_object_caching"} <= set(dir(library))
     assert {"load_overload", "save_overload", "cache_path"} <= set(dir(cache))
     kept = cast("Any", cache(_plain))
     assert {"load", "save", "flush"} <= set(dir(kept._cache_file))
-    assert {"locator", "filename_base"} <= set(dir(kept._impl))
+    assert {"locator", "filename_base", "reduce", "rebuild"} <= set(dir(kept._impl))
+    assert {"_linking_libraries", "_shared_module"} <= set(vars(_compiled_library()))
     assert hasattr(numba.njit(_plain), "_cache")
 
 
@@ -84,3 +115,10 @@ def test_private_parts_are_touched_in_one_file() -> None:
 
 def _plain(x: float) -> float:
     return x
+
+
+def _compiled_library() -> Any:
+    plain: Any = numba.njit(_plain)
+    plain(1.0)
+    (made,) = plain.overloads.values()
+    return made.library
