@@ -65,8 +65,10 @@ def conflict_gaps(
     gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
 
     def run(first: int, last: int) -> None:
-        scratch, corners = memory(program, shared.layout.last_sample + 1), np.zeros((2, POINTS, 2))
-        gap_rows(shared, rows, first, last, scratch, np.zeros((len(program.actors), 3)), corners, gaps)
+        samples = shared.layout.last_sample + 1
+        scratch, sizes = memory(program, samples), np.zeros((len(program.actors), 3))
+        corners, ways = np.zeros((2, POINTS, 2)), np.zeros((2, samples + 1))
+        gap_rows(shared, rows, first, last, scratch, sizes, corners, ways, gaps)
 
     in_parts(len(scenes), jobs, run)
     return gaps

@@ -8,8 +8,6 @@ What an outline sweeps between two samples counts as the convex hull of the two:
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from engine.kernels.geometry import Box, half_diagonal, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats
@@ -36,74 +34,77 @@ class Span(NamedTuple):
 
 
 @kernel
-def stay(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats) -> Stay:
-    """When `one` is in what `other` sweeps. `corners` (2, POINTS, 2) is working memory.
+def stay(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats, ways: Floats) -> Stay:
+    """When `one` is in what `other` sweeps. `corners` (2, POINTS, 2) and `ways` (2, samples + 1) are working memory.
 
     Where two motions are some way apart, both go on until they may have come as far: no step is looked at before.
     """
-    own, ways = _ways(states, one, outlines), _ways(states, other, outlines)
-    k, steps = 0, max(one.last - one.first, 1)
+    _measure(states, one, outlines, ways[0])
+    _measure(states, other, outlines, ways[1])
+    k, steps = 0, _steps(one)
     while k < steps:
-        apart = _apart(states, one, one.first + k, 0.0, 1.0, other, ways, outlines, corners)
+        apart = _apart(states, one, one.first + k, 0.0, 1.0, other, outlines, corners, ways[1])
         if apart < 0.0:
             outside, inside = 0.0, 1.0
             for _ in range(HALVINGS):
                 middle = 0.5 * (outside + inside)
-                if _apart(states, one, one.first + k, 0.0, middle, other, ways, outlines, corners) < 0.0:
+                if _apart(states, one, one.first + k, 0.0, middle, other, outlines, corners, ways[1]) < 0.0:
                     inside = middle
                 else:
                     outside = middle
-            if _apart(states, one, one.first + k, 0.0, 0.0, other, ways, outlines, corners) < 0.0:
+            if _apart(states, one, one.first + k, 0.0, 0.0, other, outlines, corners, ways[1]) < 0.0:
                 inside = 0.0
-            return Stay(one.first + k + inside, _leaves(states, one, other, own, ways, outlines, corners))
-        k = _until(own, k, apart)
+            return Stay(one.first + k + inside, _leaves(states, one, other, outlines, corners, ways))
+        k = _until(ways[0], k, steps, apart)
     return Stay(math.inf, math.inf)
 
 
 @kernel
-def _leaves(
-    states: Floats, one: Span, other: Span, own: Floats, ways: Floats, outlines: Floats, corners: Floats
-) -> float:
+def _leaves(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats, ways: Floats) -> float:
     """The last instant of `one` in what `other` sweeps, in samples."""
-    k = max(one.last - one.first, 1) - 1
+    k = _steps(one) - 1
     while k >= 0:
         step = one.first + k
-        apart = _apart(states, one, step, 0.0, 1.0, other, ways, outlines, corners)
+        apart = _apart(states, one, step, 0.0, 1.0, other, outlines, corners, ways[1])
         if apart < 0.0:
             inside, outside = 0.0, 1.0
-            if _apart(states, one, step, 1.0, 1.0, other, ways, outlines, corners) < 0.0:
+            if _apart(states, one, step, 1.0, 1.0, other, outlines, corners, ways[1]) < 0.0:
                 inside = 1.0
             for _ in range(HALVINGS):
                 middle = 0.5 * (inside + outside)
-                if _apart(states, one, step, middle, 1.0, other, ways, outlines, corners) < 0.0:
+                if _apart(states, one, step, middle, 1.0, other, outlines, corners, ways[1]) < 0.0:
                     inside = middle
                 else:
                     outside = middle
             return min(step + inside, one.last)
-        end = own[k + 1]
+        end = ways[0, k + 1]
         k -= 1
-        while k >= 0 and end - own[k] < apart:
+        while k >= 0 and end - ways[0, k] < apart:
             k -= 1
     return float(one.first)
 
 
+@inlined
+def _steps(span: Span) -> int:
+    """How many are looked at; of a single sample one, in which nothing moves."""
+    return max(span.last - span.first, 1)
+
+
 @kernel
-def _ways(states: Floats, span: Span, outlines: Floats) -> Floats:
-    """(steps + 1,) how far any point of an outline may have come until each sample of its span [m]."""
-    steps = max(span.last - span.first, 1)
-    ways = np.zeros(steps + 1)
-    for k in range(steps):
+def _measure(states: Floats, span: Span, outlines: Floats, ways: Floats) -> None:
+    """Into `ways` how far any point of an outline may have come until each sample of its span [m]."""
+    ways[0] = 0.0
+    for k in range(_steps(span)):
         before = _pose(states, span, span.first + k, 0.0, outlines)
         after = _pose(states, span, span.first + k, 1.0, outlines)
         turn = abs(shortest_turn(before.heading, after.heading))
         ways[k + 1] = ways[k] + math.hypot(after.x - before.x, after.y - before.y) + half_diagonal(before) * turn
-    return ways
 
 
 @inlined
-def _until(ways: Floats, k: int, apart: float) -> int:
-    """The first step after step k by whose end something may have come as far as this."""
-    low, high = k + 1, len(ways) - 1
+def _until(ways: Floats, k: int, steps: int, apart: float) -> int:
+    """The first step after step k by whose end something may have come as far as this, `steps` if none."""
+    low, high = k + 1, steps
     while low < high:
         middle = (low + high) // 2
         if ways[middle + 1] - ways[k] < apart:
@@ -121,17 +122,17 @@ def _apart(
     start: float,
     end: float,
     other: Span,
-    ways: Floats,
     outlines: Floats,
     corners: Floats,
+    ways: Floats,
 ) -> float:
     """How far the part of `one`'s step after sample k stays away from all that `other` sweeps, or less [m]; negative
     if it touches that.
     """
     a0, a1 = _pose(states, one, k, start, outlines), _pose(states, one, k, end, outlines)
     _lay(corners, 0, a0, a1)
-    least, j = math.inf, 0
-    while j < len(ways) - 1:
+    least, j, steps = math.inf, 0, _steps(other)
+    while j < steps:
         b0 = _pose(states, other, other.first + j, 0.0, outlines)
         b1 = _pose(states, other, other.first + j, 1.0, outlines)
         apart = _slack(a0, a1, b0, b1)
@@ -143,7 +144,7 @@ def _apart(
             return -1.0
         # Half of it may be used up: the rest is what all steps left out are still away.
         least = min(least, 0.5 * apart)
-        j = _until(ways, j, 0.5 * apart)
+        j = _until(ways, j, steps, 0.5 * apart)
     return least
 
 

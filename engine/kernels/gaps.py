@@ -15,12 +15,20 @@ from engine.vocabulary import State, Verdict
 
 @kernel
 def gap_rows(
-    plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, corners: Floats, out: Floats
+    plan: Plan,
+    scenes: Requested,
+    first: int,
+    last: int,
+    run: Run,
+    outlines: Floats,
+    corners: Floats,
+    ways: Floats,
+    out: Floats,
 ) -> None:
     """PET by area [s] of the ego and each other, as `encroachment_gap` has it, into `out` (n, others), of each valid
     scene from row `first` to `last` (exclusive); NaN of two who are never there together.
 
-    `outlines` (actors, 3) and `corners` (2, POINTS, 2) are working memory.
+    `outlines` (actors, 3), `corners` and `ways` (see `stay`) are working memory.
     """
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
@@ -29,16 +37,17 @@ def gap_rows(
             advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
             samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
             for other in range(1, len(plan.kinds)):
-                out[row, other - 1] = _gap(run.states[:samples], other, outlines, corners) * plan.layout.time_step
+                out[row, other - 1] = _gap(run.states[:samples], other, outlines, corners, ways) * plan.layout.time_step
 
 
 @inlined
-def _gap(states: Floats, other: int, outlines: Floats, corners: Floats) -> float:
+def _gap(states: Floats, other: int, outlines: Floats, corners: Floats, ways: Floats) -> float:
     """PET by area, in samples."""
     ego, them = _span(states, 0), _span(states, other)
     if max(ego.first, them.first) > min(ego.last, them.last):
         return math.nan
-    return encroachment_gap(stay(states, ego, them, outlines, corners), stay(states, them, ego, outlines, corners))
+    first = stay(states, ego, them, outlines, corners, ways)
+    return encroachment_gap(first, stay(states, them, ego, outlines, corners, ways))
 
 
 @inlined
