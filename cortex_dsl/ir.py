@@ -7,8 +7,9 @@ equal expressions of one variant are the same object, so passes may key on ident
 
 from cortex_dsl.source import Source, Span
 from engine.frozen import frozen, frozen_identity
+from engine.maps import MapSpec
 from engine.opcodes import Op
-from engine.program import RoadSpec, Settings
+from engine.program import Settings
 from engine.road.network import Network
 from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Reducer, RuleKind, Sense, TemporalOp
 
@@ -450,7 +451,7 @@ class Scenario:
     source: Source
     name: str
     description: str
-    road: RoadSpec
+    road: MapSpec
     genes: tuple[GeneInfo, ...]
     settings: Settings
     variants: tuple[Variant, ...]

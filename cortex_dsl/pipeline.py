@@ -53,6 +53,12 @@ def compile_source(
     module = parse(source)
     linked = link(module, source, files)
     checked, diagnostics = elaborate(
-        module, linked.source, overrides, imports=linked.files, scenario=scenario, observe=observe
+        module,
+        linked.source,
+        overrides,
+        imports=linked.files,
+        scenario=scenario,
+        observe=observe,
+        find_map=lambda path: files.find(source.name, [path]),
     )
     return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)

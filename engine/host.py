@@ -76,7 +76,7 @@ def plan(
             time_step=float(config.time_step),
             last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
-            intersections=int(program.road_spec.rows) * int(program.road_spec.cols),
+            intersections=program.road_spec.intersections,
             lasting=int(len(code.temporal_root) > 0 or len(program.judged) > 0 or _is_watched(code)),
             judged=int(len(program.judged) > 0),
             restitution=float(contact.restitution),

@@ -18,6 +18,7 @@ import numpy as np
 from engine.errors import CortexError
 from engine.frozen import frozen
 from engine.judged import NOTHING_JUDGED, Judged, judged_from
+from engine.maps import MapSpec, map_content, map_from
 from engine.tables import CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import RuleKind
 
@@ -145,26 +146,6 @@ class Settings:
 
 
 @frozen
-class RoadSpec:
-    """A grid of intersections, as `map intersection(...)` says it. SI units."""
-
-    ways: int = 4
-    lanes: int = 1
-    """Lanes a direction."""
-    lane_width: float = 3.5
-    corner_radius: float = 6.0
-    approach: float = 50.0
-    """Length of every arm from its stop line to the end of the road [m]."""
-    rows: int = 1
-    cols: int = 1
-    block: float = 100.0
-    """Distance between the centres of neighbouring intersections [m]."""
-    left_hand: bool = False
-    buildings: float | None = None
-    """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
-
-
-@frozen
 class ImportedText:
     """A file that the main file imports, as it was when it was compiled."""
 
@@ -197,7 +178,7 @@ class Program:
     settings: Settings
     code: CodeTables
     road: RoadTables
-    road_spec: RoadSpec
+    road_spec: MapSpec
     step_lines: Ints
     """(rows of step_code,): source line of each instruction, for messages about running behaviours."""
     routes: Ints
@@ -293,6 +274,8 @@ def _plain(value: Any) -> dict[str, Any]:
             plain[f.name] = _plain(item)
         elif isinstance(item, Judged):
             plain[f.name] = item.content()
+        elif isinstance(item, MapSpec):
+            plain[f.name] = map_content(item)
         elif not isinstance(item, np.ndarray | CodeTables | RoadTables):
             plain[f.name] = _jsonable(item)
     return plain
@@ -318,7 +301,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         "space": ParamSpace(**space, **group("space.")),
         "code": CodeTables(**group("code.")),
         "road": RoadTables(**group("road.")),
-        "road_spec": RoadSpec(**header["road_spec"]),
+        "road_spec": map_from(header["road_spec"]),
         "settings": Settings(**header["settings"]),
         "actors": tuple(header["actors"]),
         "requirements": tuple(Requirement(**r) for r in header["requirements"]),

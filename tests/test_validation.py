@@ -13,7 +13,7 @@ from benchmarks.validation.looks import looked
 from benchmarks.validation.material import EXAMPLES, cases, written
 from benchmarks.validation.roads import counted, specs
 from benchmarks.validation.table import BEGIN, END, markdown, write
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 
 OURS = next(check for check in CHECKS if not check.checker)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from benchmarks.validation.roads import name_of, specs
 from cortex_dsl import compile_text
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import build_network
 
 ROOM = 15.0

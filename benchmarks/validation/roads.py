@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks.validation.items import Item
 from engine.interchange import Provenance, SignalTimes
 from engine.interchange.opendrive import write_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import build_network
 
 LIGHTS = SignalTimes(green=20.0, yellow=3.0, all_red=2.0, offset=7.0)

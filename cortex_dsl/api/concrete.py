@@ -8,16 +8,17 @@ outcome, bit for bit. Comments of the author stay; the layout is that of `cortex
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.setting_up import pinned_scenario
 from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
-from cortex_dsl.semantics.names.tree import bound_name, everything_in
+from cortex_dsl.semantics.names.tree import bound_name, everything_in, param_entries
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.formatting import format_source
 from engine.config import SimulationConfig
+from engine.maps import MapFile, map_name
 from engine.program import ChoiceLabel, DrawSite, Program
 from engine.scenes import Scenes
 from engine.streams import StreamKey, format_key
@@ -75,6 +76,7 @@ def concrete_files(
         *_variant_edits(program, scenes, row, source),
         *_import_edits(imports, source, modules, names),
         *_mutation_edits(modules, source),
+        *_map_edits(program, modules),
         _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
     ]
     texts = {names[file.start]: _apply(file, edits) for file in source.files}
@@ -129,6 +131,25 @@ def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator
     """Leave the statement out: the drawn poses contain the noise already."""
     for node in (n for module in modules for n in everything_in(module) if isinstance(n, nodes.Mutate)):
         yield Edit(node.span, f"pass  # {source.slice(node.span)}")
+
+
+def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Edit]:
+    """The file of a map lies beside the copy."""
+    spec = program.road_spec
+    if not isinstance(spec, MapFile):
+        return
+    entries = (entry.value for module in modules for name, entry in param_entries(module).items() if name == "map")
+    statements = (each for module in modules for each in module.statements if isinstance(each, nodes.Map))
+    for place in (*entries, *statements):
+        for node in everything_in(place):
+            if isinstance(node, nodes.String) and node.value == spec.file:
+                yield Edit(node.span, f'"{map_name(spec)}"')
+
+
+def map_copies(program: Program) -> dict[str, bytes]:
+    """What has to lie beside a concrete file: the file of its map, as it was read."""
+    spec = program.road_spec
+    return {map_name(spec): Path(spec.path).read_bytes()} if isinstance(spec, MapFile) else {}
 
 
 def _param_edits(

@@ -14,11 +14,13 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
+from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
@@ -231,6 +233,9 @@ def _write_case(work: Work, case: Case) -> Path:
         path.parent.mkdir(exist_ok=True)
         for name, text in files.items():
             path.with_name(name).write_text(text, encoding="utf-8")
+        for name, content in map_copies(work.scenario.program).items():
+            if not (copy := path.with_name(name)).exists():
+                copy.write_bytes(content)
     return path
 
 
@@ -261,7 +266,20 @@ def origin_of(scenario: Searchable) -> Origin:
     """What a manifest keeps of a scenario beside its main text."""
     compiled = scenario.compiled
     imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
-    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
+    links = (*_links(compiled), *_map_links(compiled))
+    return Origin(imports, links, dict(scenario.overrides), scenario.chosen)
+
+
+DIGEST = "digest"
+"""In the place of an import: what the file of a map held."""
+
+
+def _map_links(compiled: Compiled) -> Iterator[Link]:
+    """Where the file of the map was, and what it held."""
+    spec = compiled.program.road_spec
+    if isinstance(spec, MapFile):
+        yield Link(compiled.source.name, spec.file, spec.path)
+        yield Link(spec.path, DIGEST, spec.digest)
 
 
 def _links(compiled: Compiled) -> Iterator[Link]:
@@ -276,3 +294,21 @@ def _links(compiled: Compiled) -> Iterator[Link]:
 
 def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
     return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
+
+
+def check_map(folder: Path, manifest: Manifest) -> None:
+    """Refuse to go on on another road.
+
+    Raises:
+        StoreError: the file of the map is gone, or holds something else.
+    """
+    for path, digest in ((link.importer, link.name) for link in manifest.origin.links if link.path == DIGEST):
+        try:
+            found = digest_of(Path(path))
+        except OSError:
+            found = "none, for it is not there"
+        if found != digest:
+            raise StoreError(
+                f"`{folder}` was found on the roads of {path} with the digest {digest}, which is {found} now",
+                "put that file back: another road is another search",
+            )

@@ -22,6 +22,7 @@ from cortex_dsl.api.run_folder import (
     Work,
     campaign_of,
     carry_out,
+    check_map,
     default_workers,
     same_objective,
     worst_files,
@@ -189,6 +190,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
     source, origin = Source(manifest.file, manifest.file_text), manifest.origin
     overrides: Mapping[str, str] = origin.overrides
+    check_map(folder, manifest)
     try:
         compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
     except CompileError as error:

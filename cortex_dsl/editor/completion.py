@@ -21,7 +21,7 @@ from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.evaluation import attributes, signals
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
-from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.context import Moment
 from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, SPECIAL_NAMES, Kind
@@ -209,6 +209,7 @@ def _nothing(_view: View, _place: Place) -> Iterator[Candidate]:
 
 def _maps(_view: View, _place: Place) -> Iterator[Candidate]:
     yield Candidate("intersection", "function", "", "A grid of one or more intersections.")
+    yield Candidate("road", "function", "", "A road without intersections, straight or curved.")
 
 
 _AFTER = {
@@ -294,7 +295,7 @@ def _arguments(view: View, place: Place) -> Iterator[Candidate]:
         return
     name, at = place.left[place.callee].text, place.callee
     said = place.left[at - 1].text if at else ""
-    if words := MAP_ARGUMENTS if said == "map" else _SETTINGS.get(name):
+    if words := MAP_ARGUMENTS.get(name) if said == "map" else _SETTINGS.get(name):
         yield from (Candidate(f"{word}=", "argument", rank=1) for word in words)
         return
     symbol = view.known(place.offset).get(name)

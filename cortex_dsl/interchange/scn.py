@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.api.scenario import load
 from cortex_dsl.interchange.cases import ExportCase
 from engine.interchange.contract import OURS, Export, ExportOptions, Finding
@@ -18,7 +19,8 @@ def write_scn(case: "ExportCase", stem: str, _options: ExportOptions) -> Export:
     """The concrete scenario, and copies of what it imports."""
     facts = case.recording.provenance.facts
     remark = "\n".join(f"{name}: {facts[name]}" for name in ("scenario", "risk", "search", "command") if name in facts)
-    return Export(case.scenario.concrete_files(case.scenes, remark=remark, name=f"{stem}.scn"))
+    texts = case.scenario.concrete_files(case.scenes, remark=remark, name=f"{stem}.scn")
+    return Export({**texts, **map_copies(case.scenario.program)})
 
 
 def check_scn(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:

@@ -5,9 +5,11 @@ needs more of a case than its recording.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.interchange.cases import ExportCase, road_name
 from cortex_dsl.interchange.formats import writer_of
 from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.maps import MapFile
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
     road = opendrive(case, stem, options)
     (road_file,) = road.files
     if options.mode == "maneuver":
+        refuse_map_file(case, "in maneuver mode", "leave --mode maneuver out: trajectories are written on any road")
         from cortex_dsl.interchange.maneuvers import maneuver_files
 
         export = maneuver_files(case, stem, options, road_file)
@@ -86,11 +89,19 @@ def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
     return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
 
 
+def refuse_map_file(case: ExportCase, how: str, cure: str) -> None:
+    """Raises InterchangeError where the road is that of a file."""
+    if isinstance(case.scenario.program.road_spec, MapFile):
+        raise InterchangeError(f"the roads of an OpenDRIVE file are not written {how}", cure)
+
+
 def opendrive(case: ExportCase, _stem: str, _options: ExportOptions) -> Export:
     """The road, under a name that all cases of the scenario share."""
     from engine.interchange.opendrive import write_opendrive
 
     program, name = case.scenario.program, road_name(case.scenario)
+    if isinstance(program.road_spec, MapFile):
+        return Export(dict(map_copies(program)))
     text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance)
     return Export({f"{name}.xodr": text})
 

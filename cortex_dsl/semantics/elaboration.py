@@ -4,6 +4,8 @@ The file is run once for every way of making its finite choices. A run leaves be
 rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
 """
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -29,7 +31,7 @@ from cortex_dsl.semantics.evaluation.roads import (
 )
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.model.context import Observer
-from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.tree import everything_in, param_entries, system_params
@@ -38,7 +40,8 @@ from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.program import RoadSpec, Settings
+from engine.maps import MapFile, RoadSpec
+from engine.program import Settings
 
 NO_OVERRIDES: Mapping[str, str] = {}
 
@@ -51,10 +54,11 @@ def elaborate(
     imports: Mapping[Span, ImportedFile] = NO_FILES,
     scenario: str | None = None,
     observe: Observer | None = None,
+    find_map: MapFinder = no_maps,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
     `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with
-    every value.
+    every value; `find_map` says where a map's file is.
 
     Raises:
         CompileError: with every error found.
@@ -74,6 +78,8 @@ def elaborate(
         _default_road(whole, findings),
         entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
+        find_map=find_map,
+        has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )
     file, drafts = _drafted(module, fresh, findings, observe)
@@ -193,9 +199,21 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 def _how_to_have_options(file: FileContext, span: Span) -> str:
     if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
         return "correct the comparison in it, which never holds"
+    has = _intersections(file) if re.search(r"is[34]Way", file.source.slice(span)) else ""
+    if has:
+        return f"choose another map, or other intersections: this one has some of {has}"
     if "U_TURN" in file.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
     return "widen the filter, or choose another map"
+
+
+def _intersections(file: FileContext) -> str:
+    """How many roads meet at the intersections of a file's map, and how many such there are."""
+    network = next(iter(file.networks.values()), None)
+    if network is None or not isinstance(network.spec, MapFile):
+        return ""
+    counts = Counter(len(intersection.legs) for intersection in network.intersections)
+    return ", ".join(f"{ways} roads ({count})" for ways, count in sorted(counts.items()))
 
 
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:

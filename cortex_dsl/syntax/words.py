@@ -74,7 +74,7 @@ def _rows(role: Role, *rows: tuple[str, str, str]) -> tuple[Keyword, ...]:
 KEYWORDS: tuple[Keyword, ...] = (
     *_rows(
         Role.STATEMENT,
-        ("map", "map intersection(ways=4, lanes=1)", "The roads of the scenario: a grid of one or more intersections."),
+        ("map", "map intersection(ways=4, lanes=1)", "The roads of the scenario: intersections, or a lone road."),
         ("simulation", "simulation(time_step=0.05 s)", "What the file says about how it is drawn and run."),
         ("signals", "signals(green=20 s, yellow=3 s)", "The intersections have traffic lights."),
         ("environment", "environment(friction=0.4, sight=60 m)", "The weather: less grip for all, a shorter view."),

@@ -263,7 +263,7 @@ def _road(recording: Recording) -> tuple[RoadTables, int]:
     if recording.road is None:
         return no_road(), 0
     from engine.road import build_network
-    from engine.road.network import road_tables
+    from engine.road.arrays import road_tables
 
     network = build_network(recording.road)
     return plain(road_tables(network)), len(network.intersections)

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError
+from engine.maps import MapSpec
 from engine.outcomes import Outcomes
-from engine.program import Program, RoadSpec
+from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State
@@ -24,7 +25,6 @@ if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
 
 SAME_INSTANT = 1e-9
 """Instants closer than this are one [s]: no format can distinguish them."""
-
 MOST_ACTORS = 1000
 """That a file may hold; our own runs have fewer."""
 
@@ -143,7 +143,7 @@ class Recording:
     step: float
     """Time step of the simulation [s]."""
     contact: Contact | None = None
-    road: RoadSpec | None = None
+    road: MapSpec | None = None
     """The road, where it is one of ours."""
     buildings: Floats | None = None
     """(n, 5): centre x, y [m], heading [rad], length along it and width [m]; None where they are not known."""

@@ -1,7 +1,8 @@
-"""Gridded intersections: lanes, maneuvers, paths as chains of lines and arcs, regions. Pure Python and numpy."""
+"""Roads from specifications: lanes, maneuvers, paths as chains of lines and arcs, regions. Pure Python and numpy."""
 
+from engine.road.arrays import road_tables
 from engine.road.build import build_network
-from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network, road_tables
+from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network, Road
 from engine.road.paths import PathBook, Pose, Primitive
 from engine.road.specification import RoadError
 
@@ -14,6 +15,7 @@ __all__ = [
     "PathBook",
     "Pose",
     "Primitive",
+    "Road",
     "RoadError",
     "build_network",
     "road_tables",

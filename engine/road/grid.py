@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from engine.frozen import frozen
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road.junction import Direction, Junction
 from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, triangulate, with_cores
 from engine.road.specification import street_wall

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from engine.frozen import frozen
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road.paths import Pose, Primitive, chord_count
 from engine.road.specification import half_width, stop_distance
 from engine.tables import Floats

@@ -1,21 +1,22 @@
-"""What a scenario can point at: intersections, lanes, maneuvers. Built by `engine.road.build`.
+"""What a scenario can point at: roads, intersections, lanes, maneuvers; filled by a maker (`engine.road.build`).
 
-Elements refer to one another (a lane to its maneuvers, those to their lanes), so each holds ids and looks the others up
-in its network. Two elements are equal only if they are the same one. `road_tables` writes a network as arrays for the
-kernels.
+`Network` is all that the rest of the house knows of a road, whoever made it. Elements refer to one another (a lane to
+its maneuvers, those to their lanes), so each holds ids and looks the others up in its network. Two elements are equal
+only if they are the same one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
-from engine.frozen import frozen_identity
-from engine.program import RoadSpec
-from engine.road.paths import PathBook
-from engine.road.regions import RegionBook, Shape, triangle_areas
-from engine.tables import Floats, Ints, RoadTables
+from engine.frozen import frozen, frozen_identity
+from engine.maps import MapSpec
+from engine.road.paths import PathBook, Primitive
+from engine.road.regions import RegionBook
+from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
 
@@ -26,6 +27,8 @@ class LaneRole(Enum):
     """From an intersection to the border."""
     LINK = "link"
     """From one intersection to the next: outgoing for the one, incoming for the other."""
+    THROUGH = "through"
+    """From border to border: there is no intersection."""
     CONNECTING = "connecting"
     """Through an intersection, from stop line to stop line."""
 
@@ -49,6 +52,8 @@ class Lane:
     """The road it belongs to: both directions of an arm share one; an intersection for connecting lanes."""
     number: int
     """1 next to the kerb; of a connecting lane, that of the lane it starts from."""
+    forward: bool
+    """Whether it runs as its road does; connecting lanes do."""
 
     @property
     def source(self) -> str:
@@ -140,6 +145,49 @@ class Maneuver:
         return tuple(m for m in here if m.start_lane.road == end and m.end_lane.road == start)
 
 
+@frozen
+class LaneGroup:
+    """The lanes of one road that run the same way."""
+
+    network: "Network" = field(repr=False)
+    road: str
+    forward: bool
+    lanes: tuple[Lane, ...]
+    """From the kerb to the middle."""
+
+    @property
+    def name(self) -> str:
+        return f"{self.road} {'forward' if self.forward else 'backward'}"
+
+
+@frozen
+class Road:
+    """What lies outside intersections: an arm, or what joins two intersections; both directions together."""
+
+    network: "Network" = field(repr=False)
+    name: str
+    forward: LaneGroup
+    """Of an arm at the border, the lanes that lead into the intersection."""
+    backward: LaneGroup
+    """Without lanes on a one-way road."""
+    middle: tuple[Primitive, ...] = field(repr=False)
+    """The line between the two directions, as its forward lanes run; one primitive for each of theirs."""
+
+    @property
+    def source(self) -> str:
+        """Text that names this road in the language."""
+        return f"network.roads[{self.network.roads.index(self)}]"
+
+    @property
+    def lanes(self) -> tuple[Lane, ...]:
+        return (*self.forward.lanes, *self.backward.lanes)
+
+    @property
+    def groups(self) -> tuple[LaneGroup, ...]:
+        """The directions in which there are lanes."""
+        return tuple(group for group in (self.forward, self.backward) if group.lanes)
+
+
 @frozen_identity
 class Leg:
     """One arm of an intersection."""
@@ -155,6 +203,8 @@ class Leg:
     outgoing_lanes: tuple[Lane, ...]
     neighbour: int | None
     """Id of the intersection at its other end; None at the border."""
+    phase: int
+    """0 or 1: lights of one phase are green together."""
 
 
 @frozen_identity
@@ -214,67 +264,59 @@ class Links:
     default_route: list[int] = field(default_factory=list)
     conflicts: list[tuple[int, ...]] = field(default_factory=list)
     """Per maneuver."""
+    beside: Mapping[int, tuple[int | None, int | None]] | None = None
+    """Per lane those to its left and right; None where their numbers say it."""
+
+
+@frozen
+class Lines:
+    """Polylines, each (n, 2) [m]."""
+
+    kerbs: tuple[Floats, ...]
+    middle: tuple[Floats, ...]
+    """Between the two directions of a road."""
+    between: tuple[Floats, ...]
+    """Between lanes of one direction."""
 
 
 @dataclass(eq=False)
 class Network:
-    """A grid of intersections and the roads between them; see `engine.road.build_network`."""
+    """Roads, and the intersections that they meet in. A maker fills it once; paths alone are joined later.
 
-    spec: RoadSpec
+    What a maker has to see to: lanes follow one another with a joint as `PathBook.continues` wants it; a lane keeps its
+    width; lanes are numbered from the kerb to the middle; maneuvers of an intersection stand together.
+    """
+
+    spec: MapSpec
+    """What it was made from: whoever has that can have it made again."""
+    left_hand: bool
     paths: PathBook = field(default_factory=PathBook)
     """Centre lines of all lanes, default routes, and what a scenario joins."""
     regions: RegionBook = field(default_factory=RegionBook)
     """Region 0 is the whole drivable road, then the intersections, then the lanes."""
+    roads: tuple[Road, ...] = ()
+    """In the order of their lanes."""
     intersections: tuple[Intersection, ...] = ()
     lanes: tuple[Lane, ...] = ()
     """Lanes of all roads first, connecting lanes last."""
     maneuvers: tuple[Maneuver, ...] = ()
     links: Links = field(default_factory=Links, repr=False)
+    connecting_roads: tuple[Road, ...] = ()
+    """Roads of connecting lanes, in a file that has them."""
+    kerbs: tuple[Floats, ...] = ()
+    """Kerb lines that are no lane's border, each (n, 2): round the corners of intersections."""
+    drawn: Lines | None = None
+    """What to draw of lanes that do not keep their width; None: their borders are drawn."""
+    remarks: tuple[str, ...] = ()
+    """On what was mended or left out."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""
 
+    @cached_property
+    def road_named(self) -> Mapping[str, Road]:
+        return {road.name: road for road in (*self.roads, *self.connecting_roads)}
 
-# -- as arrays for the kernels -----------------------------------------------------------------------------------------
-
-
-def road_tables(network: Network) -> RoadTables:
-    """All paths (also those joined since the network was built), lanes and regions."""
-    shapes = [network.regions.shape(region) for region in range(len(network.regions))]
-    lanes = network.lanes
-    return RoadTables(
-        primitives=_primitive_rows(network.paths),
-        path_start=_offsets([len(network.paths.primitives(path)) for path in range(len(network.paths))]),
-        path_length=np.array([network.paths.length(path) for path in range(len(network.paths))]),
-        lane_path=np.array([lane.path for lane in lanes], dtype=np.int32),
-        lane_route=np.array([lane.default_route for lane in lanes], dtype=np.int32),
-        lane_width=np.array([lane.width for lane in lanes]),
-        edges=np.vstack([shape.edges for shape in shapes]),
-        region_start=_offsets([len(shape.edges) for shape in shapes]),
-        hull=np.vstack([shape.hull for shape in shapes]),
-        hull_start=_offsets([len(shape.hull) for shape in shapes]),
-        triangles=np.vstack([_shares(shape) for shape in shapes]),
-        triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
-        cores=np.vstack([shape.cores for shape in shapes]),
-        core_start=_offsets([len(shape.cores) for shape in shapes]),
-        buildings=network.buildings,
-    )
-
-
-def _primitive_rows(paths: PathBook) -> Floats:
-    rows = [
-        (start, *primitive)
-        for path in range(len(paths))
-        for start, primitive in zip(paths.starts(path), paths.primitives(path), strict=False)
-    ]
-    primitives = np.array(rows)
-    heading = primitives[:, 3]
-    return np.column_stack([primitives, np.cos(heading), np.sin(heading)])
-
-
-def _offsets(counts: Sequence[int]) -> Ints:
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-
-
-def _shares(shape: Shape) -> Floats:
-    areas = np.cumsum(triangle_areas(shape.triangles))
-    return np.column_stack([areas / areas[-1], shape.triangles])
+    @cached_property
+    def arms(self) -> int:
+        """Lights of an intersection are numbered by its arms; so many numbers each has."""
+        return max([4, *(len(intersection.legs) for intersection in self.intersections)])

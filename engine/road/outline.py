@@ -3,8 +3,7 @@
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road.grid import Grid
-from engine.road.network import Lane, LaneRole, Network
+from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Floats
 
 
@@ -24,23 +23,56 @@ class Outline:
     """Closed rings: the first point is not repeated."""
     center_lines: tuple[Floats, ...]
     """Of all lanes, connecting ones too, in the order of `network.lanes`."""
+    widths: tuple[float, ...] = ()
+    """Of the lanes that have these centre lines [m]."""
+    reach: float = 0.0
+    """Of the widest road, from its middle line to its kerb [m]."""
     buildings: tuple[Floats, ...] = ()
     """Closed rings, as of intersections."""
 
 
 def outline(network: Network) -> Outline:
     """Everything that a drawing of the road may show."""
-    grid = Grid(network.spec)
+    if network.drawn is not None:
+        return _of_lines(network, network.drawn)
     road_lanes = [lane for lane in network.lanes if lane.role is not LaneRole.CONNECTING]
     return Outline(
-        kerbs=(*_corner_kerbs(grid), *(_border(lane, kerb=True) for lane in road_lanes if lane.number == 1)),
-        middle_lines=_middle_lines(road_lanes, network.spec.lanes),
+        kerbs=(
+            *network.kerbs,
+            *(_border(lane, kerb=True) for lane in road_lanes if lane.number == 1),
+            *_far_kerbs(network),
+        ),
+        middle_lines=tuple(
+            _border(road.backward.lanes[-1], kerb=False) for road in network.roads if road.backward.lanes
+        ),
         lane_lines=tuple(_border(lane, kerb=True) for lane in road_lanes if lane.number > 1),
         stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.maneuvers),
-        intersections=tuple(grid.junction.outline + np.array([site.x, site.y]) for site in grid.sites),
+        intersections=tuple(network.regions.shape(each.region).edges[:, :2] for each in network.intersections),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
+        widths=tuple(lane.width for lane in network.lanes),
+        reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=tuple(_block(*row) for row in network.buildings.tolist()),
     )
+
+
+def _of_lines(network: Network, drawn: Lines) -> Outline:
+    """Of a network whose lanes do not keep their width."""
+    return Outline(
+        kerbs=drawn.kerbs,
+        middle_lines=drawn.middle,
+        lane_lines=drawn.between,
+        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.maneuvers),
+        intersections=(),
+        center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
+        widths=tuple(lane.width for lane in network.lanes),
+        reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
+        buildings=(),
+    )
+
+
+def _far_kerbs(network: Network) -> tuple[Floats, ...]:
+    """Those of one-way roads beside their fastest lanes."""
+    return tuple(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes)
 
 
 def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:
@@ -48,15 +80,10 @@ def _block(x: float, y: float, _heading: float, length: float, width: float) -> 
     return np.array([x, y]) + 0.5 * np.array([length, width]) * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
-def _corner_kerbs(grid: Grid) -> list[Floats]:
-    return [kerb + np.array([site.x, site.y]) for site in grid.sites for kerb in grid.junction.corner_kerbs]
-
-
 def _border(lane: Lane, *, kerb: bool) -> Floats:
-    """(2, 2) border of a road lane, in its direction: the one nearer to the kerb, or the one nearer to the middle."""
-    left_hand = lane.network.spec.left_hand
-    side = 1.0 if kerb == left_hand else -1.0
-    return np.array([_beside(lane, s, side) for s in (0.0, lane.length)])
+    """(n, 2) border of a road lane, in its direction: the one nearer to the kerb, or the one nearer to the middle."""
+    side = 1.0 if kerb == lane.network.left_hand else -1.0
+    return np.array([_beside(lane, s, side) for s in lane.network.paths.stations(lane.path)])
 
 
 def _beside(lane: Lane, s: float, side: float) -> tuple[float, float]:
@@ -64,12 +91,6 @@ def _beside(lane: Lane, s: float, side: float) -> tuple[float, float]:
     pose = lane.network.paths.pose(lane.path, s)
     shift = side * 0.5 * lane.width
     return pose.x - shift * float(np.sin(pose.heading)), pose.y + shift * float(np.cos(pose.heading))
-
-
-def _middle_lines(road_lanes: list[Lane], lanes: int) -> tuple[Floats, ...]:
-    """One a road: both directions would draw it twice."""
-    lines = {lane.road: _border(lane, kerb=False) for lane in road_lanes if lane.number == lanes}
-    return tuple(lines.values())
 
 
 def _stop_line(lane: Lane) -> Floats:

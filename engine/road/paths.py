@@ -14,7 +14,7 @@ import numpy as np
 from engine.tables import Floats
 
 JOINT_TOLERANCE = 1e-6
-"""How far apart two paths may lie, and how much their headings may differ, to be joined [m, rad]."""
+"""How far apart two paths may lie, and how much their headings may differ, to be joined [m, rad]; files allow more."""
 
 
 class Pose(NamedTuple):
@@ -46,6 +46,13 @@ class Primitive(NamedTuple):
     def moved(self, dx: float, dy: float) -> "Primitive":
         return self._replace(x=self.x + dx, y=self.y + dy)
 
+    def beside(self, left: float) -> "Primitive":
+        """The line or arc that runs so far to the left of it, nearer to an arc's centre than that arc is."""
+        x, y, heading = self.pose(0.0)
+        share = 1.0 - self.curvature * left
+        shifted = x - left * math.sin(heading), y + left * math.cos(heading)
+        return Primitive(*shifted, heading, self.curvature / share, self.length * share)
+
     def turned(self) -> "Primitive":
         """The same line or arc, driven the other way."""
         x, y, heading = self.pose(self.length)
@@ -64,7 +71,9 @@ class Foot(NamedTuple):
 class PathBook:
     """All paths of a program: lanes first, then what is joined from them. Ids count up and never change."""
 
-    def __init__(self) -> None:
+    def __init__(self, gap: float = JOINT_TOLERANCE, turn: float = JOINT_TOLERANCE) -> None:
+        """`gap` [m] and `turn` [rad]: how far two paths that are joined may lie apart, and differ in heading."""
+        self._gap, self._turn = gap, turn
         self._paths: list[tuple[Primitive, ...]] = []
         self._starts: list[tuple[float, ...]] = []
         self._joined: dict[tuple[int, ...], int] = {}
@@ -116,7 +125,7 @@ class PathBook:
         """Whether path `after` starts where path `before` ends, in the same direction."""
         end, start = self.pose(before, self.length(before)), self.pose(after, 0.0)
         turn = math.remainder(end.heading - start.heading, math.tau)
-        return max(abs(end.x - start.x), abs(end.y - start.y), abs(turn)) <= JOINT_TOLERANCE
+        return max(abs(end.x - start.x), abs(end.y - start.y)) <= self._gap and abs(turn) <= self._turn
 
     def primitives(self, path: int) -> tuple[Primitive, ...]:
         return self._paths[path]

@@ -1,11 +1,10 @@
-"""What cannot be built, and why. The argument names the word in `map intersection(...)` that must change."""
+"""What cannot be built, and why. The argument names the word in the `map` line that must change."""
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import chain
 
 from engine.errors import CortexError
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 
 MAX_LANES = 4
 MAX_INTERSECTIONS = 400
@@ -28,29 +27,17 @@ class RoadError(CortexError):
     def __init__(self, message: str, argument: str, cure: str) -> None:
         super().__init__(message, cure)
         self.argument = argument
-        """Name of the field of `RoadSpec` to blame."""
-
-
-def check_spec(spec: RoadSpec) -> None:
-    """Raise what cannot be built.
-
-    Raises:
-        RoadError: with the first contradiction found.
-
-    """
-    error = next(chain(wrong_alone(spec), wrong_together(spec)), None)
-    if error is not None:
-        raise error
+        """Name of the field of the specification to blame."""
 
 
 def wrong_alone(spec: RoadSpec) -> Iterator[RoadError]:
     """Every number that no road has, whatever the others are."""
-    yield from _choice("ways", spec.ways, (3, 4))
-    yield from _choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
+    yield from wrong_choice("ways", spec.ways, (3, 4))
+    yield from wrong_choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
     yield from _counts(spec)
     for argument, (low, high) in LENGTHS.items():
         if getattr(spec, argument) is not None:
-            yield from _length(argument, getattr(spec, argument), low, high)
+            yield from wrong_length(argument, getattr(spec, argument), low, high)
 
 
 def half_width(spec: RoadSpec) -> float:
@@ -68,7 +55,7 @@ def street_wall(spec: RoadSpec) -> float:
     return half_width(spec) + (spec.buildings or 0.0)
 
 
-def _choice(argument: str, value: int, choices: Sequence[int]) -> Iterator[RoadError]:
+def wrong_choice(argument: str, value: int, choices: Sequence[int]) -> Iterator[RoadError]:
     if value not in choices:
         names = " or ".join(map(str, choices)) if len(choices) < 3 else f"{choices[0]} to {choices[-1]}"
         nearest = min(choices, key=lambda choice: abs(choice - value))
@@ -82,7 +69,7 @@ def _counts(spec: RoadSpec) -> Iterator[RoadError]:
             yield RoadError(message, argument, f"write `{argument}=1`")
 
 
-def _length(argument: str, value: float, low: float, high: float) -> Iterator[RoadError]:
+def wrong_length(argument: str, value: float, low: float, high: float) -> Iterator[RoadError]:
     # Written so that NaN, for which every comparison is false, fails too.
     if not low <= value <= high or math.isinf(value):
         yield RoadError(

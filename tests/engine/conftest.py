@@ -9,9 +9,10 @@ import pytest
 
 from engine import batch
 from engine.config import SimulationConfig
+from engine.maps import RoadSpec
 from engine.opcodes import Op
 from engine.outcomes import Outcomes
-from engine.program import ParamSpace, Program, RoadSpec, Rule, Settings, VariantLabel
+from engine.program import ParamSpace, Program, Rule, Settings, VariantLabel
 from engine.road import Network, build_network, road_tables
 from engine.scenes import Scenes
 from engine.tables import CodeTables, RoadTables

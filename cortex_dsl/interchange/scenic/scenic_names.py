@@ -10,8 +10,8 @@ from cortex_dsl.semantics.model.values import Centerline, DirectionField, Region
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.errors import Signal
-from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network
-from engine.road.sections import LaneGroup, LaneSection, Road
+from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
+from engine.road.sections import LaneSection
 from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, ManeuverType
 

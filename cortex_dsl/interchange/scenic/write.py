@@ -20,6 +20,7 @@ from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_docstring
 from cortex_dsl.syntax.unparse import unparse
 from engine.interchange.contract import Export, ExportOptions, Finding, InterchangeError
+from engine.maps import MapFile, map_name
 from engine.road import build_network
 from engine.vocabulary import State
 
@@ -35,8 +36,11 @@ class _Texts:
 
     texts: Mapping[str, str]
 
+    maps: Mapping[str, str]
+    """Where the files of maps are."""
+
     def find(self, importer: str, paths: Sequence[str]) -> str | None:  # noqa: ARG002 - all lie side by side
-        return next((path for path in paths if path in self.texts), None)
+        return next((self.maps.get(path, path) for path in paths if path in {*self.texts, *self.maps}), None)
 
     def read(self, name: str) -> Source:
         return Source(name, self.texts[name])
@@ -50,7 +54,7 @@ class _Texts:
 
 def refuse_left_hand(case: ExportCase) -> None:
     """Raises InterchangeError for a road with left-hand traffic: Scenic 3.1 does not read `rule="LHT"` of OpenDRIVE."""
-    if case.scenario.program.road_spec.left_hand:
+    if build_network(case.scenario.program.road_spec).left_hand:
         raise InterchangeError(
             "Scenic takes every road for one with right-hand traffic", "leave scenic out of --to for left-hand roads"
         )
@@ -90,9 +94,10 @@ def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
 def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
     """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
     texts = case.scenario.concrete_files(case.scenes, laid_out=False)
-    main = next(iter(texts))
+    main, spec = next(iter(texts)), case.scenario.program.road_spec
+    maps = {map_name(spec): spec.path} if isinstance(spec, MapFile) else {}
     try:
-        return compile_source(Source(main, texts[main]), files=_Texts(texts), observe=witness)
+        return compile_source(Source(main, texts[main]), files=_Texts(texts, maps), observe=witness)
     except CompileError as error:
         raise ValueError("a concrete scenario does not compile") from error
 

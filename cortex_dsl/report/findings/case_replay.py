@@ -218,8 +218,7 @@ class CaseReplay:
     @cached_property
     def heading(self) -> float:
         """Direction of the ego's road, which lies along every picture [rad]."""
-        spec = self.program.road_spec
-        return heading_of_road(self.road, spec.lanes * spec.lane_width, self.trajectory.states[:, 0])
+        return heading_of_road(self.road, self.road.reach, self.trajectory.states[:, 0])
 
     @cached_property
     def frame(self) -> Frame:

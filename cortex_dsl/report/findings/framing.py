@@ -138,8 +138,9 @@ def heading_of_road(road: Outline, lanes_width: float, states: Floats) -> float:
     if not len(there):
         return 0.0
     x, y, facing = (float(value) for value in there[0, [State.X, State.Y, State.HEADING]])
-    near = [line for line in road.middle_lines if _apart(line, x, y) <= lanes_width + REACH]
-    lines = near or list(road.middle_lines)
+    pieces = [line[i : i + 2] for line in road.middle_lines for i in range(len(line) - 1)]
+    near = [piece for piece in pieces if _apart(piece, x, y) <= lanes_width + REACH]
+    lines = near or pieces
     directions = [math.atan2(*(line[-1] - line[0])[::-1].tolist()) for line in lines]
     along = max(directions, key=lambda direction: abs(math.cos(direction - facing)), default=facing)
     return along if math.cos(along - facing) >= 0.0 else math.remainder(along + math.pi, 2.0 * math.pi)

@@ -102,11 +102,10 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     ground = image.new("RGB", lens.size, GROUND)
     draw, road = draw_module.Draw(ground), replay.road
-    lane = round((replay.program.road_spec.lane_width + 0.1) * lens.scale)
     for ring in road.buildings:
         draw.polygon(lens(ring), fill=BUILDING)
-    for line in road.center_lines:
-        draw.line(lens(line), fill=ASPHALT, width=lane)
+    for line, width in zip(road.center_lines, road.widths, strict=True):
+        draw.line(lens(line), fill=ASPHALT, width=round((width + 0.1) * lens.scale))
     for ring in road.intersections:
         draw.polygon(lens(ring), fill=ASPHALT)
     for line in (*road.lane_lines, *road.middle_lines):

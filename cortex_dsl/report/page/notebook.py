@@ -118,13 +118,12 @@ def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
     names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
     shapes = [scene_svg.Shape(name, scene_svg.ActorKind(kind), *size) for name, kind, size in names]
     there = states[states[:, State.PRESENT] > 0.5][:, [State.X, State.Y]]
-    spec = program.road_spec
-    heading = heading_of_road(road, spec.lanes * spec.lane_width, states[:1])
+    heading = heading_of_road(road, road.reach, states[:1])
     frame = Frame.around(there if len(there) else np.concatenate(road.kerbs), heading, CARD)
     return scene_svg.scene(
         frame,
         f"{program.name} from above",
-        scene_svg.road_layer(road, program.road_spec.lane_width),
+        scene_svg.road_layer(road),
         element("g", scene_svg.actor_layer(shapes, states), class_="actors"),
     )
 

@@ -141,7 +141,7 @@ def still(replay: CaseReplay, frame: Frame) -> Element:
     return scene_svg.scene(
         frame,
         f"{replay.program.name} from above, {_key_words(replay)}",
-        scene_svg.road_layer(replay.road, replay.program.road_spec.lane_width),
+        scene_svg.road_layer(replay.road),
         scene_svg.sight_layer(),
         scene_svg.way_layer(replay.ways),
         _ghosts(replay),

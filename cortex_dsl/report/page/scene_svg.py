@@ -50,12 +50,15 @@ def _view_box(frame: Frame) -> str:
     return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
 
 
-def road_layer(road: Outline, lane_width: float) -> Element:
+def road_layer(road: Outline) -> Element:
     """Buildings, asphalt, lines and kerbs."""
     return element(
         "g",
         [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
-        [_line(line, "asphalt", stroke_width=number(lane_width + 0.1)) for line in road.center_lines],
+        [
+            _line(line, "asphalt", stroke_width=number(width + 0.1))
+            for line, width in zip(road.center_lines, road.widths, strict=True)
+        ],
         [element("polygon", points=points_text(ring), class_="junction") for ring in road.intersections],
         [_line(line, "kerb") for line in road.kerbs],
         [_line(line, "lane-line") for line in road.lane_lines],

@@ -202,7 +202,7 @@ def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
 def _base_gap(maneuver: Maneuver) -> float:
     if maneuver.type is ManeuverType.STRAIGHT:
         return STRAIGHT_GAP
-    left_hand = maneuver.intersection.network.spec.left_hand
+    left_hand = maneuver.intersection.network.left_hand
     near = ManeuverType.LEFT_TURN if left_hand else ManeuverType.RIGHT_TURN
     return NEAR_TURN_GAP if maneuver.type is near else FAR_TURN_GAP
 

@@ -17,7 +17,7 @@ from cortex_dsl.semantics.errors.statements import (
     NO_EFFECT,
     PROBABILITY_RANGE,
 )
-from cortex_dsl.semantics.evaluation import numbers, roads, signals, surroundings
+from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -107,6 +107,8 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
         ev.run.params[entry.name] = value
         if entry.name != "map":
             ev.scope[entry.name] = value
+        elif maps.read_named(ev, value, entry.span):
+            continue
         _note_idle_param(ev, entry)
 
 
@@ -127,7 +129,7 @@ def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
 
 
 def _map(ev: Evaluator, node: nodes.Map) -> None:
-    roads.lay_out(ev, node)
+    maps.lay_out(ev, node)
 
 
 def _model(ev: Evaluator, node: nodes.Model) -> None:

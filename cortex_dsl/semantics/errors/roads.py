@@ -17,10 +17,10 @@ BAD_MAP = Problem(
 UNKNOWN_MAP = Problem(
     "SCN412",
     "there is no map `{kind}`",
-    cure="write `map intersection(ways=4, lanes=1)`",
+    cure="{suggestion}",
     page=Page(
         "unknown map",
-        "There is one kind of map: a grid of one or more intersections.",
+        "A map is a grid of intersections, `map intersection(...)`, or a road without any, `map road(...)`.",
         "map roundabout()\nego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
     ),
@@ -73,6 +73,39 @@ NO_SINGLE_INTERSECTION = Problem(
         "require (distance from ego to intersection) < 5 m\n",
     ),
 )
+NO_MAP_FILE = Problem(
+    "SCN438",
+    "there is no file `{file}` beside this one",
+    "`map opendrive` reads the roads of an OpenDRIVE file",
+    "put the file there, or name its place as seen from this file",
+    page=Page(
+        "map file that is not there",
+        "The name of the file is seen from the folder in which the scenario lies.",
+        'map opendrive("nowhere.xodr")\nego = new Car on road\n',
+        "map road(length=500 m)\nego = new Car on road\n",
+    ),
+)
+BAD_MAP_FILE = Problem(
+    "SCN439",
+    "the roads of `{file}` cannot be read: {message}",
+    cure="{cure}",
+    page=Page(
+        "map file that cannot be read",
+        "The file is there, but it is broken, too large, or has no lane that can be driven on.",
+        shown="while the map is read",
+    ),
+)
+MAP_WITHOUT_INTERSECTION = Problem(
+    "SCN448",
+    "this map has no intersection",
+    cure="write `map intersection(ways=4, lanes=1)`, or place objects by `network.lanes`",
+    page=Page(
+        "no intersection",
+        "`intersection` names the only one of the map. A lone road has none.",
+        "map road(length=500 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
+        "map intersection(approach=50 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
+    ),
+)
 DEFAULT_MAP = note(
     "SCN441",
     "no `map`: an intersection of {ways} roads with {lanes} a direction is used",
@@ -87,12 +120,13 @@ DEFAULT_MAP = note(
 )
 SCENIC_MAP = note(
     "SCN442",
-    "map files are not read: a gridded intersection is used instead",
+    "the map file is not there: a gridded intersection is used instead",
     "{reason}",
     "add a line like `{road}` to choose its shape",
     page=Page(
-        "map file",
-        "Files of Scenic name a map of CARLA or OpenDRIVE. Here the road is a grid of intersections.",
+        "map file that is not there",
+        "Files of Scenic name a map of CARLA or OpenDRIVE. Where that file is not beside them, the road is a grid of "
+        "intersections.",
         "param map = localPath('Town05.xodr')\nego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
     ),

@@ -41,8 +41,8 @@ from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
-from engine.road.network import Intersection, Lane, Maneuver, Network
-from engine.road.sections import LaneGroup, LaneSection, Road, group_of, opposite_group, road_of, roads
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.sections import LaneSection, group_of, opposite_group, road_of
 from engine.vocabulary import ManeuverType, State
 
 Entry = TypeVar("Entry")
@@ -95,8 +95,8 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     "maneuvers": lambda _, network: network.maneuvers,
     "drivableRegion": lambda *_: ROAD,
     "roadDirection": lambda *_: DirectionField(),
-    "roads": lambda _, network: roads(network),
-    "laneGroups": lambda _, network: tuple(g for road in roads(network) for g in (road.forward, road.backward)),
+    "roads": lambda _, network: network.roads,
+    "laneGroups": lambda _, network: tuple(group for road in network.roads for group in road.groups),
     "laneSections": lambda _, network: lanes.all_sections(network),
     "laneAt": lambda ev, _: Closure(("point",), lambda point: _lane_at(ev, point)),
     "laneSectionAt": lambda ev, _: Closure(("point",), lambda point: lanes.as_section(_lane_at(ev, point))),

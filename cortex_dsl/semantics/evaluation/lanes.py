@@ -36,13 +36,10 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.frozen import frozen
-from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network
+from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
 from engine.road.sections import (
-    LaneGroup,
     LaneSection,
-    Road,
     group_of,
-    is_forward,
     opposite_group,
     road_of,
     to_left,
@@ -77,7 +74,7 @@ OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
     "sectionAt": lambda _, lane: Closure(("point",), lambda _point: LaneSection(lane)),
     "group": lambda _, lane: group_of(lane),
     "road": lambda _, lane: road_of(lane),
-    "isForward": lambda ev, lane: Truth(ev.algebra.truth(is_forward(lane))),
+    "isForward": lambda ev, lane: Truth(ev.algebra.truth(lane.forward)),
     "adjacentLanes": lambda _, lane: tuple(filter(None, (to_left(lane), to_right(lane)))),
 }
 """What a lane can be asked beside its geometry."""
@@ -87,7 +84,7 @@ OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
     "centerline": lambda _, section: Centerline(section.lane),
     "group": lambda _, section: group_of(section.lane),
     "road": lambda _, section: road_of(section.lane),
-    "isForward": lambda ev, section: Truth(ev.algebra.truth(is_forward(section.lane))),
+    "isForward": lambda ev, section: Truth(ev.algebra.truth(section.lane.forward)),
     "adjacentLanes": lambda _, section: tuple(
         LaneSection(lane) for lane in (to_left(section.lane), to_right(section.lane)) if lane is not None
     ),
@@ -104,9 +101,9 @@ OF_GROUP: Mapping[str, Callable[[Evaluator, LaneGroup], Value]] = {
 OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
     "lanes": lambda _, road: road.lanes,
     "forwardLanes": lambda _, road: road.forward,
-    "backwardLanes": lambda _, road: road.backward,
-    "laneGroups": lambda _, road: (road.forward, road.backward),
-    "is1Way": lambda ev, _: Truth(ev.algebra.truth(False)),
+    "backwardLanes": lambda _, road: road.backward if road.backward.lanes else None,
+    "laneGroups": lambda _, road: road.groups,
+    "is1Way": lambda ev, road: Truth(ev.algebra.truth(len(road.groups) == 1)),
     "name": lambda _, road: road.name,
 }
 
@@ -174,7 +171,7 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
     if name in _NUMBERS:
         return Quantity(looked_up(ev, lane.id, [_NUMBERS[name](each) for each in network.lanes]), LENGTH)
     if name == "isForward":
-        return Truth(looked_up(ev, lane.id, [float(is_forward(each)) for each in network.lanes]))
+        return Truth(looked_up(ev, lane.id, [float(each.forward) for each in network.lanes]))
     known = ("lane", "sections", "sectionAt", "isForward", *_NUMBERS, *(NEIGHBOURS if lane.section else ()))
     suggestion = LIGHT_OF_THE_RUN if name == "signal" else did_you_mean(name, known)
     raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)

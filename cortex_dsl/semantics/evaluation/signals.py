@@ -44,8 +44,6 @@ from engine.road.network import Intersection, Lane
 from engine.vocabulary import State
 
 ARGUMENTS = ("green", "yellow", "all_red", "offset")
-ARMS = 4
-"""Lights of an intersection are numbered by its arms."""
 CONTROLS = ("TrafficLightStatus(", "TrafficLightsStatus(", "reezeTrafficLights(")
 """Calls that change the lights."""
 LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
@@ -103,7 +101,8 @@ def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
 
 
 def _controls(ev: Evaluator) -> Controls:
-    count, new = len(network_of(ev).intersections) * ARMS, ev.run.new_local
+    network, new = network_of(ev), ev.run.new_local
+    count = len(network.intersections) * network.arms
     colours, changes = (tuple(new() for _ in range(count)) for _ in range(2))
     return Controls(new(), new(), new(), colours, changes)
 
@@ -138,7 +137,7 @@ def _arm_of(lane: Lane) -> int:
 
 
 def number_of(light: Signal) -> int:
-    return light.intersection.id * ARMS + light.arm
+    return light.intersection.id * light.intersection.network.arms + light.arm
 
 
 def light_of(lane: Lane) -> Signal | None:
@@ -154,7 +153,7 @@ def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
 
 
 def phase_of(light: Signal) -> int:
-    return 0 if light.intersection.legs[light.arm].name in ("north", "south") else 1
+    return light.intersection.legs[light.arm].phase
 
 
 @frozen

@@ -2,7 +2,7 @@
 plan of its traffic lights.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -18,7 +18,8 @@ from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.program import RoadSpec, Settings
+from engine.maps import MapFile, MapSpec, RoadSpec
+from engine.program import Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind, RuleKind
 
@@ -86,6 +87,15 @@ Scope = Instance | str
 """Whose variables are meant: those of a scenario, or of a file by its name; no name is the main file's."""
 
 
+MapFinder = Callable[[str], str | None]
+"""Where the file of a map is; None where there is none."""
+
+
+def no_maps(_: str) -> str | None:
+    """A text that came from no file has no files beside it."""
+    return None
+
+
 @dataclass
 class FileContext:
     """What all variants of a file share."""
@@ -104,7 +114,12 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """What the places of genes without a unit measure, by the number of the gene."""
-    networks: dict[RoadSpec, Network] = field(default_factory=dict)
+    find_map: MapFinder = no_maps
+    has_map: bool = False
+    """Whether the file says by `map` what road there is; a `param map` then says nothing."""
+    map_files: dict[str, MapFile] = field(default_factory=dict)
+    """What was found of files of maps, by the names that they have here."""
+    networks: dict[MapSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None
     """The scenario that the run is; None: the top level is all."""

@@ -43,8 +43,8 @@ from cortex_dsl.semantics.quantities.units import (
     si_word,
 )
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, Maneuver, Network
-from engine.road.sections import LaneGroup, LaneSection, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.sections import LaneSection
 from engine.vocabulary import ManeuverType
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (

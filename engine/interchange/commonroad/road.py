@@ -7,7 +7,7 @@ share are the same to the last bit: along a neighbour, and from a lane to its su
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -81,7 +81,7 @@ def lanelets(network: Network) -> tuple[Lanelet, ...]:
     """All lanes, connecting ones too, in the order of `network.lanes`."""
     rows, shared = _rows(network), _SharedPoints()
     inwards, outwards = _neighbours(network, rows)
-    beside_left, beside_right = (outwards, inwards) if network.spec.left_hand else (inwards, outwards)
+    beside_left, beside_right = (outwards, inwards) if network.left_hand else (inwards, outwards)
     chords = {lane.id: _chords(row) for row in rows for lane in row}
 
     def lanelet(lane: Lane) -> Lanelet:
@@ -91,16 +91,12 @@ def lanelets(network: Network) -> tuple[Lanelet, ...]:
     return tuple(map(lanelet, network.lanes))
 
 
-def legs(network: Network) -> Iterator[Leg]:
-    return (leg for intersection in network.intersections for leg in intersection.legs)
-
-
 # -- who lies beside whom
 
 
 def _rows(network: Network) -> list[tuple[Lane, ...]]:
     """Lanes of one direction side by side, from the kerb to the middle; each lane is in a row."""
-    rows = [row for leg in legs(network) for row in (leg.incoming_lanes, leg.outgoing_lanes)]
+    rows = [group.lanes for road in network.roads for group in road.groups]
     turns: dict[tuple[int, str, str, int], list[Lane]] = defaultdict(list)
     for maneuver in network.maneuvers:
         start, end = maneuver.start_lane, maneuver.end_lane
@@ -117,8 +113,8 @@ def _neighbours(network: Network, rows: list[tuple[Lane, ...]]) -> tuple[dict[in
     for row in rows:
         for outer, inner in pairwise(row):
             inwards[outer.id], outwards[inner.id] = Beside(inner.id, True), Beside(outer.id, True)
-    for leg in legs(network):
-        coming, leaving = leg.incoming_lanes[-1].id, leg.outgoing_lanes[-1].id
+    for forward, backward in (road.groups for road in network.roads if len(road.groups) == 2):
+        coming, leaving = forward.lanes[-1].id, backward.lanes[-1].id
         inwards[coming], inwards[leaving] = Beside(leaving, False), Beside(coming, False)
     return inwards, outwards
 
@@ -157,6 +153,7 @@ class _SharedPoints:
 
 # -- the road as XML ---------------------------------------------------------------------------------------------------
 
+LANELET_TYPES = {LaneRole.CONNECTING: "intersection", LaneRole.THROUGH: "country"}
 SUCCESSORS = {
     "successorsRight": ManeuverType.RIGHT_TURN,
     "successorsStraight": ManeuverType.STRAIGHT,
@@ -216,7 +213,7 @@ def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -
     _add_neighbour(element, "adjacentRight", ids, lanelet.beside_right)
     if lane.maneuvers:
         _add_stop_line(element, lanelet, light)
-    add_text(element, "laneletType", "intersection" if lane.role is LaneRole.CONNECTING else "urban")
+    add_text(element, "laneletType", LANELET_TYPES.get(lane.role, "urban"))
     add_text(element, "userOneWay", "vehicle")
     if light is not None:
         child(element, "trafficLightRef", ref=light)
@@ -334,5 +331,5 @@ def _kerb_side(leg: Leg) -> tuple[float, float]:
     """The end of an arm's stop line at the kerb."""
     lane = leg.incoming_lanes[0]
     pose = lane.network.paths.pose(lane.path, lane.length)
-    shift = (0.5 if lane.network.spec.left_hand else -0.5) * lane.width
+    shift = (0.5 if lane.network.left_hand else -0.5) * lane.width
     return pose.x - shift * math.sin(pose.heading), pose.y + shift * math.cos(pose.heading)

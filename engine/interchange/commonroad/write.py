@@ -26,6 +26,7 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import ARMS, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number, xml_text
+from engine.maps import MapFile, RoadSpec
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
@@ -86,7 +87,7 @@ def remarks(line: Timeline) -> tuple[str, ...]:
 
 
 def _buildings(line: Timeline) -> Iterator[str]:
-    if line.recording.road is not None and line.recording.road.buildings is not None:
+    if isinstance(line.recording.road, RoadSpec) and line.recording.road.buildings is not None:
         yield "the buildings beside the road are left out"
 
 
@@ -166,6 +167,11 @@ def write_commonroad(recording: Recording, stem: str) -> Export:
             "write csv, parquet or mcap, which need no road",
         )
     line = timeline(recording)
+    if isinstance(recording.road, MapFile):
+        raise InterchangeError(
+            "lanes of an OpenDRIVE file may widen, and CommonRoad's lanelets are written of lanes that do not",
+            "write csv, parquet, mcap or openscenario",
+        )
     ids = Ids(build_network(recording.road))
     name = benchmark_id(recording.name, stem)
     files = {
@@ -220,11 +226,15 @@ def _head(recording: Recording, name: str) -> dict[str, str]:
 def _tags(line: Timeline, network: Network) -> Iterator[str]:
     """In the order of the schema's list."""
     turned = float(line.ego.heading[-1] - line.ego.heading[0])
-    yield "urban"
+    if network.intersections:
+        yield "urban"
     if line.recording.contact is not None:
         yield "critical"
-    yield "intersection"
-    yield "single_lane" if network.spec.lanes == 1 else "multi_lane"
+    if network.intersections:
+        yield "intersection"
+    yield (
+        "single_lane" if all(len(group.lanes) == 1 for road in network.roads for group in road.groups) else "multi_lane"
+    )
     yield "simulated"
     # Contact may spin a vehicle, which is no turn.
     if line.recording.contact is None and abs(turned) > TURN:

@@ -18,7 +18,7 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import RecordedActor, Recording
 from engine.kernels.geometry import Box, box_distance
-from engine.program import RoadSpec
+from engine.maps import MapSpec
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.tables import Floats
@@ -68,7 +68,7 @@ def _cube(actor: RecordedActor, state: Floats, is_ego: bool) -> Message:
     }
 
 
-def road_scene(spec: RoadSpec) -> Message:
+def road_scene(spec: MapSpec) -> Message:
     """All lines of a road, to stay."""
     drawn = outline(build_network(spec))
     lines = [

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.opendrive.places import road_map
-from engine.interchange.opendrive.read import read_opendrive
 from engine.interchange.recording import RecordedCase
 from engine.interchange.xml import Tree, read_tree
-from engine.program import RoadSpec
+from engine.maps import MapFile, MapSpec
+from engine.opendrive.read import read_opendrive
 from engine.road import build_network
 
 NEAR = 1e-3
@@ -30,7 +30,7 @@ def check_opendrive(
             for each in twice(ids):
                 yield tree.finding(tree.root, f"two <{tag}> have the id {each}", "give each an id of its own")
         yield from _links(tree, {"road": set(roads), "junction": set(junctions)})
-        if case.recording.road is not None:
+        if case.recording.road is not None and not isinstance(case.recording.road, MapFile):
             yield from _lanes(case.recording.road, folder / name)
 
 
@@ -50,7 +50,7 @@ def _links(tree: Tree, known: dict[str, set[str]]) -> Iterator[Finding]:
                 yield tree.finding(connection, f"there is no road {connection.get(way)}", "name one of this file")
 
 
-def _lanes(spec: RoadSpec, path: Path) -> Iterator[Finding]:
+def _lanes(spec: MapSpec, path: Path) -> Iterator[Finding]:
     network, where = build_network(spec), road_map(spec)
     try:
         read = read_opendrive(path)

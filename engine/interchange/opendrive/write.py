@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
 from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
 from engine.interchange.xml import Element, child, xml_text
-from engine.program import RoadSpec
+from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
 from engine.tables import ROAD_REGION
 
@@ -53,24 +53,27 @@ def add_mark(lane: Element, kind: str, lane_change: str) -> None:
     child(lane, "roadMark", sOffset=0, type=kind, weight="standard", color="standard", laneChange=lane_change)
 
 
-# -- roads outside the junctions: both directions side by side, each as many lanes as the other ------------------------
+# -- roads outside the junctions: both directions side by side ---------------------------------------------------------
 
 
 def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
     element = child(document, "road", id=road.id, name=road.name, length=road.length, junction="-1", rule=rule(roads))
     _add_junctions(element, roads, road)
-    add_plan(element, [road.middle])
+    add_plan(element, road.road.middle)
     section = child(child(element, "lanes"), "laneSection", s=0)
-    count = len(road.forward)
-    left, center, right = (child(section, side) for side in ("left", "center", "right"))
+    numbered = {roads.places[lane.id].lane: lane for lane in road.lanes}
+    # The schema wants left, center, right in this order, and no side without lanes.
+    left = child(section, "left") if max(numbered) > 0 else section
+    center = child(section, "center")
+    right = child(section, "right") if min(numbered) < 0 else section
     add_mark(add_lane(center, 0), "solid", "none")
-    for lane in (*range(count, 0, -1), *range(-1, -count - 1, -1)):
-        _add_lane(left if lane > 0 else right, lane, road)
+    for number in sorted(numbered, reverse=True):
+        _add_lane(left if number > 0 else right, number, numbered[number])
     return element
 
 
 def rule(roads: RoadMap) -> str:
-    return "LHT" if roads.network.spec.left_hand else "RHT"
+    return "LHT" if roads.network.left_hand else "RHT"
 
 
 STOREYS = 10.0
@@ -93,15 +96,15 @@ def add_buildings(road: Element, places: Sequence[Beside]) -> None:
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
     """The junctions at a road's ends; at the border of the network there is none."""
     link = child(element, "link")
-    for end, lane in (("predecessor", road.backward[0]), ("successor", road.forward[0])):
-        if lane.intersection is not None:
-            child(link, end, elementType="junction", elementId=roads.junction_id(lane.intersection.id))
+    for end, lanes in (("predecessor", road.backward), ("successor", road.forward)):
+        if lanes and lanes[0].intersection is not None:
+            child(link, end, elementType="junction", elementId=roads.junction_id(lanes[0].intersection.id))
 
 
-def _add_lane(group: Element, lane: int, road: Carriageway) -> None:
-    element = add_lane(group, lane)
-    add_width(element, road.forward[0].width)
-    if abs(lane) == len(road.forward):
+def _add_lane(group: Element, number: int, lane: Lane) -> None:
+    element = add_lane(group, number)
+    add_width(element, lane.width)
+    if lane.number == 1:
         add_mark(element, "solid", "none")
     else:
         add_mark(element, "broken", "both")
@@ -193,9 +196,12 @@ class SignalGroup:
     """Ids of the lights."""
 
 
-def signal_groups(spec: RoadSpec) -> tuple[SignalGroup, ...]:
-    """All groups of a road with lights: two for each junction, in the order of junctions and phases."""
-    return groups_of(road_map(spec))
+def signal_groups(spec: MapSpec) -> tuple[SignalGroup, ...]:
+    """All groups of a road with lights: two for each junction, in the order of junctions and phases.
+
+    The file of a map knows nothing of our lights.
+    """
+    return () if isinstance(spec, MapFile) else groups_of(road_map(spec))
 
 
 def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:
@@ -222,7 +228,7 @@ def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:
     """The lights at the ends of a road, where its lanes lead into junctions."""
     signals = child(element, "signals")
     for lanes in (road.forward, road.backward):
-        junction = lanes[0].intersection
+        junction = lanes[0].intersection if lanes else None
         if junction is not None:
             arm = _arm(junction, lanes[0])
             _add_signal(signals, roads, _signal_id(junction, arm), f"{junction.name} {junction.legs[arm].name}", lanes)
@@ -253,7 +259,7 @@ def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
     Only in right-hand traffic: those readers know no other, and netconvert takes left-hand roads for right-hand ones,
     misses the turns and then warns of their lights.
     """
-    if roads.network.spec.left_hand:
+    if roads.network.left_hand:
         return
     start, junction = maneuver.start_lane, maneuver.intersection
     place = roads.places[maneuver.connecting]
@@ -293,7 +299,7 @@ REVISION = {"revMajor": 1, "revMinor": 7}
 
 
 def write_opendrive(
-    spec: RoadSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE
+    spec: MapSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE
 ) -> str:
     """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan; their times stand elsewhere,
     in OpenSCENARIO.

@@ -9,17 +9,9 @@ import pytest
 
 from cortex_dsl.report.findings.search_report import SearchReport
 from engine.config import SearchConfig
+from engine.maps import RoadSpec
 from engine.outcomes import MEASURED, Assessment, Outcomes, blank_outcomes
-from engine.program import (
-    ChoiceLabel,
-    ParamSpace,
-    Program,
-    Requirement,
-    RoadSpec,
-    Rule,
-    Settings,
-    VariantLabel,
-)
+from engine.program import ChoiceLabel, ParamSpace, Program, Requirement, Rule, Settings, VariantLabel
 from engine.scenes import Scenes, Trajectory
 from engine.search.assessment import take
 from engine.search.campaign import Campaign

@@ -20,7 +20,7 @@ from cortex_dsl.report.findings.framing import (
     heading_of_road,
     tracks,
 )
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.road.network import LaneRole
 from engine.road.outline import outline

@@ -22,8 +22,8 @@ from engine.interchange import Recording
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
-from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
+from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash
 

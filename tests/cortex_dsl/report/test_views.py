@@ -21,9 +21,10 @@ from cortex_dsl.report.terminal.run_view import run_view
 from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.report.terminal.search_view import comparison_view, search_view
 from cortex_dsl.report.terminal.theme import THEME, title_of
+from engine.maps import RoadSpec
 from engine.metrics import Metric, Recorded
 from engine.outcomes import Outcomes
-from engine.program import Program, RoadSpec, Rule
+from engine.program import Program, Rule
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.scenes import Scenes, Trajectory

@@ -9,8 +9,8 @@ import pytest
 from cortex_dsl import ir
 from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.semantics.quantities.bounds import closed_value
+from engine.maps import RoadSpec
 from engine.opcodes import Op
-from engine.program import RoadSpec
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Distribution, GeneKind
 

@@ -1,6 +1,7 @@
 """The reference says what is so: every block on the page is read, and every wrong one has the error it names."""
 
 import re
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,8 @@ from cortex_dsl.pipeline import compile_source
 from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
+from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.evaluation.operators import CALL_LIMIT
-from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.model.state import EVALUATION_LIMIT
 from cortex_dsl.semantics.names.builtins import CLASSES, Kind, names_of
@@ -98,7 +99,13 @@ def test_every_built_in_name_is_explained(kind: Kind) -> None:
 
 def test_every_property_argument_and_attribute_is_explained() -> None:
     """Properties of objects, arguments of `map` and `simulation`, attributes of everything."""
-    names = {*all_properties(), *ENVIRONMENT, *MAP_ARGUMENTS, *SETTINGS, *attribute_names()}
+    names = {
+        *all_properties(),
+        *ENVIRONMENT,
+        *chain.from_iterable(MAP_ARGUMENTS.values()),
+        *SETTINGS,
+        *attribute_names(),
+    }
     assert not [name for name in sorted(names) if f"`{name}`" not in REFERENCE]
 
 

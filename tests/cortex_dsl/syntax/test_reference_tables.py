@@ -15,15 +15,16 @@ from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation import attributes, lanes, signals
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
-from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Parameter
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
+from engine.maps import LoneRoad, RoadSpec
 from engine.named_results import NAMED_RESULTS
-from engine.program import RoadSpec
+from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
 from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
@@ -95,11 +96,26 @@ def allowed(parameter: Parameter) -> str:
 def map_arguments() -> Rows:
     words, spec = kept("map"), RoadSpec()
     whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`"}
-    for name in MAP_ARGUMENTS:
+    for name in MAP_ARGUMENTS["intersection"]:
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in LENGTHS else f"{value}"
         grid = f"1 to {MAX_INTERSECTIONS}, in all"
         yield f"`{name}`", default, range_of(name) or whole.get(name, grid), words.get(f"`{name}`", "")
+
+
+def road_arguments() -> Rows:
+    words, spec = kept("map_road"), LoneRoad()
+    ranges = {
+        "lanes": f"1 to {MAX_LANES}",
+        "length": limits(SHORTEST, LONGEST, "m"),
+        "curve": f"length, up to {FLATTEST:,.0f} m",
+        "bend": f"angle, up to {math.degrees(MOST_BENT):g} deg",
+    }
+    for name in MAP_ARGUMENTS["road"]:
+        value = getattr(spec, name)
+        default = "none" if value is None else f"{value:g} m" if name in ("length", "lane_width") else f"{value}"
+        words_for = words.get(f"`{name}`", "")
+        yield f"`{name}`", default, ranges.get(name) or range_of(name) or "`True` or `False`", words_for
 
 
 def range_of(name: str) -> str:
@@ -210,6 +226,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "constants": (("constant", "is"), lambda: of_kind(Kind.CONSTANT)),
     "distributions": (("distribution", "draws"), lambda: of_kind(Kind.DISTRIBUTION)),
     "map": (("argument", "default", "may be", "meaning"), map_arguments),
+    "map_road": (("argument", "default", "may be", "meaning"), road_arguments),
     "attributes": (("attribute", "of", "is"), road_attributes),
     "environment": (("argument", "may be", "meaning"), environment),
     "properties": (("property", "may be", "sets"), properties),

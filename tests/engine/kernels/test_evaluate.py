@@ -13,8 +13,8 @@ from scipy import stats
 from engine.kernels.evaluate import run_segment
 from engine.kernels.geometry import Box, View, box_distance
 from engine.kernels.sight import OUTSIDE, SEEN
+from engine.maps import RoadSpec
 from engine.opcodes import Op
-from engine.program import RoadSpec
 from engine.road import build_network, road_tables
 from engine.vocabulary import ManeuverType
 from tests.engine.kernels.sight_reference import Scene, agrees

@@ -15,7 +15,7 @@ from engine.kernels.path import (
     path_project_near,
     speed_limit_ahead,
 )
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import Network, Primitive, build_network, road_tables
 from engine.tables import RoadTables
 

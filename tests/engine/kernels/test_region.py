@@ -17,7 +17,7 @@ from engine.kernels.region import (
     region_distance,
     region_sample,
 )
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import LaneRole, Network, build_network, road_tables
 from engine.tables import ROAD_REGION, RoadTables
 

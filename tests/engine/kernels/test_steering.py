@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from engine.maps import RoadSpec
 from engine.opcodes import Op
-from engine.program import RoadSpec
 from engine.road import Primitive, build_network, road_tables
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State

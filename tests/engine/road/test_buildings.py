@@ -8,7 +8,7 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import RoadError, build_network
 from engine.road.grid import Grid
 from engine.tables import ROAD_REGION

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network, regions, road_tables
 from engine.road.junction import Junction
 from engine.road.outline import outline

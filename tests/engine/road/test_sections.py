@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road.build import build_network
 from engine.road.linking import NOWHERE, windows
 from engine.road.network import LaneRole
-from engine.road.sections import faster, group_of, is_forward, road_of, roads, slower, to_left, to_right
+from engine.road.sections import faster, group_of, road_of, slower, to_left, to_right
 from engine.vocabulary import ManeuverType
 
 SPECS = [
@@ -28,7 +28,7 @@ def test_neighbours_are_mutual(spec: RoadSpec) -> None:
             continue
         other = to_left(lane)
         if other is not None:
-            back = to_right(other) if is_forward(other) == is_forward(lane) else to_left(other)
+            back = to_right(other) if other.forward == lane.forward else to_left(other)
             assert back is lane
             x, y, heading = network.paths.pose(lane.path, 0.5 * lane.length)
             left = (x - spec.lane_width * math.sin(heading), y + spec.lane_width * math.cos(heading))
@@ -39,7 +39,7 @@ def test_neighbours_are_mutual(spec: RoadSpec) -> None:
 def test_faster_lanes_lie_towards_the_middle(spec: RoadSpec) -> None:
     """As many lanes in a group as the map has; faster and slower undo one another."""
     network = build_network(spec)
-    for road in roads(network):
+    for road in network.roads:
         assert len(road.forward.lanes) == len(road.backward.lanes) == spec.lanes
         for lane in road.lanes:
             assert road_of(lane) == road

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.maps import RoadSpec
 from engine.opcodes import Op
-from engine.program import ParamSpace, Program, Requirement, RoadSpec, Settings
+from engine.program import ParamSpace, Program, Requirement, Settings
 from engine.road import Network, build_network, road_tables
 from engine.tables import CodeTables
 from engine.vocabulary import Column, Distribution, GeneKind

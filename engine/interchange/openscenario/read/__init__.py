@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, name_cure, quoted
-from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
 from engine.interchange.openscenario.read.actions import (
     TimedAction,
     condition_name,
@@ -29,6 +28,7 @@ from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.vocabulary import State
 
 # -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------

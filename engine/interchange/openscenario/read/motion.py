@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.opendrive.places import Pose
-from engine.interchange.opendrive.read import OdrNetwork
 from engine.interchange.xml import Node
+from engine.opendrive.curves import Pose
+from engine.opendrive.read import OdrNetwork
 from engine.tables import Floats
 
 # -- positions ---------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from engine.interchange import Contact, Provenance, RecordedActor, Recording, SignalTimes
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from engine.interchange.commonroad.road import Lanelet, lanelets
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network
 from engine.road.sections import to_left, to_right
 from tests.engine.interchange.opendrive.reading_back import specs

@@ -19,7 +19,7 @@ from engine.interchange import Export, InterchangeError, Recording, SignalTimes
 from engine.interchange.commonroad import write_commonroad
 from engine.interchange.commonroad.write import benchmark_id
 from engine.interchange.xml import decimal
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, STEP, absent, actor, crash, recording

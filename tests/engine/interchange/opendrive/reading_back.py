@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 from hypothesis import strategies as st
 
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 
 
 @st.composite

@@ -13,9 +13,9 @@ from scipy.special import fresnel
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
-from engine.interchange.opendrive.places import CURVES, Pose, arc, clothoid, read_piece
 from engine.interchange.xml import Node
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
+from engine.opendrive.curves import CURVES, Pose, arc, clothoid, read_piece
 from engine.road import LaneRole
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
-from engine.interchange.opendrive.read import read_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
+from engine.opendrive.read import read_opendrive
 from engine.road import build_network
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.interchange.openscenario.read.files import XODR, network

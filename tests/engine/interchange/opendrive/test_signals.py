@@ -11,7 +11,7 @@ from cortex_dsl.semantics.evaluation import signals as language
 from cortex_dsl.semantics.model.values import Signal
 from engine.interchange import SignalTimes
 from engine.interchange.opendrive import road_map, signal_groups, write_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 
 few = settings(max_examples=20, deadline=None)

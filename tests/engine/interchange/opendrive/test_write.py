@@ -11,7 +11,7 @@ from hypothesis import given, settings
 
 from engine.interchange import InterchangeError, Provenance, SignalTimes
 from engine.interchange.opendrive import road_map, write_opendrive
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.road import LaneRole, RoadError, build_network
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 from tests.schemas import findings

@@ -13,7 +13,7 @@ from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.versions import BEFORE
 from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import actor
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from engine.interchange.opendrive import signal_groups
 from engine.interchange.openscenario.write import GREEN, RED, YELLOW, phases
 from engine.interchange.recording import SignalTimes
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from tests.engine.interchange.openscenario.conftest import scenario, small, with_lights
 
 seconds = st.floats(0.5, 30.0)

@@ -15,7 +15,7 @@ from engine.interchange.contract import ExportOptions, InterchangeError
 from engine.interchange.openscenario import write, write_trajectories
 from engine.interchange.recording import Contact, Recording, SignalTimes
 from engine.interchange.xml import Limits
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import (
     ROAD,

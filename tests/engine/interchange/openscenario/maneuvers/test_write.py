@@ -35,7 +35,7 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
 )
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.interchange.recording import Provenance
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from tests.engine.interchange.openscenario.conftest import ROAD, Xml, actor, recording
 from tests.schemas import findings
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
 from engine.interchange.openscenario.read import Imported, read_openscenario
+from engine.opendrive.read import OdrNetwork, read_opendrive
 
 TIMING = '<Timing domainAbsoluteRelative="absolute" offset="0" scale="1"/>'
 ROAD = '<RoadNetwork><LogicFile filepath="road.xodr"/></RoadNetwork>'

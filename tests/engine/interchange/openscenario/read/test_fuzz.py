@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine.interchange import InterchangeError
-from engine.interchange.opendrive.read import read_opendrive
 from engine.interchange.openscenario.read import read_openscenario
 from engine.interchange.xml import Limits
+from engine.opendrive.read import read_opendrive
 from tests.engine.interchange.openscenario.read.files import (
     ROAD,
     XODR,

@@ -14,7 +14,7 @@ from engine.interchange import ExportOptions, InterchangeError, Recording
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.read import Imported, read_openscenario
-from engine.program import RoadSpec
+from engine.maps import RoadSpec
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import actor as made_actor
 from tests.engine.interchange.openscenario.conftest import recording, recordings, small, versions

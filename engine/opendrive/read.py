@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, name_cure, quoted
-from engine.interchange.opendrive.places import Piece, Pose, read_piece
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.opendrive.curves import Piece, Pose, read_piece
+from engine.opendrive.links import OdrConnection, OdrEnd, connections, lane_end, road_end
 from engine.tables import Floats
 
 MOST_LANES = 100
@@ -50,6 +51,9 @@ class OdrLane:
     type: str
     widths: tuple[Cubic, ...]
     borders: tuple[Cubic, ...]
+    predecessor: int | None = None
+    """The lane before it, of the section or road before this one."""
+    successor: int | None = None
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,8 @@ class OdrRoad:
     offsets: tuple[Cubic, ...]
     sections: tuple[OdrSection, ...]
     place: str
+    predecessor: OdrEnd | None = None
+    successor: OdrEnd | None = None
 
     def section(self, s: float) -> OdrSection:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
@@ -110,6 +116,8 @@ class OdrNetwork:
     remarks: tuple[str, ...] = ()
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """As `Recording.buildings`."""
+    connections: tuple[OdrConnection, ...] = ()
+    """Of all junctions."""
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.
@@ -191,7 +199,8 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
     junctions = tuple(node.text("id") for node in root.every("junction"))
     walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
-    return OdrNetwork(path.name, roads, junctions, path, (*_remarks(roads), *_on_buildings(unread)), walls)
+    remarks, ways = (*_remarks(roads), *_on_buildings(unread)), tuple(connections(root))
+    return OdrNetwork(path.name, roads, junctions, path, remarks, walls, ways)
 
 
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
@@ -221,6 +230,8 @@ def _read_road(node: Node) -> OdrRoad:
         offsets=_cubics(lanes.every("laneOffset"), "s", 0.0) if lanes else (),
         sections=tuple(sorted(sections, key=lambda section: section.start)),
         place=node.place,
+        predecessor=road_end(node, "predecessor"),
+        successor=road_end(node, "successor"),
     )
 
 
@@ -279,7 +290,8 @@ def _read_section(node: Node) -> OdrSection:
 def _read_lane(node: Node, start: float) -> OdrLane:
     widths = _cubics(node.every("width"), "sOffset", start)
     borders = () if widths else _cubics(node.every("border"), "sOffset", start)
-    return OdrLane(node.integer("id"), node.text("type", "none"), widths, borders)
+    ends = lane_end(node, "predecessor"), lane_end(node, "successor")
+    return OdrLane(node.integer("id"), node.text("type", "none"), widths, borders, *ends)
 
 
 def _cubics(nodes: Sequence[Node], key: str, start: float) -> tuple[Cubic, ...]:
@@ -287,9 +299,14 @@ def _cubics(nodes: Sequence[Node], key: str, start: float) -> tuple[Cubic, ...]:
     return tuple(sorted(rows, key=lambda row: row.start))
 
 
+def in_effect(cubics: Sequence[Cubic], s: float) -> Cubic | None:
+    """The last one that has begun; before all of them the first."""
+    return cubics[max(bisect.bisect_right(cubics, s, key=lambda row: row.start) - 1, 0)] if cubics else None
+
+
 def _at(cubics: Sequence[Cubic], s: float) -> float:
     """The value of the last one that has begun; 0 where there is none."""
-    return cubics[max(bisect.bisect_right(cubics, s, key=lambda row: row.start) - 1, 0)].at(s) if cubics else 0.0
+    return 0.0 if (row := in_effect(cubics, s)) is None else row.at(s)
 
 
 def _driving(section: OdrSection) -> int:

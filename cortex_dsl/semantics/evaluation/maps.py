@@ -1,0 +1,202 @@
+"""`map KIND(...)`: the road that a file asks for. Kinds and their arguments are the types of `engine.maps`."""
+
+import math
+from collections.abc import Container, Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+
+from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import BAD_MAP, BAD_MAP_FILE, MAP_TOO_LATE, NO_MAP_FILE, UNKNOWN_MAP
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import NOT_FINITE
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
+from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.roads import network_for
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Quantity, Value
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean, nearest
+from cortex_dsl.syntax import nodes
+from engine.errors import CortexError
+from engine.interchange.contract import InterchangeError
+from engine.maps import KINDS, MapFile, MapSpec
+from engine.road.build import MAKERS
+
+FILE = MapFile.kind
+MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        kind: ("file",) if kind == FILE else tuple(each.name for each in fields(spec))  # type: ignore[arg-type]
+        for kind, spec in KINDS.items()
+    }
+)
+"""By the word behind `map`."""
+WHOLE = frozenset({"ways", "lanes", "rows", "cols"})
+TRUTHS = frozenset({"left_hand", "one_way"})
+ANGLES = frozenset({"bend"})
+"""What the arguments are; the others are lengths."""
+
+
+def lay_out(ev: Evaluator, node: nodes.Map) -> None:
+    """Build the network of this variant."""
+    if node.kind not in KINDS:
+        raise UNKNOWN_MAP.mistake(node.span, kind=node.kind, suggestion=_kinds_like(node.kind))
+    if ev.run.built.network is not None:
+        raise MAP_TOO_LATE.mistake(node.span)
+    spec = _file(ev, node) if node.kind == FILE else _spec(ev, node)
+    ev.run.built.network = network_for(ev, spec, node.span)
+
+
+# -- the roads of a file -----------------------------------------------------------------------------------------------
+
+
+def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
+    """The file that `map opendrive("FILE")` names.
+
+    Raises:
+        Mistake: it names none, or none that is there and can be read.
+    """
+    given, mistaken = evaluate_each(ev, node.arguments)
+    if mistaken:
+        raise Mistake
+    if len(given) != 1 or given[0].name not in (None, "file") or not isinstance(given[0].value, str):
+        raise NOT_SUPPORTED.mistake(
+            given[0].span if given else node.span,
+            what="`map opendrive` takes the name of one file",
+            reason="",
+            cure='as in `map opendrive("roads/town.xodr")`, seen from this file',
+        )
+    name, span = given[0].value, given[0].span
+    found = ev.file.find_map(name)
+    if found is None:
+        raise NO_MAP_FILE.mistake(span, file=name)
+    return _read(ev, name, found, span)
+
+
+def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
+    """Build the network of the file that Scenic's `param map` names; False where there is no such file.
+
+    Raises:
+        Mistake: it cannot be read, or the road was used before.
+    """
+    found = ev.file.find_map(value) if isinstance(value, str) else None
+    if not isinstance(value, str) or found is None or ev.file.has_map:
+        return False
+    if ev.run.built.network is not None:
+        raise MAP_TOO_LATE.mistake(span)
+    ev.run.built.network = network_for(ev, _read(ev, value, found, span), span)
+    return True
+
+
+def _read(ev: Evaluator, name: str, found: str, span: Span) -> MapFile:
+    """The specification of a file, which all variants share."""
+    if name not in ev.file.map_files:
+        from engine.road.opendrive.network import map_file
+
+        try:
+            ev.file.map_files[name] = map_file(Path(found).resolve(), name)
+        except OSError as error:
+            reason = error.strerror or "it cannot be read"
+            raise BAD_MAP_FILE.mistake(span, file=name, message=reason, cure="name a file that can be read") from error
+        except CortexError as error:
+            place = f"{error.place}: " if isinstance(error, InterchangeError) and error.place else ""
+            raise BAD_MAP_FILE.mistake(span, file=name, message=f"{place}{error.message}", cure=error.cure) from error
+    return ev.file.map_files[name]
+
+
+# -- arguments ---------------------------------------------------------------------------------------------------------
+
+
+def _kinds_like(kind: str) -> str:
+    return did_you_mean(kind, KINDS) or "write `map intersection(ways=4, lanes=1)` or `map road(lanes=1, length=500 m)`"
+
+
+def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
+    """The road that is asked for.
+
+    Raises:
+        Mistake: no road fits; what is wrong with each argument has been reported.
+    """
+    given, mistaken = evaluate_each(ev, node.arguments)
+    values: dict[str, float | bool] = {}
+    spans: dict[str, Span] = {}
+    for argument in given:
+        try:
+            name = _name(node.kind, argument, values)
+            values[name] = _value(ev, argument, name)
+            spans[name] = argument.span
+        except Mistake as mistake:
+            ev.report(mistake)
+            mistaken = True
+    kind = KINDS[node.kind]
+    spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
+    wrong = list(maker.wrong_numbers(spec)) or ([] if mistaken else list(maker.wrong(spec)))
+    for error in wrong:
+        ev.report(BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
+    if mistaken or wrong:
+        good = {name: value for name, value in values.items() if name not in [error.argument for error in wrong]}
+        _go_on(ev, node, {**({} if _knows_lengths(node, good) else _ROOMY[node.kind]), **good})
+        raise Mistake
+    return spec
+
+
+_ROOMY: Mapping[str, Mapping[str, float | bool]] = MappingProxyType(
+    {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}}
+)
+"""In the place of lengths that could not be read: nothing is too far on it."""
+
+
+def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
+    """Whether the map that is gone on with is as long as the one that was meant."""
+    meant = {nearest(each.name, MAP_ARGUMENTS[node.kind]) for each in node.arguments if each.name is not None}
+    return all(name in good or name not in meant for name in _ROOMY[node.kind])
+
+
+def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
+    """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
+    kind = KINDS[node.kind]
+    spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
+    if not list(maker.wrong_numbers(spec)) and not list(maker.wrong(spec)):
+        ev.run.built.network = network_for(ev, spec, node.span)
+
+
+def _name(kind: str, argument: Given, known: Container[str]) -> str:
+    """The name of an argument.
+
+    Raises:
+        Mistake: it has none, the map has no such argument, or it was given before.
+    """
+    if argument.name is None:
+        raise NOT_SUPPORTED.mistake(
+            argument.span,
+            what="`map` takes its arguments by name",
+            reason="",
+            cure="as in `ways=4, lane_width=3.5 m`, with a point for decimals",
+        )
+    if argument.name not in MAP_ARGUMENTS[kind]:
+        raise UNKNOWN_ARGUMENT.mistake(
+            argument.place,
+            function=f"map {kind}",
+            name=argument.name,
+            suggestion=did_you_mean(argument.name, MAP_ARGUMENTS[kind]),
+        )
+    if argument.name in known:
+        raise DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
+    return argument.name
+
+
+def _value(ev: Evaluator, argument: Given, name: str) -> float | bool:
+    what = f"`{name}` of the map"
+    if name in WHOLE:
+        return whole_number(ev, argument.value, argument.span, what)
+    if name in TRUTHS:
+        return known_truth(ev, argument.value, argument.span, what)
+    dimension = ANGLE if name in ANGLES else LENGTH
+    expr = adopt(ev, argument.value, dimension, argument.span, what)
+    value = ev.constant(Quantity(expr, dimension), argument.span, what)
+    if not math.isfinite(value):
+        raise NOT_FINITE.mistake(argument.span, reason=f"{what} is {value}")
+    return value

@@ -1,0 +1,53 @@
+"""`road_tables`: a network as arrays for the kernels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from engine.road.network import Network
+from engine.road.paths import PathBook
+from engine.road.regions import Shape, triangle_areas
+from engine.tables import Floats, Ints, RoadTables
+
+
+def road_tables(network: Network) -> RoadTables:
+    """All paths (also those joined since the network was built), lanes and regions."""
+    shapes = [network.regions.shape(region) for region in range(len(network.regions))]
+    lanes = network.lanes
+    return RoadTables(
+        primitives=_primitive_rows(network.paths),
+        path_start=_offsets([len(network.paths.primitives(path)) for path in range(len(network.paths))]),
+        path_length=np.array([network.paths.length(path) for path in range(len(network.paths))]),
+        lane_path=np.array([lane.path for lane in lanes], dtype=np.int32),
+        lane_route=np.array([lane.default_route for lane in lanes], dtype=np.int32),
+        lane_width=np.array([lane.width for lane in lanes]),
+        edges=np.vstack([shape.edges for shape in shapes]),
+        region_start=_offsets([len(shape.edges) for shape in shapes]),
+        hull=np.vstack([shape.hull for shape in shapes]),
+        hull_start=_offsets([len(shape.hull) for shape in shapes]),
+        triangles=np.vstack([_shares(shape) for shape in shapes]),
+        triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
+        cores=np.vstack([shape.cores for shape in shapes]),
+        core_start=_offsets([len(shape.cores) for shape in shapes]),
+        buildings=network.buildings,
+    )
+
+
+def _primitive_rows(paths: PathBook) -> Floats:
+    rows = [
+        (start, *primitive)
+        for path in range(len(paths))
+        for start, primitive in zip(paths.starts(path), paths.primitives(path), strict=False)
+    ]
+    primitives = np.array(rows)
+    heading = primitives[:, 3]
+    return np.column_stack([primitives, np.cos(heading), np.sin(heading)])
+
+
+def _offsets(counts: Sequence[int]) -> Ints:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _shares(shape: Shape) -> Floats:
+    areas = np.cumsum(triangle_areas(shape.triangles))
+    return np.column_stack([areas / areas[-1], shape.triangles])

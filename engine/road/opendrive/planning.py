@@ -1,0 +1,162 @@
+"""What a file of given contents comes to: its lanes with their centre lines, junctions and surfaces. Takes long, and is
+done once.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from engine.frozen import frozen
+from engine.interchange.contract import InterchangeError
+from engine.opendrive.read import read_opendrive
+from engine.road.network import Lines
+from engine.road.opendrive.fitting import Stretch, centre_line, stretches
+from engine.road.opendrive.linking import THROUGH, FileLane, Links, Way
+from engine.road.opendrive.surfaces import NoSurfaceError, border, ring_of, strip_between, union
+from engine.road.paths import Primitive
+from engine.road.regions import Shape
+from engine.tables import Floats
+
+WORTH_A_REMARK = 0.005
+"""A jump from here on is told [m]."""
+
+
+@frozen
+class LanePlan:
+    """One lane as it will be."""
+
+    lane: FileLane
+    line: tuple[Primitive, ...]
+    """Its centre, as its traffic runs."""
+    shape: Shape
+    width: float
+    number: int
+    name: str
+    left: int | None
+    right: int | None
+
+
+@frozen
+class Plan:
+    """A file's lanes, junctions and surfaces."""
+
+    links: Links
+    lanes: tuple[LanePlan, ...]
+    junctions: Mapping[str, tuple[Way, ...]]
+    areas: Mapping[str, Shape]
+    surface: Shape
+    drawn: Lines
+    left_hand: bool
+    remarks: tuple[str, ...]
+
+
+@lru_cache(maxsize=8)
+def plan_of(path: str, _digest: str) -> Plan:
+    network = read_opendrive(path)
+    links = Links(network)
+    if not links.lanes:
+        raise InterchangeError(
+            "there is no lane to drive on in it", 'write lanes of the type "driving" into its roads', Path(path).name
+        )
+    rows, jumps = zip(*(_stretches(links, lane) for lane in links.lanes), strict=True)
+    borders = [(border(each, outer=False), border(each, outer=True)) for each in rows]
+    lanes = tuple(_lane_plans(links, rows, borders))
+    junctions: dict[str, list[Way]] = defaultdict(list)
+    for way in links.ways:
+        junctions[way.junction].append(way)
+    rings = [ring_of(*each) for each in borders]
+    inside: dict[str, list[Floats]] = defaultdict(list)
+    for lane, ring in zip(links.lanes, rings, strict=True):
+        inside[network.roads[lane.road].junction].append(ring)
+    try:
+        surface, kerbs = union(rings)
+    except NoSurfaceError:
+        cure = "give its lanes a <width> above 0 m"
+        raise InterchangeError("no lane in it has a width", cure, Path(path).name) from None
+    left_hand = any(road.left_hand for road in network.roads.values())
+    return Plan(
+        links,
+        lanes,
+        {junction: tuple(ways) for junction, ways in junctions.items()},
+        {junction: union(inside[junction])[0] for junction in junctions},
+        surface,
+        Lines(kerbs, *_lines(links, borders)),
+        left_hand,
+        (*network.remarks, *_on_jumps(jumps)),
+    )
+
+
+def _stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], float]:
+    sections = links.sections[lane.road]
+    return stretches(sections.road, [(*sections.rows[part.section], part.lane) for part in lane.parts])
+
+
+def _on_jumps(jumps: Sequence[float]) -> Iterator[str]:
+    far = [jump for jump in jumps if jump > WORTH_A_REMARK]
+    if far:
+        yield f"{len(far)} lanes jump aside between two sections, by up to {max(far):.2f} m, and are evened out"
+
+
+def _lane_plans(
+    links: Links, rows: Sequence[Sequence[Stretch]], borders: Sequence[tuple[Floats, Floats]]
+) -> Iterator[LanePlan]:
+    seen: dict[str, int] = defaultdict(int)
+    for index, lane in enumerate(links.lanes):
+        line = centre_line(rows[index])
+        name, seen[lane.road] = f"road{lane.road}.lane{seen[lane.road]}", seen[lane.road] + 1
+        widths = [row.width(0.5 * (row.start + row.end)) for row in rows[index]]
+        lengths = [row.end - row.start for row in rows[index]]
+        longest = lane.parts[int(np.argmax([_length(links, lane, part.section) for part in lane.parts]))]
+        sections = links.sections[lane.road]
+        beside = sections.drivable(longest.section)
+        outward = [number for number in beside if number * longest.lane > 0 and abs(number) >= abs(longest.lane)]
+        left, right = _neighbours(links, lane, longest, beside)
+        yield LanePlan(
+            lane,
+            tuple(line if lane.forward else [each.turned() for each in reversed(line)]),
+            strip_between(*borders[index]),
+            float(np.average(widths, weights=lengths)) or 0.1,
+            len(outward),
+            name,
+            left,
+            right,
+        )
+
+
+def _length(links: Links, lane: FileLane, section: int) -> float:
+    row, end = links.sections[lane.road].rows[section]
+    return end - row.start
+
+
+def _neighbours(links: Links, lane: FileLane, at: tuple[int, int], beside: Sequence[int]) -> list[int | None]:
+    """Lanes to the left and right where the lane is longest."""
+    section, number = at
+    side = 1 if number > 0 else -1
+    inner, outer = (number - side if number != side else -side), number + side
+    left, right = (inner, outer) if (number < 0) == lane.forward else (outer, inner)
+    of = links.lane_of
+    return [of.get((lane.road, (section, each))) if each in beside else None for each in (left, right)]  # type: ignore[call-overload]
+
+
+def _lines(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    """Middle lines, and lines between lanes of one direction, outside junctions."""
+    middle: list[Floats] = []
+    between: list[Floats] = []
+    for lane, (inner, _) in zip(links.lanes, borders, strict=True):
+        sections = links.sections[lane.road]
+        if sections.road.junction != THROUGH:
+            continue
+        inmost = min(abs(part.lane) for part in lane.parts) == 1
+        if not inmost:
+            between.append(inner)
+        elif lane.forward and _is_two_way(links, lane):
+            middle.append(inner)
+    return tuple(middle), tuple(between)
+
+
+def _is_two_way(links: Links, lane: FileLane) -> bool:
+    section, number = lane.parts[0]
+    return any(other * number < 0 for other in links.sections[lane.road].drivable(section))

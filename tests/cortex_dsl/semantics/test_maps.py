@@ -1,0 +1,130 @@
+"""`map`: lone roads and the roads of files, by the native line and by Scenic's."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.files import Folder
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.source import Source
+from engine.maps import LoneRoad, MapFile, RoadSpec
+
+ROADS = Path(__file__).parents[3] / "examples" / "roads"
+VILLAGE = 'map opendrive("village.xodr")\n'
+ALWAYS_TRUE = "SCN480"
+EGO = "ego = new Car on road\n"
+
+
+def compiled(text: str, folder: Path = ROADS) -> Compiled:
+    return compile_source(Source("here.scn", text), files=Folder(folder))
+
+
+def codes(text: str, folder: Path = ROADS) -> list[str]:
+    try:
+        return [each.code for each in compiled(text, folder).diagnostics]
+    except CompileError as error:
+        return [each.code for each in error.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("text", "spec"),
+    [
+        ("map road()", LoneRoad()),
+        ("map road(lanes=2, length=1 km, curve=-300 m)", LoneRoad(2, 1000.0, -300.0)),
+        (
+            "map road(curve=100 m, bend=90 deg, one_way=True)",
+            LoneRoad(curve=100.0, bend=math.pi / 2, one_way=True),
+        ),
+    ],
+)
+def test_lone_roads(text: str, spec: LoneRoad) -> None:
+    """The arguments are the fields of the specification, in SI."""
+    assert compiled(f"{text}\n{EGO}").program.road_spec == spec
+
+
+def test_what_a_lone_road_can_be_asked() -> None:
+    """One road, its lanes and groups, and neither intersection nor maneuver."""
+    text = (
+        "map road(lanes=2, one_way=True)\n"
+        "r = network.roads[0]\n"
+        "require r.is1Way and (r.backwardLanes is None) and len(r.lanes) == 2 and len(network.laneGroups) == 1\n"
+        "require len(network.intersections) == 0 and len(network.lanes[0].maneuvers) == 0\n"
+        "require network.lanes[0].sections[0].fasterLane.lane is network.lanes[1]\n" + EGO
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("map road(lanes=9)", "SCN411"),
+        ("map road(curve=2 m)", "SCN411"),
+        ("map road(bend=2 deg)", "SCN411"),
+        ("map road(length=0/0)", "SCN401"),
+        ("map road(rows=2)", "SCN205"),
+        ("map road(500 m)", "SCN427"),
+        ("map raod()", "SCN412"),
+        ("map opendrive()", "SCN427"),
+        ("map opendrive(3)", "SCN427"),
+        ('map opendrive("a.xodr", "b.xodr")', "SCN427"),
+        ('map opendrive("nowhere.xodr")', "SCN438"),
+        ('map opendrive("overtaking.scn")', "SCN439"),
+        (VILLAGE + VILLAGE, "SCN413"),
+        ("map road()\nrequire (distance from ego to intersection) < 5", "SCN448"),
+    ],
+)
+def test_maps_that_are_wrong(text: str, code: str) -> None:
+    """Each is answered by its code, and by no traceback."""
+    found = codes(f"{text}\n{EGO}" if "require" not in text else text.replace("\n", f"\n{EGO}", 1) + "\n")
+    assert code in found
+
+
+def test_the_roads_of_a_file() -> None:
+    """The native line reads it, as seen from the scenario; the specification keeps its digest."""
+    spec = compiled(VILLAGE + EGO).program.road_spec
+    assert isinstance(spec, MapFile)
+    assert (spec.file, spec.path, len(spec.digest)) == ("village.xodr", str(ROADS / "village.xodr"), 32)
+
+
+def test_scenic_files_read_their_map_where_it_is_there(tmp_path: Path) -> None:
+    """Without a note; where it is not there, a grid takes its place, and a note says so; `map` comes before both."""
+    text = "param map = localPath('village.xodr')\n" + EGO
+    assert isinstance(compiled(text).program.road_spec, MapFile)
+    assert codes(text) == []
+    assert compiled(text, tmp_path).program.road_spec == RoadSpec()
+    assert codes(text, tmp_path) == ["SCN442"]
+    assert compiled(text.replace("\n", "\nmap road()\n", 1)).program.road_spec == LoneRoad()
+
+
+def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
+    """Nobody searches on another road than the one that lies there."""
+    (tmp_path / "village.xodr").write_text("<OpenDRIVE>")
+    assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
+
+
+def test_what_a_file_can_be_asked() -> None:
+    """Scenic's names mean the same there."""
+    text = VILLAGE + (
+        "i = network.intersections[0]\n"
+        "require i.is3Way and not i.is4Way and len(i.incomingLanes) == 3 and len(i.maneuvers) == 6\n"
+        "require len(network.lanes) == 15 and len(network.roads) == 4\n"
+        "climbing = filter(lambda l: l.sections[0]._laneToRight is not None, network.lanes)\n"
+        "require len(climbing) == 1 and climbing[0].sections[0]._laneToLeft is not None\n"
+        "turns = filter(lambda m: m.type is ManeuverType.LEFT_TURN, i.maneuvers)\n"
+        "require len(turns) == 2 and len(turns[0].conflictingManeuvers) > 0\n" + EGO
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+def test_a_map_without_what_is_asked_for_says_what_it_has() -> None:
+    """No intersection of four roads is in the village."""
+    text = VILLAGE + (
+        "i = Uniform(*filter(lambda i: i.is4Way, network.intersections))\n"
+        "ego = new Car in i.incomingLanes[0].centerline\n"
+    )
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    (found,) = caught.value.diagnostics
+    assert "3 roads (1)" in found.cure

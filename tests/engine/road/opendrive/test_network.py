@@ -1,0 +1,248 @@
+"""Networks of OpenDRIVE files: our own roads come back as they were written, an own file with spirals and a lane that
+opens, files that are wrong, and, where `CORTEXC_MAPS` names a folder of them, the towns of CARLA.
+"""
+
+import math
+import os
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.opendrive import write_opendrive
+from engine.maps import LoneRoad, MapSpec, map_content, map_from
+from engine.opendrive.curves import Pose, clothoid
+from engine.road import Lane, LaneRole, Network, build_network
+from engine.road.opendrive.fitting import TOLERANCE, biarc
+from engine.road.opendrive.network import map_file
+from engine.road.outline import outline
+from engine.road.paths import PathBook
+from engine.road.sections import faster, group_of, road_of, to_left, to_right
+from engine.vocabulary import ManeuverType
+from tests.engine.interchange.opendrive.reading_back import specs
+
+VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
+TOWNS = {"Town01": (124, 12, 72), "Town04": (454, 27, 257), "Town10HD": (168, 9, 82)}
+
+
+def read(path: Path) -> Network:
+    return build_network(map_file(path, path.name))
+
+
+def reread(spec: MapSpec, folder: Path) -> Network:
+    path = folder / "road.xodr"
+    path.write_text(write_opendrive(spec, None, "road"))
+    return read(path)
+
+
+def nearest(network: Network, x: float, y: float, heading: float) -> Lane:
+    """The lane whose middle is there."""
+
+    def off(lane: Lane) -> float:
+        pose = network.paths.pose(lane.path, 0.5 * lane.length)
+        return math.hypot(pose.x - x, pose.y - y) + abs(math.remainder(pose.heading - heading, math.tau))
+
+    return min(network.lanes, key=off)
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(spec=specs() | st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0])))
+def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
+    """The same lanes where they lay, with the same neighbours, ways on and conflicts."""
+    ours, theirs = build_network(spec), reread(spec, tmp_path)
+    assert len(theirs.lanes) == len(ours.lanes)
+    assert len(theirs.intersections) == len(ours.intersections)
+    same: dict[int, Lane] = {}
+    for lane in ours.lanes:
+        pose = ours.paths.pose(lane.path, 0.5 * lane.length)
+        same[lane.id] = found = nearest(theirs, *pose)
+        for share in (0.0, 0.3, 1.0):
+            mine, other = (n.paths.pose(x.path, share * x.length) for n, x in ((ours, lane), (theirs, found)))
+            assert (mine.x, mine.y) == pytest.approx((other.x, other.y), abs=1e-5)
+        assert found.width == pytest.approx(lane.width)
+        assert theirs.regions.area(found.region) == pytest.approx(ours.regions.area(lane.region), rel=2e-2)
+    assert len({lane.id for lane in same.values()}) == len(ours.lanes)
+    for lane in ours.lanes:
+        assert {same[each.id].id for each in lane.successors} == {each.id for each in same[lane.id].successors}
+        if lane.role is not LaneRole.CONNECTING:
+            for beside in (to_left, to_right, faster):
+                mine, other = beside(lane), beside(same[lane.id])
+                assert (None if mine is None else same[mine.id]) is other
+    key = {(same[m.start].id, same[m.end].id): m for m in ours.maneuvers}
+    assert len(theirs.maneuvers) == len(ours.maneuvers)
+    for maneuver in theirs.maneuvers:
+        mine = key[maneuver.start, maneuver.end]
+        assert maneuver.type is mine.type
+        expected = {(same[m.start].id, same[m.end].id) for m in mine.conflicting_maneuvers}
+        assert {(m.start, m.end) for m in maneuver.conflicting_maneuvers} == expected
+    # A junction is what its lanes cover, which leaves out what lies between them.
+    assert 0.75 * ours.regions.area(0) < theirs.regions.area(0) < 1.005 * ours.regions.area(0)
+
+
+@pytest.fixture(scope="module")
+def village() -> Network:
+    return read(VILLAGE)
+
+
+def test_village_has_what_it_should(village: Network) -> None:
+    """One junction of three roads, and a road beyond one of them that gains a lane."""
+    assert (len(village.lanes), len(village.intersections), len(village.maneuvers)) == (15, 1, 6)
+    assert village.intersections[0].is_3way
+    kinds = sorted(maneuver.type.name for maneuver in village.maneuvers)
+    assert kinds == ["LEFT_TURN"] * 2 + ["RIGHT_TURN"] * 2 + ["STRAIGHT"] * 2
+    assert [len(road.groups) for road in village.roads] == [2, 2, 2, 2]
+    climb = village.road_named["road100"]
+    kerb, through = climb.forward.lanes
+    assert (kerb.number, through.number) == (1, 2)
+    assert to_right(through) is kerb
+    assert to_left(through) is climb.backward.lanes[0]
+    assert to_left(climb.backward.lanes[0]) is through
+    assert group_of(kerb) is climb.forward
+    assert road_of(kerb) is climb
+    assert village.remarks == ()
+
+
+def test_drivers_without_a_plan_drive_on(village: Network) -> None:
+    """Down the hill, through the junction and out of the village."""
+    lane = village.road_named["road100"].backward.lanes[0]
+    parts = village.paths.parts(lane.default_route)
+    assert [next(each.name for each in village.lanes if each.path == part) for part in parts] == [
+        "road100.lane2",
+        "road2.lane0",
+        "road7.lane0",
+        "road1.lane1",
+    ]
+    assert all(village.paths.continues(one, other) for one, other in pairwise(parts))
+
+
+def test_centre_lines_follow_the_file(village: Network) -> None:
+    """A lane beside spirals and an arc leaves its true place by no more than the tolerance, without corners."""
+    lane = village.road_named["road100"].forward.lanes[1]
+    start = clothoid(40.0, 0.0, 0.02 / 40.0)
+    entry = village.road_named["road2"].backward.lanes[0]
+    end = village.paths.pose(entry.path, entry.length)
+    x, y = end.x - 1.75 * math.sin(end.heading), end.y + 1.75 * math.cos(end.heading)  # the reference line
+    for s in np.linspace(0.0, 40.0, 33):
+        there = Pose(x, y, end.heading).moved(*clothoid(float(s), 0.0, 0.02 / 40.0))
+        place = there.moved(0.0, -1.75)
+        assert village.paths.distance(lane.path, place.x, place.y) <= TOLERANCE + 1e-6
+    assert start.heading == pytest.approx(0.4)
+    for one, other in pairwise(village.paths.primitives(lane.path)):
+        meeting = one.pose(one.length)
+        assert math.hypot(meeting.x - other.x, meeting.y - other.y) < 1e-3
+        assert abs(math.remainder(meeting.heading - other.heading, math.tau)) < 1e-3
+
+
+def test_surfaces_hold_the_lanes(village: Network) -> None:
+    """Points of all lanes lie on the road, those inside the junction in its area; the outlines are drawn."""
+    (junction,) = village.intersections
+    for lane in village.lanes:
+        for share in (0.05, 0.5, 0.95):
+            x, y, _ = village.paths.pose(lane.path, share * lane.length)
+            assert village.regions.contains(0, x, y)
+            assert village.regions.contains(lane.region, x, y)
+            assert village.regions.contains(junction.region, x, y) == (lane.role is LaneRole.CONNECTING)
+    drawn = outline(village)
+    assert drawn.kerbs
+    assert len(drawn.stop_lines) == 3
+    assert len(drawn.widths) == len(village.lanes)
+
+
+def test_another_file_is_another_road(tmp_path: Path) -> None:
+    """A specification keeps the digest of the file; it survives JSON."""
+    path = tmp_path / "here.xodr"
+    path.write_bytes(VILLAGE.read_bytes())
+    spec = map_file(path, "here.xodr")
+    assert map_from(map_content(spec)) == spec
+    assert spec.intersections == 1
+    path.write_bytes(VILLAGE.read_bytes() + b"<!-- -->")
+    with pytest.raises(InterchangeError, match="has changed"):
+        build_network(spec)
+    path.unlink()
+    with pytest.raises(InterchangeError, match="is not there"):
+        build_network(spec)
+
+
+BOMB = """<?xml version="1.0"?>
+<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]><OpenDRIVE>&b;</OpenDRIVE>"""
+PLAN = '<planView><geometry s="0" x="0" y="0" hdg="0" length="9"><line/></geometry></planView>'
+LANES = '<lanes><laneSection s="0"><right><lane id="-1" type="{}"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane>'
+ROAD = '<road id="1" length="9" junction="-1">{link}' + PLAN + LANES + "</right></laneSection></lanes></road>"
+DRIVEN = ROAD.replace("{}", "driving")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<OpenDRIVE><road", "XML"),
+        (BOMB, "entit"),
+        ("<OpenDRIVE/>", "no road"),
+        ("<OpenDRIVE>" + ROAD.replace("{}", "sidewalk").format(link="") + "</OpenDRIVE>", "no lane to drive on"),
+    ],
+)
+def test_bad_files(text: str, message: str, tmp_path: Path) -> None:
+    """They are refused with a reason and a cure."""
+    path = tmp_path / "bad.xodr"
+    path.write_text(text)
+    with pytest.raises(InterchangeError, match=message) as caught:
+        read(path)
+    assert caught.value.cure
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        '<link><successor elementType="road" elementId="77" contactPoint="start"/></link>',
+        '<link><successor elementType="junction" elementId="8"/></link>',
+        '<link><successor elementType="road" elementId="1" contactPoint="start"/></link>',
+    ],
+)
+def test_links_to_nowhere_end_the_road(link: str, tmp_path: Path) -> None:
+    """A lane that leads nowhere is a lane that ends."""
+    path = tmp_path / "odd.xodr"
+    path.write_text("<OpenDRIVE>" + DRIVEN.format(link=link) + "</OpenDRIVE>")
+    network = read(path)
+    assert [lane.successors for lane in network.lanes] == [()]
+    assert network.lanes[0].role is LaneRole.THROUGH
+
+
+def test_a_lane_of_no_width(tmp_path: Path) -> None:
+    """Beside others it is a thread that can be followed; alone it is no road."""
+    path = tmp_path / "thin.xodr"
+    path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace('a="3"', 'a="0"') + "</OpenDRIVE>")
+    with pytest.raises(InterchangeError, match="has a width"):
+        read(path)
+
+
+poses = st.builds(Pose, st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-1.2, 1.2))
+
+
+@given(poses, st.floats(20.0, 60.0))
+def test_biarcs_lead_from_pose_to_pose(last: Pose, ahead: float) -> None:
+    """Two arcs with one tangent, which begin and end as they should."""
+    last = Pose(last.x + ahead, last.y, last.heading)
+    chain = biarc(Pose(0.0, 0.0, 0.0), last)
+    paths = PathBook()
+    path = paths.add(chain)
+    end = paths.pose(path, paths.length(path))
+    assert (end.x, end.y) == pytest.approx((last.x, last.y), abs=1e-6)
+    assert math.remainder(end.heading - last.heading, math.tau) == pytest.approx(0.0, abs=1e-6)
+    if len(chain) == 2:
+        meeting = chain[0].pose(chain[0].length)
+        assert math.remainder(meeting.heading - chain[1].heading, math.tau) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.skipif("CORTEXC_MAPS" not in os.environ, reason="CORTEXC_MAPS names no folder of maps")
+@pytest.mark.parametrize("town", TOWNS)
+def test_towns_have_what_scenic_finds(town: str) -> None:
+    """Lanes, intersections and maneuvers are as many as in Scenic's network."""
+    path = Path(os.environ["CORTEXC_MAPS"]) / f"{town}.xodr"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not there")
+    network = read(path)
+    assert (len(network.lanes), len(network.intersections), len(network.maneuvers)) == TOWNS[town]
+    assert all(m.type is not ManeuverType.U_TURN for m in network.maneuvers)
