@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.runs import open_run, resume, search
-    from cortex_dsl.api.scenario import Scenario, compile_text, load
+    from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.api.studies import study
     from cortex_dsl.diagnostics import CompileError
     from engine.config import Config
@@ -46,9 +47,9 @@ _HOMES = {
     "CompileError": "cortex_dsl.diagnostics",
     "Config": "engine.config",
     "Scenario": "cortex_dsl.api.scenario",
-    "compile_text": "cortex_dsl.api.scenario",
+    "compile_text": "cortex_dsl.api.loading",
     "export": "cortex_dsl.api.exchange",
-    "load": "cortex_dsl.api.scenario",
+    "load": "cortex_dsl.api.loading",
     "measure": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
     "resume": "cortex_dsl.api.runs",

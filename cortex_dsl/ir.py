@@ -6,6 +6,7 @@ equal expressions of one variant are the same object, so passes may key on ident
 """
 
 from cortex_dsl.source import Source, Span
+from engine.control import Control
 from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
 from engine.opcodes import Op
@@ -128,13 +129,14 @@ class Wait(Act):
 
 @frozen
 class Follow(Act):
-    """FollowTrajectoryBehavior and similar ones: follow a path until its end. `progress` is a local of its own."""
+    """Follow a path until its end, `offset` [m] to its left. `progress` is a local of its own."""
 
     path: Expr
     target_speed: Expr
     max_lateral: Expr
     """Literal infinity switches speed planning off."""
     progress: int
+    offset: Expr | None = None
 
 
 @frozen
@@ -466,3 +468,4 @@ class Scenario:
     records: tuple[Record, ...] = ()
     objectives: tuple[Objective, ...] = ()
     readings: tuple[Reading, ...] = ()
+    controls: tuple[Control, ...] = ()

@@ -14,10 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from engine.config import SimulationConfig
-from engine.fairness import fair_starts
+from engine.fairness import fair_starts, undecided
 from engine.feasibility import conflicts
 from engine.kernels.attempts import Weighed, weigh_rows
-from engine.kernels.rows import Requested
 from engine.program import Program
 from engine.sampling import draw_genomes, recipe_of, request_of, scratch_of
 from engine.streams import key_rows
@@ -172,7 +171,7 @@ def _fair(program: Program, weighed: Weighed, keys: Ints) -> Bools:
     """Whether each attempt is a fair start; one of which no run can be made is not to blame."""
     drawn = (program.code.variant_template[weighed.variant] >= 0) & ~np.isnan(weighed.values).any(axis=1)
     verdict = np.where(drawn, Verdict.VALID, Verdict.ERROR).astype(np.int32)
-    starts = Requested(verdict, weighed.variant, weighed.values, keys)
+    starts = undecided(verdict, weighed.variant, weighed.values, keys)
     step = program.settings.time_step or SimulationConfig().time_step
     return ~drawn | fair_starts(program, starts, SimulationConfig(time_step=step))
 

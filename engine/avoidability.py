@@ -34,7 +34,7 @@ from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
 from engine.kernels.stage import Run
 from engine.program import Program
-from engine.scenes import Scenes
+from engine.scenes import Scenes, weather_sight
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Fault
 
@@ -119,14 +119,14 @@ def avoidability(
     contact: ContactConfig = CONTACT,
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
-    shared, rows = plan(program, config, contact), requested(scenes)
+    shared, rows = plan(program, config, contact), requested(program, scenes)
     run, outlines, path = _room(program, config)
-    reach = _reach(program, scenes)
+    reach = weather_sight(program, scenes)
 
     def answer(row: int) -> Avoidability | None:
         if not scenes.valid[row]:
             return None
-        case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
+        case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
         sees = driver._replace(reach=min(driver.reach, float(reach[row])))
         again = drive_again(shared, run, case, outlines, path, sees)
         return None if again.contact == NEVER else _answer(again, config.time_step)
@@ -142,7 +142,7 @@ def blame(
     jobs: int = 1,
 ) -> Ints:
     """(n,) `Blame` of each scene, `NONE` of one that is not valid or without a collision of the ego."""
-    shared, rows, reach = plan(program, config, contact), requested(scenes), _reach(program, scenes)
+    shared, rows, reach = plan(program, config, contact), requested(program, scenes), weather_sight(program, scenes)
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
     def drive(first: int, last: int) -> None:
@@ -156,12 +156,6 @@ def _room(program: Program, config: SimulationConfig) -> tuple[Run, Floats, Floa
     """Memory for one drive after another: of the run, of outlines, and of the ego's path."""
     run = memory(program, samples_of(config) + 1 + math.ceil(LONGEST / config.time_step))
     return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
-
-
-def _reach(program: Program, scenes: Scenes) -> Floats:
-    """(n,) how far the weather lets anybody see [m]."""
-    sight = np.array([variant.sight for variant in program.variants], dtype=np.int64)[np.maximum(scenes.variant, 0)]
-    return np.where(sight >= 0, scenes.values[np.arange(len(scenes)), sight], math.inf)
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:

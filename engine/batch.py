@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, in_parts, lanes, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.encroachment import POINTS
 from engine.kernels.gaps import gap_rows
 from engine.kernels.rollout import advance, begin
@@ -39,12 +39,12 @@ def simulate(
     `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
     tyres.
     """
-    shared, rows = plan(program, config, contact, hold, slides), requested(scenes)
+    shared, rows = plan(program, config, contact, hold, slides), requested(program, scenes)
     results = empty_results(program, rows)
     run_rows = judge_rows if len(program.judged) else simulate_rows
 
     def run(first: int, last: int) -> None:
-        scratch = memory(program, shared.layout.last_sample + 1)
+        scratch = lanes(program, shared.layout.last_sample + 1, 1)
         run_rows(shared, rows, first, last, scratch, np.zeros((len(program.actors), 3)), results)
 
     in_parts(len(scenes), jobs, run)
@@ -85,8 +85,8 @@ def trajectory(
     if not scenes.valid[row]:
         raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
     shared, run = plan(program, config, contact), memory(program, samples_of(config) + 1)
-    rows = requested(scenes)
-    begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row])
+    rows = requested(program, scenes)
+    begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
     advance(shared, run, samples_of(config) + 1, True)
     touched = bool(run.status[Status.CONTACT_ONE] >= 0)
     samples = int(run.status[Status.SAMPLE]) + (0 if touched else 1)

@@ -1,6 +1,7 @@
 """Every setting of the engine, as frozen dataclasses. No setting lives anywhere else."""
 
 from dataclasses import field
+from typing import Any, Protocol
 
 from engine.frozen import frozen
 
@@ -80,9 +81,30 @@ class GAConfig:
     """How often a child equal to a known genome is redrawn before one gene is mutated."""
 
 
+class Drives(Protocol):
+    """Who drives the actors that a program leaves to controllers (`engine.driving.Driver`); no setting of a number."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def digest(self) -> str: ...
+    @property
+    def block(self) -> int: ...
+    @property
+    def anew(self) -> bool:
+        """Whether scenes can be driven that have not been driven before."""
+        ...
+
+    def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
+        """A `driving.Driven`."""
+        ...
+
+
 @frozen
 class Config:
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
     contact: ContactConfig = field(default_factory=ContactConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     ga: GAConfig = field(default_factory=GAConfig)
+    driver: Drives | None = None
+    """Who drives whom the file leaves to a controller."""

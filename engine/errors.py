@@ -55,6 +55,10 @@ class ArgumentKindError(CortexError, TypeError):
     """An argument is of another type than the one expected, or has an unknown name."""
 
 
+class ControllerError(CortexError):
+    """A controller cannot be asked, gives what cannot be driven, or is not named where one is needed."""
+
+
 class RowError(CortexError, IndexError):
     """There is no such row."""
 

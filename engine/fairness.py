@@ -19,7 +19,7 @@ from engine.kernels.perception import PATH_COLUMNS
 from engine.kernels.recipe import Ledger
 from engine.kernels.rows import Requested
 from engine.program import Program
-from engine.tables import Bools, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
 MOST = 50
@@ -39,6 +39,11 @@ def fair_starts(program: Program, starts: Requested, config: SimulationConfig, j
     return said != 0
 
 
+def undecided(verdict: Ints, variant: Ints, values: Floats, keys: Ints) -> Requested:
+    """Starts of which nothing has been decided outside."""
+    return Requested(verdict, variant, values, keys, np.zeros((len(verdict), 0, 0)))
+
+
 def draw_until_fair(
     program: Program,
     config: SimulationConfig,
@@ -52,7 +57,7 @@ def draw_until_fair(
     for driven in range(1, MOST + 1):
         if not len(rows):
             return
-        starts = Requested(ledger.verdict[rows], ledger.variant[rows], ledger.values[rows], keys[rows])
+        starts = undecided(ledger.verdict[rows], ledger.variant[rows], ledger.values[rows], keys[rows])
         fair = fair_starts(program, starts, config, jobs)
         ledger.tested[rows, -1] += 1
         rows = rows[~fair]

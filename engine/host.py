@@ -5,6 +5,7 @@ and threads that share the rows.
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
-from engine.errors import ArgumentError
+from engine.errors import ArgumentError, ControllerError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
 from engine.named_results import NAMED_RESULTS
@@ -38,10 +39,12 @@ def plan(
     contact: ContactConfig = CONTACT,
     hold: int = 1,
     slides: Sequence[int] = (),
+    pause: int = 0,
 ) -> Plan:
     """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
 
-    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
+    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip; `pause`: turns from one
+    pause to the next, in which controllers are asked.
     """
     _check(config)
     _check_contact(contact)
@@ -84,6 +87,7 @@ def plan(
             rolling=float(contact.rolling_resistance),
             drivers_go_on=int(contact.drivers_go_on),
             hold=hold,
+            pause=pause,
         ),
     )
 
@@ -156,16 +160,44 @@ def memory(program: Program, samples: int) -> Run:
         beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
+        actions=np.zeros((samples if program.controls else 0, sum(len(each.actions) for each in program.controls))),
     )
 
 
-def requested(scenes: Scenes) -> Requested:
-    """The arrays of scenes that a run reads."""
+def lanes(program: Program, samples: int, count: int) -> Run:
+    """Memory for so many runs side by side, as `memory` makes it for one."""
+    return Run(*(np.tile(array, (count, *[1] * array.ndim)) for array in memory(program, samples)))
+
+
+def requested(program: Program, scenes: Scenes) -> Requested:
+    """The arrays of scenes that a run reads.
+
+    Raises ControllerError where a program has controllers that have not driven the scenes.
+    """
+    numbers = sum(len(control.actions) for control in program.controls)
+    if numbers and scenes.actions.shape[2] != numbers and scenes.valid.any():
+        raise undriven(program)
+    actions = scenes.actions if scenes.actions.size else np.zeros((len(scenes), 0, numbers))
     return Requested(
+        actions=_numbers(actions),
         verdict=_integers(scenes.verdict),
         variant=_integers(scenes.variant),
         values=_numbers(scenes.values),
         keys=np.require(scenes.keys, np.int64, PLAIN),
+    )
+
+
+def coasting(program: Program, scenes: Scenes) -> Scenes:
+    """The scenes as if whoever is driven from outside decided nothing but zeros."""
+    return replace(scenes, actions=np.zeros((len(scenes), 1, sum(len(each.actions) for each in program.controls))))
+
+
+def undriven(program: Program) -> ControllerError:
+    """What is wrong where nobody has driven for the controllers of a program."""
+    names = ", ".join(f"`{control.controller}` of {program.actors[control.actor]}" for control in program.controls)
+    return ControllerError(
+        f"{program.name} is driven from outside, and nobody drives: {names}",
+        "name who does: `--ego python:module:function` on the command line, `ego=` in Python",
     )
 
 

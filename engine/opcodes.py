@@ -124,6 +124,9 @@ class Op(IntEnum):
     VELOCITY = 70
     """dst..dst+1 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides."""
 
+    ACTION = 71
+    """dst <- number a (integer) of what is decided outside of the program, at this turn."""
+
     # -- control: jumps are absolute rows of the code
     JUMP = 80
     """Go to row a."""

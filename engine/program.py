@@ -6,7 +6,7 @@ everything that decides a result.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from hashlib import blake2b
 from pathlib import Path
@@ -15,6 +15,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from engine.control import Control, control_from
 from engine.errors import CortexError
 from engine.frozen import frozen
 from engine.judged import NOTHING_JUDGED, Judged, judged_from
@@ -188,6 +189,8 @@ class Program:
     """Names of the coroutines without an actor."""
     imported: tuple[ImportedText, ...] = ()
     judged: Judged = NOTHING_JUDGED
+    controls: tuple[Control, ...] = ()
+    """Actors that are driven from outside."""
 
     @property
     def first_built_in(self) -> int:
@@ -212,7 +215,12 @@ class ArchiveError(CortexError):
 
 
 def program_digest(
-    space: ParamSpace, code: CodeTables, road: RoadTables, settings: Settings, judged: Judged = NOTHING_JUDGED
+    space: ParamSpace,
+    code: CodeTables,
+    road: RoadTables,
+    settings: Settings,
+    judged: Judged = NOTHING_JUDGED,
+    controls: Sequence[Control] = (),
 ) -> str:
     """Return 32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
     digest = blake2b(FORMAT.encode(), digest_size=16)
@@ -224,6 +232,8 @@ def program_digest(
     if len(judged):
         digest.update(json.dumps(judged.deciding()).encode())
         digest.update(b"".join(array.tobytes() for array in judged.arrays().values()))
+    if controls:
+        digest.update(json.dumps([asdict(control) for control in controls]).encode())
     return digest.hexdigest()
 
 
@@ -256,7 +266,8 @@ def load_program(path: Path) -> Program:
     if header.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} was written by another version", "use the version of cortexc that wrote it")
     program = _rebuild(header, arrays)
-    if program_digest(program.space, program.code, program.road, program.settings, program.judged) != program.digest:
+    deciding = program.space, program.code, program.road, program.settings, program.judged, program.controls
+    if program_digest(*deciding) != program.digest:
         raise ArchiveError(f"{path} is damaged: its digest does not fit its contents", "restore it from a copy")
     return program
 
@@ -311,6 +322,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         "imported": tuple(ImportedText(**file) for file in header["imported"]),
         "variants": tuple(_variant(v) for v in header["variants"]),
         "judged": judged_from(header.get("judged"), arrays),
+        "controls": tuple(control_from(each) for each in header.get("controls", ())),
     }
     return Program(**values)
 

@@ -152,7 +152,7 @@ def sample(
 
         go_on = partial(_go_on, recipe, request, ledger, jobs, confiner)
         draw_until_fair(program, config, request.keys, ledger, go_on, jobs)
-    return Scenes(genomes=genomes, keys=request.keys, **ledger._asdict())
+    return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
 
 
 def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:

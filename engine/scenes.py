@@ -36,6 +36,9 @@ class Scenes:
     """(n, requirements) int64: how often each requirement was tested …"""
     failed: Ints
     """(n, requirements) int64: … and failed. Conditional on the earlier ones."""
+    actions: Floats = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    """(n, turns, numbers): what controllers decided at each turn (`engine.control`), of which the last goes on; empty
+    before they have driven, and where a program needs none."""
 
     def __len__(self) -> int:
         return len(self.verdict)
@@ -79,3 +82,9 @@ class Trajectory:
 def actor_columns(program: Program, values: Floats) -> Floats:
     """(actors, len(Column)): the properties of the actors of one scene; `values` is its row of scene values."""
     return values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))
+
+
+def weather_sight(program: Program, scenes: Scenes) -> Floats:
+    """(n,) how far the weather lets anybody see in each scene [m]."""
+    sight = np.array([variant.sight for variant in program.variants], dtype=np.int64)[np.maximum(scenes.variant, 0)]
+    return np.where(sight >= 0, scenes.values[np.arange(len(scenes)), sight], np.inf)

@@ -46,13 +46,15 @@ class Distribution(IntEnum):
 
 
 class Verdict(IntEnum):
-    """The result of one evaluation. INFEASIBLE, EXHAUSTED and ABORTED score -1 and count as invalid."""
+    """The result of one evaluation. INFEASIBLE, EXHAUSTED, ABORTED and CONTROLLER score -1 and count as invalid."""
 
     VALID = 0
     INFEASIBLE = 1
     EXHAUSTED = 2
     ABORTED = 3
     ERROR = 4
+    CONTROLLER = 5
+    """A process that drives was lost over the scene, each time."""
 
 
 class EndReason(IntEnum):
@@ -254,10 +256,13 @@ class State(IntEnum):
 
 
 class Command(IntEnum):
-    """What an action sets. A pedal lasts one step; a steering angle and a gear stay until the next."""
+    """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
+    and a gear stay until the next.
+    """
 
     THROTTLE = 0
     BRAKE = 1
     STEER = 2
     SPEED = 3
     REVERSE = 4
+    OFFSET = 5

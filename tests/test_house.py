@@ -12,7 +12,7 @@ PACKAGES = ("cortex_dsl", "engine")
 LONGEST = 350
 """Lines of a file."""
 LONGER = {
-    "cortex_dsl/ir.py": 470,
+    "cortex_dsl/ir.py": 480,
     "cortex_dsl/syntax/nodes.py": 660,
     "cortex_dsl/syntax/expressions.py": 400,
 }

@@ -39,6 +39,20 @@ def shell(tmp_path: Path) -> dict[str, str]:
     return os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
 
 
+def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str]) -> None:
+    """The page from top to bottom in one folder: its commands in a shell, its Python as one script."""
+    shutil.copytree(ROOT / "examples", tmp_path / "home" / "examples")
+    page = DOCS / "how-to" / "test-your-own-driver.md"
+    shell = shell | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{shell['PATH']}"}
+    steps = [*blocks(page, "sh"), f"{sys.executable} - <<'PYTHON'\n{''.join(blocks(page, 'python'))}\nPYTHON"]
+    assert len(steps) > 5
+    for step in steps:
+        done = subprocess.run(
+            ["sh", "-ec", step], cwd=tmp_path / "home", env=shell, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
+
+
 @pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])
 def test_a_page_can_be_followed(name: str, tmp_path: Path, shell: dict[str, str]) -> None:
     """From top to bottom in a folder with the examples; every command ends well."""

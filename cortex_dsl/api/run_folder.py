@@ -12,7 +12,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.pipeline import Compiled
@@ -20,6 +20,7 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
+from engine.decisions import Recorder, is_reproducible
 from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
@@ -58,7 +59,9 @@ class Searchable(Protocol):
     def chosen(self) -> str | None: ...
     @property
     def program(self) -> Program: ...
+    def sample(self, count: int = 1) -> "Scenes": ...
     def scene(self, case: Case) -> "Scenes": ...
+    def driven_by(self, ego: object) -> Self: ...
     def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
 
 
@@ -112,7 +115,15 @@ def search_and_keep(
     """
     method, source = canonical(method), scenario.compiled.source
     manifest = make_manifest(
-        scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario), objective
+        scenario.program,
+        scenario.config,
+        method,
+        profile,
+        source.name,
+        command_line,
+        origin_of(scenario),
+        objective,
+        is_reproducible(scenario.program, scenario.sample, scenario.config),
     )
     workers = workers or default_workers(scenario)
     work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
@@ -151,13 +162,14 @@ def default_workers(scenario: Searchable) -> Workers:
 def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
     """Search, write every generation as it ends, then write the files of the finished run."""
     heard = work.on_generation
-
+    work, recorder = _recorded(work, record)
     removed: list[RemovedError] = []
 
     def on_generation(progress: Progress) -> None:
         try:
             if not removed:
                 journal.write(progress)
+                journal.keep(recorder.take() if recorder else {})
         except RemovedError as error:
             removed.append(error)
             if work.on_removed is not None:
@@ -171,12 +183,24 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         return replace(found, failure=removed[0])
     try:
         journal.complete(campaign)
+        if recorder is not None:
+            recorder.keep_worst(work.scenario.program, work.scenario.config.simulation, campaign.worst)
+            journal.keep(recorder.take())
         write_exports(work.folder, campaign, work.manifest)
         files = _write_worst(work, campaign)
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
     return replace(found, worst_files=files)
+
+
+def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]:
+    """The work with somebody who notes what a controller decides, where one drives."""
+    driver = work.scenario.config.driver
+    if driver is None:
+        return work, None
+    recorder = Recorder(driver, known=set(record.actions) if record else set())
+    return replace(work, scenario=work.scenario.driven_by(recorder)), recorder
 
 
 def campaign_of(work: Work, record: Record | None) -> Campaign:
@@ -186,7 +210,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
         return search(
             work.scenario.program,
             manifest.method,
-            manifest.config,
+            replace(manifest.config, driver=work.scenario.config.driver),
             manifest.profile,
             work.on_generation,
             past=record.past() if record else (),

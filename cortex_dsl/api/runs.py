@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of, whole
+from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import (
     Found,
     KeptFiles,
@@ -27,7 +28,7 @@ from cortex_dsl.api.run_folder import (
     same_objective,
     worst_files,
 )
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
@@ -38,12 +39,13 @@ from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
-from engine.search.manifest import Manifest, ManifestError, Text, check_program
-from engine.search.past import follow
+from engine.search.manifest import Manifest, Text, check_program
+from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, hold
+from engine.search.typed import ManifestError
 from engine.search.workers import Workers
 from engine.study.database import is_study
 from engine.tables import Ints
@@ -106,6 +108,7 @@ def search(
     on_generation: OnGeneration | None = None,
     workers: Workers | None = None,
     out: str | Path | None = None,
+    ego: object = None,
     **settings: Any,
 ) -> Campaign:
     """Search a scenario, loaded or named by its path, for its worst cases; everything else is as in `Scenario.search`.
@@ -125,12 +128,16 @@ def search(
         on_generation=on_generation,
         workers=workers,
         out=out,
+        ego=ego,
         **settings,
     )
 
 
-def open_run(folder: str | Path) -> OpenedRun:
+def open_run(folder: str | Path, ego: object = None) -> OpenedRun:
     """Read a run directory and compile its scenario.
+
+    `ego`: who drove for the controllers of the file, as for `Scenario.driven_by`. Without it only those scenes can be
+    driven again whose decisions the journal keeps: collisions and the worst cases.
 
     Raises:
         StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
@@ -140,7 +147,8 @@ def open_run(folder: str | Path) -> OpenedRun:
     manifest = record.manifest
     compiled = _compiled(folder, manifest)
     origin = manifest.origin
-    scenario = Scenario(compiled, manifest.config, origin.overrides, origin.scenario)
+    config = replace(manifest.config, driver=who_drove(folder, manifest.driver, record.actions, ego))
+    scenario = Scenario(compiled, config, origin.overrides, origin.scenario)
     return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
 
 
@@ -231,10 +239,13 @@ def resume(
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
     objective: Sought | Sequence[Sought] | None = None,
+    ego: object = None,
 ) -> Found:
     """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
 
     `objective`: what the run looks for, which is known but for functions: these must be given again, by the same name.
+
+    `ego`: who drove in it, who must be named again where one did.
 
     `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
     written, and nothing simulated but the probes of its genes.
@@ -246,7 +257,7 @@ def resume(
     generations = None if generations is None else whole("generations", generations, 0)
     callback("on_generation", on_generation)
     callback("on_removed", on_removed)
-    with reopened(open_run(folder), generations, objective) as rest:
+    with reopened(open_run(folder, ego), generations, objective) as rest:
         return rest.carry_out(on_generation=on_generation, on_removed=on_removed, workers=workers)
 
 
@@ -271,7 +282,8 @@ class Rest:
         workers: Workers | None = None,
     ) -> Found:
         """Search to the end, or only report a run that is finished."""
-        folder, scenario = self.run.folder, replace(self.run.scenario, config=self.manifest.config)
+        config = replace(self.manifest.config, driver=self.run.scenario.config.driver)
+        folder, scenario = self.run.folder, replace(self.run.scenario, config=config)
         workers = workers or default_workers(scenario)
         work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
         if self.journal is not None and self.record is not None:

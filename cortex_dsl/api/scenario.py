@@ -27,13 +27,10 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.files import DISK, Folder
-from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.source import Source
-from cortex_dsl.syntax.reading import read_source
-from engine.config import Config, SimulationConfig
-from engine.errors import ArgumentError, ArgumentKindError, UnreadableFileError
-from engine.program import Program, Settings
+from cortex_dsl.pipeline import Compiled
+from engine.config import Config
+from engine.errors import ArgumentError, ArgumentKindError
+from engine.program import Program
 from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
@@ -41,6 +38,7 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
+    from engine.environment import Environment
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -48,61 +46,8 @@ if TYPE_CHECKING:
     from engine.search.protocol import Sought
     from engine.search.ranking import Case
     from engine.search.workers import Workers
+    from engine.tables import Floats, Ints
     from engine.world import WorldRun
-
-
-def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> "Scenario":
-    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`; `scenario`
-    names the one to run where the file has several.
-
-    Raises:
-        CompileError: with every mistake in the file.
-        UnreadableFileError: the file cannot be read.
-    """
-    arguments.path_of("path", path, "name a file; `compile_text` takes the text itself")
-    try:
-        with arguments.drawn_errors():
-            source = read_source(path)
-    except OSError as error:
-        raise UnreadableFileError(path, error) from error
-    return _compiled(source, config, scenario, DISK, params)
-
-
-def compile_text(
-    text: str,
-    name: str = "<text>",
-    config: Config | None = None,
-    scenario: str | None = None,
-    folder: str | Path | None = None,
-    **params: object,
-) -> "Scenario":
-    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie.
-
-    Raises:
-        CompileError: with every mistake in the text.
-    """
-    arguments.kind("text", text, str, "`load` takes the path of a file")
-    files = DISK if folder is None else Folder(arguments.path_of("folder", folder))
-    return _compiled(Source(name, text), config, scenario, files, params)
-
-
-def _compiled(
-    source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
-) -> "Scenario":
-    config = Config() if config is None else arguments.config_of(config)
-    arguments.kind("scenario", scenario, (str, NoneType), arguments.LEFT_OUT)
-    overrides = {param: str(value) for param, value in params.items()}
-    with arguments.drawn_errors():
-        compiled = compile_source(source, overrides, scenario=scenario, files=files)
-    compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
-    simulation = in_file(config.simulation, compiled.program.settings)
-    return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
-
-
-def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
-    """Return the config with the settings that the file itself makes."""
-    said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
-    return replace(config, **{name: value for name, value in said.items() if value is not None})
 
 
 MOST_SCENES = 1 << 32
@@ -138,7 +83,7 @@ class Scenario:
         Raises:
             ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
         """
-        from engine.sampling import draw_genomes, sample
+        from engine.sampling import draw_genomes
         from engine.streams import key_rows
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
@@ -148,9 +93,57 @@ class Scenario:
             )
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
         if genome is None:
-            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
-        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
-        return sample(self.program, drawn, keys, self.config.simulation, jobs)
+            return self._drawn(draw_genomes(self.program.space, keys), keys, jobs)
+        return self._drawn(np.tile(arguments.genome_of(self.program, genome), (count, 1)), keys, jobs)
+
+    def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
+        """Draw scenes, and let whom the config names drive in them."""
+        from engine.driving import driven
+        from engine.sampling import sample
+
+        scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
+        return driven(self.program, scenes, self.config, jobs)
+
+    def driven_by(self, ego: object, block: int = 256) -> "Scenario":
+        """Return the scenario with a driver for whom it leaves to a controller (`ExternalBehavior`): its scenes come
+        driven, and whatever runs or searches them goes by that.
+
+        `ego`: a function of observations (n, d) to actions (n, a), an object with `reset(lanes, keys)` and
+        `act(observations, active)`, `"python:package.module:function"`, or a mapping from the names of controllers to
+        these. `block`: scenes that it is asked about at once, which is part of what decides a result.
+        """
+        from engine.decisions import KeptActions, Recorder
+        from engine.drivers import driver_of
+
+        block = arguments.whole("block", block, 1)
+        kept = isinstance(ego, KeptActions | Recorder)
+        return replace(self, config=replace(self.config, driver=ego if kept else driver_of(ego, block)))
+
+    def environment(
+        self,
+        n: int = 1,
+        *,
+        controller: str = "",
+        others: "Mapping[str, object] | None" = None,
+        reward: "Sought" = "risk",
+        observe: str = "records",
+        jobs: int = 1,
+    ) -> "Environment":
+        """Return `n` scenes side by side, in which somebody outside drives step by step: `reset(seed)` and
+        `step(actions)` on arrays. A lane that has ended begins its next episode with the next step.
+
+        `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers.
+        `reward`: an objective; what it comes to at the end of a run counts against the ego and for all others. A file
+        with `record … as "reward"` decides itself. `observe`: `records` of the file, or `egocentric`.
+        """
+        from engine.environment import Environment, Episodes
+
+        n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
+        arguments.one_of("observe", observe, ("records", "egocentric"))
+        (aim,) = arguments.objectives_of(self.program, reward)
+        config = replace(self.config, driver=None, search=replace(self.config.search, jobs=jobs))
+        agents = (controller,) if controller else ()
+        return Environment(Episodes(self.program, n, config, agents, others, aim, observe))
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """Return the scene of `cortexc FILE --seed N`, or without a seed of `cortexc FILE`: up to a hundred genomes
@@ -164,12 +157,12 @@ class Scenario:
 
         Without a seed: of the stream that a concrete file names, or else of seed 0.
         """
-        from engine.sampling import draw_genomes, sample
+        from engine.sampling import draw_genomes
         from engine.streams import single_keys
 
         seed = None if seed is None else arguments.whole("seed", seed, 0)
         for key in single_keys(self.program, seed):
-            scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
+            scenes = self._drawn(draw_genomes(self.program.space, key), key)
             yield scenes
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
                 return
@@ -238,6 +231,7 @@ class Scenario:
         on_generation: "OnGeneration | None" = None,
         workers: "Workers | None" = None,
         out: str | Path | None = None,
+        ego: object = None,
         **settings: Any,
     ) -> "Campaign":
         """Search for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`,
@@ -248,6 +242,7 @@ class Scenario:
         fields of `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation;
         `workers` run the simulations (see `engine.search.workers`; processes need a main module that can be imported).
         `out` is a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
+        `ego` drives, as for `driven_by`.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.
@@ -258,6 +253,9 @@ class Scenario:
         from engine.search.run import search
         from engine.search.workers import Workers
 
+        if ego is not None:
+            how = {"profile": profile, "preset": preset, "objective": objective, "on_generation": on_generation}
+            return self.driven_by(ego).search(method, **how, workers=workers, out=out, **settings)
         arguments.settings(settings)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
         arguments.kind("method", method, str, "`known_searchers` lists all")
@@ -289,10 +287,8 @@ class Scenario:
 
     def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
         """Return the one scene of a genome (d,) and a stream key (6,)."""
-        from engine.sampling import sample
-
         values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
-        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
+        return self._drawn(values[np.newaxis], keys[np.newaxis])
 
     def _own(self, scenes: object) -> "Scenes":
         """Return the scenes, after checking that they fit this scenario."""

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api import arguments
+from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import origin_of
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl.api.scenario import Scenario
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
@@ -78,6 +79,7 @@ def study(
     preset: str = "cortex",
     objective: str | Iterable[str] = "risk",
     on_run: "OnRun | None" = None,
+    ego: object = None,
     **settings: Any,
 ) -> Studied:
     """Search every scenario by every method `runs` times, and compare the methods run by run.
@@ -93,6 +95,7 @@ def study(
         preset: of the genetic algorithm, `cortex` or `cortex-literal`.
         objective: what is sought, by a name that every scenario has, or several.
         on_run: called with each `engine.study.run_records.Finished`, in no certain order.
+        ego: who drives, as for `Scenario.driven_by`; with several `jobs` by its name, `"python:module:function"`.
         settings: fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, engine.
 
     Raises:
@@ -105,6 +108,8 @@ def study(
     runs, jobs = arguments.whole("runs", runs, 1), arguments.whole("jobs", jobs, 1)
     arguments.one_of("profile", profile, PROFILES)
     scenarios = _scenarios([files] if isinstance(files, Files) else arguments.several("files", files))
+    if ego is not None:
+        scenarios = [(name, scenario.driven_by(ego)) for name, scenario in scenarios]
     subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
     words = [methods] if isinstance(methods, str) else arguments.several("methods", methods)
     for word in words:
@@ -123,18 +128,19 @@ def study(
     return _tabulated(folder)
 
 
-def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
-    """Continue a study that was stopped or killed, from what its folder keeps; one that is complete is only read.
+def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None, ego: object = None) -> Studied:
+    """Continue a study that was stopped or killed, from what its folder keeps; one that is complete is only read. `ego`
+    drives, who drove before.
 
     Raises:
         StoreError: no readable study, another process is at it, or another version of the engine began it.
     """
     folder, jobs = arguments.path_of("folder", folder, "name the folder of a study"), arguments.whole("jobs", jobs, 1)
-    found = read_study(folder)
+    found = read_study(folder).driven_by(ego)
     if not found.complete:
         insist_on_same_engine(found)
         with hold(folder):
-            found = read_study(folder)  # read again under the lock: no process can change it any more
+            found = read_study(folder).driven_by(ego)  # read again under the lock: no process can change it any more
             with closing(StudyStore.reopen(folder)) as store:
                 carry_out(found.plan, found.records, _both(store.write, on_run), Workers("processes", jobs))
     return _tabulated(folder)

@@ -7,7 +7,7 @@ from pathlib import Path
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import checked_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_jobs, add_run
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
@@ -21,7 +21,7 @@ from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PA
 
 
 def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
-    run = checked_run(options.run, terminal)
+    run = checked_run(options.run, terminal, options.ego)
     compile_kernels(run.scenario, terminal)
     analysis = _analysis(run, options)
     program = run.scenario.program
@@ -53,6 +53,7 @@ def _analyse_options(parser: Parser) -> None:
         help=f"simulations to find which params matter; 0: leave that out ({BUDGET:,})",
     )
     add_jobs(parser)
+    add_ego(parser, batch=False)
 
 
 ANALYSE = Command(
@@ -98,7 +99,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, RunRequest(seed=options.seed, jobs=options.jobs), compiled)
+    scenario = open_scenario(request, RunRequest(seed=options.seed, jobs=options.jobs, ego=options.ego), compiled)
     compile_kernels(scenario, terminal)
     seed = options.seed or 0
     with usage_errors():
@@ -120,7 +121,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         if getattr(options, name) is not None:
             raise UsageError(f"--{name} has no effect on a run: it was searched as it was", "leave it out")
     with usage_errors():
-        run = open_run(options.file)
+        run = open_run(options.file, options.ego)
         compile_kernels(run.scenario, terminal)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
@@ -159,6 +160,7 @@ def _probability_options(parser: Parser) -> None:
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
     parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
     add_jobs(parser)
+    add_ego(parser, batch=False)
 
 
 PROBABILITY = Command(

@@ -163,7 +163,7 @@ def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | 
         "program": program.digest,
         "seed": run.seed or 0,
         "scenes": tally.scenes,
-        "verdicts": {verdict.name.lower(): tally.verdicts[verdict] for verdict in Verdict},
+        "verdicts": {each.name.lower(): tally.verdicts[each] for each in Verdict if each != Verdict.CONTROLLER},
         "attempts": tally.attempts,
         "acceptance": tally.acceptance,
         "requirements": requirements_content(program, tally),

@@ -12,7 +12,7 @@ from importlib import import_module
 
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.installation import check_engine
-from engine.errors import HiddenEngineError
+from engine.errors import ControllerError, HiddenEngineError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = _dispatch(words, terminal)
         sys.stdout.flush()
-    except (UsageError, HiddenEngineError) as error:
+    except (UsageError, HiddenEngineError, ControllerError) as error:
         terminal.complain(error.message, error.cure)
         code = _documented(Exit.USAGE, error.message, error.cure, words, terminal)
     except KeyboardInterrupt:

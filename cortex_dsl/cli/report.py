@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_run
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_run
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
@@ -43,7 +43,7 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page
 
-    run = checked_run(options.run, terminal)
+    run = checked_run(options.run, terminal, options.ego)
     with usage_errors():
         return run.folder, run_page(run, options.cases), partial(_run_figures, run)
 
@@ -98,6 +98,7 @@ def _options(parser: Parser) -> None:
         "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"
     )
     parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
+    add_ego(parser, batch=False)
     parser.add_argument("--open", action="store_true", help="show the page in a browser")
 
 

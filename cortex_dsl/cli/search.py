@@ -9,7 +9,7 @@ from cortex_dsl.api.runs import OpenedRun, open_run, reopened
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
 from cortex_dsl.cli.study import resume_study, study_workers
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_jobs, add_run
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_ego, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
 from cortex_dsl.console.searching import watched
@@ -126,9 +126,9 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
     if is_study(options.run):
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
-        return resume_study(options.run, terminal, study_workers(options), json=options.json)
+        return resume_study(options.run, terminal, study_workers(options), json=options.json, ego=options.ego)
     with usage_errors():
-        run = open_run(options.run)
+        run = open_run(options.run, options.ego)
         manifest, planned = run.record.manifest, run.scenario.config.search
         generations = options.generations or planned.generations
         workers = chosen_workers(planned.engine, options.jobs, options.dask)
@@ -160,6 +160,7 @@ def _resume_options(parser: Parser) -> None:
     )
     add_jobs(parser, "workers: threads of --engine batch, processes of --engine world")
     add_dask(parser, "search")
+    add_ego(parser, batch=False)
 
 
 RESUME = Command(

@@ -141,14 +141,14 @@ def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
 # -- runs that commands show: opened, and held against the searcher that their journals name --------------------------
 
 
-def opened_run(folder: Path) -> OpenedRun:
+def opened_run(folder: Path, ego: str | None = None) -> OpenedRun:
     """A run.
 
     Raises:
         UsageError: there is no readable run.
     """
     with usage_errors():
-        return open_run(folder)
+        return open_run(folder, ego)
 
 
 def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
@@ -165,7 +165,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     return cases
 
 
-def checked_run(folder: Path, terminal: Terminal) -> OpenedRun:
+def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> OpenedRun:
     """A run with a finished generation, whose individuals are those that its method proposes.
 
     What the simulations came to is not simulated again: a changed result shows only where it changes what the method
@@ -174,7 +174,10 @@ def checked_run(folder: Path, terminal: Terminal) -> OpenedRun:
     Raises:
         UsageError: there is no readable run, or its journal does not follow from its own beginning.
     """
-    run = opened_run(folder)
+    run = opened_run(folder, ego)
+    driver = run.scenario.config.driver
+    if driver is not None and not driver.anew:
+        terminal.err.print(f"`--ego {driver.name}` tells also what new runs show", style="quiet", soft_wrap=True)
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     try:

@@ -34,7 +34,7 @@ class Job:
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     settle(options)
     if options.resume is not None:
-        return resume_study(options.resume, terminal, study_workers(options), json=options.json)
+        return resume_study(options.resume, terminal, study_workers(options), json=options.json, ego=options.ego)
     with _usage_errors():
         return _begin(options, terminal)
 
@@ -73,7 +73,9 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
         return show_study(folder, terminal, json=options.json, stopped=stopped)
 
 
-def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
+def resume_study(
+    folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False, ego: str | None = None
+) -> int:
     """Go on with a study that was stopped or killed; show one that is complete again.
 
     Raises:
@@ -84,14 +86,14 @@ def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: 
     from engine.study.database import StudyStore, read_study
 
     with _usage_errors():
-        study = read_study(folder)
+        study = read_study(folder).driven_by(ego)
         for name in study.edited:
             terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
         if study.complete:
             return show_study(folder, terminal, json=json)
         insist_on_same_engine(study)
         with hold(folder):
-            study = read_study(folder)
+            study = read_study(folder).driven_by(ego)
             with closing(StudyStore.reopen(folder)) as store:
                 stopped = _carry_out(study.plan, study.records, store, Job(folder, workers, json), terminal)
             return show_study(folder, terminal, json=json, stopped=stopped)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import Parser, add_dask, add_jobs
+from cortex_dsl.console.command import Parser, add_dask, add_ego, add_jobs
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
@@ -88,6 +88,7 @@ def add_options(parser: Parser) -> None:
     add("--objective", metavar="NAME", action="append", help="what is sought; again for several (risk)")
     add("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
+    add_ego(parser)
     add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
     add("--resume", metavar="DIR", type=Path, help="go on with the study in this folder")
 
@@ -173,6 +174,11 @@ def _the_six(terminal: Terminal) -> list[Path]:
     return files
 
 
+def _run_request(options: argparse.Namespace) -> RunRequest:
+    batch = {} if options.ego_batch is None else {"ego_batch": options.ego_batch}
+    return RunRequest(seed=options.seed, ego=options.ego, **batch)
+
+
 def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Terminal) -> "Subject | Exit":
     request = CompileRequest(file, json=options.json)
     compiled = compile_request(request, terminal)
@@ -185,5 +191,5 @@ def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Termi
     from engine.study.plan import Subject
 
     sizes = {each: getattr(options, each) for each in ("generations", "population", "preset", "rollouts", "aggregate")}
-    scenario = open_scenario(request, RunRequest(seed=options.seed), compiled, SearchRequest(**sizes))
+    scenario = open_scenario(request, _run_request(options), compiled, SearchRequest(**sizes))
     return Subject(name, str(file), scenario.program, scenario.config, origin_of(scenario))

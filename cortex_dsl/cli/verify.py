@@ -5,7 +5,7 @@ import argparse
 from cortex_dsl.api.opinions import MODELS, keep, verify
 from cortex_dsl.api.runs import WORST
 from cortex_dsl.cli.search_output import checked_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_jobs, add_run
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.simulating import compile_kernels
 from cortex_dsl.console.terminal import Exit, Terminal
@@ -15,7 +15,7 @@ from cortex_dsl.report.terminal.verification_view import verification_view
 
 
 def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
-    run = checked_run(options.run, terminal)
+    run = checked_run(options.run, terminal, options.ego)
     compile_kernels(run.scenario, terminal)
     with usage_errors():
         found = verify(run, options.worst, model=options.model, jobs=options.jobs)
@@ -40,6 +40,7 @@ def _options(parser: Parser) -> None:
         "--worst", metavar="N", type=whole_number(1, 10**6), default=WORST, help=f"cases, worst first ({WORST})"
     )
     add_jobs(parser)
+    add_ego(parser, batch=False)
 
 
 VERIFY = Command(

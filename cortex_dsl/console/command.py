@@ -177,6 +177,19 @@ def add_dask(parser: Parser, what: str) -> None:
     )
 
 
+def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
+    """--ego: who drives for a controller of the file; `batch`: how many scenes at once may be said too."""
+    parser.add_argument(
+        "--ego",
+        metavar="NAME",
+        help="who drives: python:package.module:function or process:COMMAND",
+    )
+    if batch:
+        parser.add_argument(
+            "--ego-batch", metavar="N", type=whole_number(1, 10**6), help="scenes that it is asked about at once (256)"
+        )
+
+
 def add_json(parser: argparse._ActionsContainer) -> None:
     """--json: for programs that read the answer."""
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")

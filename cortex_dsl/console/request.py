@@ -50,6 +50,10 @@ class RunRequest:
     profile: str = "paper"
     prune: bool = False
     jobs: int = 1
+    ego: str | None = None
+    """Who drives for a controller of the file."""
+    ego_batch: int = 256
+    """Scenes that it is asked about at once."""
     target: float | None = None
     """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.arguments import held_params
-from cortex_dsl.api.scenario import Scenario, in_file
+from cortex_dsl.api.loading import in_file
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
@@ -30,6 +31,7 @@ from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
+    from engine.driving import Driver
     from engine.metrics import Metric
     from engine.search.campaign import Campaign
     from engine.world.impacts import Impact
@@ -56,8 +58,21 @@ def open_scenario(
         engine=run.engine or "batch",
     )
     ga = replace(GAConfig(), preset=search.preset)
-    config = Config(simulation=simulation, search=searching, ga=ga)
+    config = Config(simulation=simulation, search=searching, ga=ga, driver=_driver(run))
     return Scenario(compiled, config, request.overrides, request.scenario)
+
+
+def _driver(run: RunRequest) -> "Driver | None":
+    """Whom the command line names.
+
+    Raises:
+        ControllerError: there is no such driver.
+    """
+    if run.ego is None:
+        return None
+    from engine.drivers import named_driver
+
+    return named_driver(run.ego, run.ego_batch)
 
 
 def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
@@ -101,9 +116,12 @@ def announce_compilation(terminal: Terminal) -> bool:
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
     """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
     from engine.avoidability import blame
+    from engine.host import coasting
 
     if announce_compilation(terminal):
-        scenes, config = scenario.sample(), scenario.config
+        config = replace(scenario.config, driver=None)
+        scenario = replace(scenario, config=config)
+        scenes = coasting(scenario.program, scenario.sample())
         scenario.simulate(scenes, config.search.engine)
         blame(scenario.program, scenes, config.simulation, config.contact)
 
@@ -207,6 +225,8 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
         words += [] if value is None else [flag, f"{value!r}"]
     words += ["--prune"] if run.prune else []
     words += ["--engine", run.engine] if run.engine else []
+    words += ["--ego", run.ego] if run.ego else []
+    words += ["--ego-batch", str(run.ego_batch)] if run.ego_batch != RunRequest().ego_batch else []
     words += ["--profile", run.profile] if run.profile != "paper" else []
     return shlex.join(words)
 

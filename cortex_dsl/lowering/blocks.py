@@ -15,6 +15,7 @@ from cortex_dsl import ir
 from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Register, Target
 from engine.frozen import frozen
 from engine.opcodes import Op
+from engine.vocabulary import Command
 
 # -- `do choose` and `do shuffle`: one draw of the behaviour stream decides among the options allowed ------------------
 #
@@ -207,6 +208,8 @@ class BehaviourWriter:
         self.buffer.place(again)
         writer = self.expressions.branch()
         path, speed, lateral = (writer.register(e) for e in (act.path, act.target_speed, act.max_lateral))
+        if act.offset is not None:
+            self.buffer.emit(Op.COMMAND, None, int(Command.OFFSET), writer.register(act.offset))
         self.buffer.emit(Op.FOLLOW, progress, path, speed, lateral, done)
         self._turn_then(again)
         self.buffer.place(done)

@@ -50,7 +50,7 @@ def lower(scenario: ir.Scenario) -> Program:
     return Program(
         name=scenario.name,
         description=scenario.description,
-        digest=program_digest(space, code, road, scenario.settings, judged),
+        digest=program_digest(space, code, road, scenario.settings, judged, scenario.controls),
         source_text=scenario.source.text,
         imported=_imported(scenario.source),
         space=space,
@@ -67,6 +67,7 @@ def lower(scenario: ir.Scenario) -> Program:
         records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
         monitors=tuple(monitor.name for monitor in example.monitors),
         judged=judged,
+        controls=scenario.controls,
     )
 
 

@@ -192,7 +192,7 @@ class Kernels:
 
 def warm_up() -> None:
     """Load, or compile, all that a session calls."""
-    from cortex_dsl.api.scenario import compile_text
+    from cortex_dsl.api.loading import compile_text
     from engine.acceptance import weigh
     from engine.avoidability import avoidability
 
@@ -327,7 +327,8 @@ class State:
 
     def scenario_of(self, compiled: Compiled) -> "Scenario":
         """A compiled text by the settings of the session, once the kernels are there."""
-        from cortex_dsl.api.scenario import Scenario, in_file
+        from cortex_dsl.api.loading import in_file
+        from cortex_dsl.api.scenario import Scenario
         from engine.config import Config, SimulationConfig
 
         self.kernels.wait(self.terminal)

@@ -179,6 +179,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         records=tuple(record for _, record in file.records.values()),
         objectives=objectives,
         readings=tuple(file.readings),
+        controls=tuple(file.controls.values()),
     )
 
 

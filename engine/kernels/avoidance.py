@@ -37,7 +37,7 @@ from engine.kernels.perception import (
     reached,
 )
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested
+from engine.kernels.rows import Requested, note_outlines
 from engine.kernels.stage import (
     REPLACED,
     RUNNING,
@@ -46,7 +46,6 @@ from engine.kernels.stage import (
     Slot,
     Status,
     column_of,
-    note_outlines,
     vehicle_of,
 )
 from engine.tables import Floats, Ints
@@ -63,11 +62,12 @@ LONGEST = 60.0
 
 
 class Case(NamedTuple):
-    """One scene: variant, scene values, stream key."""
+    """One scene: variant, scene values, stream key, and what was decided outside."""
 
     variant: int
     values: Floats
     key: Ints
+    actions: Floats
 
 
 class ReferenceDrive(NamedTuple):
@@ -174,7 +174,7 @@ def blame_rows(
     """The `Blame` of each valid scene from row `first` to `last` (exclusive). `reach`: how far each ego sees [m]."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
             out[row] = _blame(plan, run, case, outlines, path, _sees(driver, min(driver.reach, reach[row])))
 
 
@@ -204,7 +204,7 @@ def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, dri
 @inlined
 def _collides(plan: Plan, run: Run, case: Case) -> bool:
     """Drive a case as it was, up to the end of what is scored; whether that is a collision of the ego."""
-    begin(plan, run, case.variant, case.values, case.key)
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = run.status[Status.END] == RUNNING  # no literal truth: numba would compile `advance` once more
     advance(plan, run, plan.layout.last_sample + 1, scored)
     return run.status[Status.END] == EndReason.COLLISION
@@ -273,7 +273,7 @@ def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
 def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) -> Braked:
     """Drive a case as it was up to the sample `braking`, then brake along the path to the end of what is followed."""
     case, contact, outlines, path = again.case, again.contact, again.outlines, again.path
-    begin(plan, run, case.variant, case.values, case.key)
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = run.status[Status.END] == RUNNING
     if braking >= contact:
         return Braked(True, contact - 1, path[contact - 1, WAY], 0.0)

@@ -19,7 +19,7 @@ from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
-from engine.kernels.path import path_distance, path_pose, path_project, path_project_near
+from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN
@@ -159,6 +159,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
+        elif op == Op.ACTION:
+            registers[dst] = run.actions[sample // plan.layout.hold, a]
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -254,6 +256,8 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
         run.actors[actor, Slot.STEER] = value
     elif command == Command.REVERSE:
         run.actors[actor, Slot.REVERSE] = 1.0 if abs(value) > 0.0 else 0.0  # NaN is not true
+    elif command == Command.OFFSET:
+        run.actors[actor, Slot.OFFSET] = value
     else:
         run.actors[actor, Slot.SET_SPEED] = value
 
@@ -274,6 +278,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         run.actors[actor, Slot.ROUTE_DONE] = 1.0
         return True
     run.actors[actor, Slot.ROUTE_DONE] = 0.0
+    point = PathPoint(point.s, point.offset - run.actors[actor, Slot.OFFSET], point.heading, point.curvature)
     if plan.kinds[actor] == ActorKind.PEDESTRIAN:
         run.actors[actor, Slot.STEER] = turn_along(point, heading)
         _hold_speed(plan, run, sample, actor, target_speed)

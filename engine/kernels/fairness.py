@@ -16,8 +16,8 @@ from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import REAR, side_of
 from engine.kernels.perception import COURSE, Driver, first_sample, lay_path, pose_at, reached
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested
-from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status, note_outlines
+from engine.kernels.rows import Requested, note_outlines
+from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
 
@@ -40,13 +40,13 @@ def fair_rows(
     """Whether each valid scene from row `first` to `last` (exclusive) is a fair start: 1 or 0."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
             out[row] = 1 if _is_fair(plan, run, case, outlines, path, driver) else 0
 
 
 @kernel
 def _is_fair(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> bool:
-    begin(plan, run, case.variant, case.values, case.key)
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
     if run.states[0, 0, State.PRESENT] == 0.0:
         return True
     note_outlines(plan, run, outlines)
@@ -55,7 +55,7 @@ def _is_fair(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, d
     until = _standstill(speed, plan.layout.time_step, len(path) - 1, driver)
     advance(plan, run, until, unscored)
     lay_path(run.states, until + 1, path, plan.layout.time_step)
-    begin(plan, run, case.variant, case.values, case.key)
+    begin(plan, run, case.variant, case.values, case.key, case.actions)
     run.actors[0, Slot.FREE] = REPLACED
     return not _strikes(plan, run, until, outlines, path[: until + 1], driver)
 

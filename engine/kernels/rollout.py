@@ -11,7 +11,7 @@ How a host uses it:
 
     plan = engine.host.plan(program, config)            # once a program
     run = engine.host.memory(program, samples)          # once a thread; `samples` rows of record
-    begin(plan, run, variant, values, key)              # once a scene
+    begin(plan, run, variant, values, key, actions)     # once a scene
     advance(plan, run, until, True)                     # to the ego's contact, the end, or sample `until`
 
 `run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At the ego's
@@ -57,8 +57,10 @@ from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
 
 @shared
-def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None:
-    """Set up a scene: its variant, its values (n_values,) and its stream key (6,). Literals are in place already."""
+def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions: Floats) -> None:
+    """Set up a scene: its variant, its values (n_values,), its stream key (6,), and what is decided outside (turns,
+    numbers), of which the last turn goes on. Literals are in place already.
+    """
     for i in range(plan.variant_values.shape[1]):
         run.registers[plan.layout.variant_values + i] = plan.variant_values[variant, i]
     for i in range(len(values)):
@@ -66,10 +68,13 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
     run.registers[plan.layout.locals :] = 0.0
     for i in range(len(key)):
         run.key[i] = key[i]
+    for turn in range(len(run.actions) if len(actions) > 0 else 0):
+        for number in range(run.actions.shape[1]):
+            run.actions[turn, number] = actions[min(turn, len(actions) - 1), number]
     run.resume[:] = -1
     run.status[:] = -1
     run.status[Status.SAMPLE] = 0
-    run.status[Status.DRAWS] = run.status[Status.BLOWS] = 0
+    run.status[Status.DRAWS] = run.status[Status.BLOWS] = run.status[Status.PAUSED] = 0
     template = plan.variant_template[variant]
     run.status[Status.TEMPLATE] = template
     run.end[0], run.end[1], run.end[2] = 0.0, 0.0, math.nan
@@ -83,7 +88,8 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
 
 @shared
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
-    """Run on to sample `until`; while scored, at most to the ego's first contact or to the end.
+    """Run on to sample `until`; while scored, at most to the ego's first contact or to the end, and, where the plan
+    has some, to the next pause: all rules have been looked at, and nobody has acted. The next call goes on from it.
 
     Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
     among others alone, and only where the ego is `REPLACED`.
@@ -93,7 +99,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     ] == 1:
         if run.status[Status.SAMPLE] % plan.layout.hold == 0 or run.status[Status.TOUCHDOWN] == 1:
             _take_turns(plan, run, scored)
-        if scored and run.status[Status.END] != RUNNING:
+        if (scored and run.status[Status.END] != RUNNING) or run.status[Status.PAUSED] == 1:
             break
         _step(plan, run)
         low, high = 0, len(plan.kinds)
@@ -145,10 +151,16 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
     sample, template = int(run.status[Status.SAMPLE]), int(run.status[Status.TEMPLATE])
     rules = plan.rules.shape[1]
     actors = rules + plan.monitors.shape[1]
-    for turn in range(0 if scored else actors, actors + len(plan.kinds)):
+    pauses = scored and plan.layout.pause > 0 and run.status[Status.PAUSED] == 0
+    first = rules if run.status[Status.PAUSED] == 1 else 0 if scored else actors
+    run.status[Status.PAUSED] = 0
+    for turn in range(first, actors + len(plan.kinds)):
         if turn == rules and scored and sample >= plan.layout.last_sample and run.status[Status.END] == RUNNING:
             end_run(plan, run, EndReason.TIMEOUT, -1, 0.0)
         if turn >= rules and scored and run.status[Status.END] != RUNNING:
+            return
+        if turn == rules and pauses and sample // plan.layout.hold % plan.layout.pause == 0:
+            run.status[Status.PAUSED] = 1
             return
         if turn < rules:
             row = int(plan.rules[template, turn, Segment.START])
@@ -169,10 +181,11 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
 
 @inlined
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
-    """Where an actor's turn starts, -1 if it has none; pedals and speed last one step and are taken back here."""
+    """Where an actor's turn starts, -1 if it has none; what lasts one step is taken back here."""
     run.actors[actor, Slot.THROTTLE] = 0.0
     run.actors[actor, Slot.BRAKE] = 0.0
     run.actors[actor, Slot.SET_SPEED] = NO_SPEED
+    run.actors[actor, Slot.OFFSET] = 0.0
     if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
         return -1
     return int(run.resume[plan.main_blocks[template, actor]])

@@ -8,15 +8,15 @@ import numpy as np
 
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import kernel, shared
+from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status, note_outlines, vehicle_of
+from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status, column_of, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, EndReason, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, Verdict
 
 FAULT = ROWS.index("fault")
 """Where a pair's row has it."""
@@ -31,6 +31,8 @@ class Requested(NamedTuple):
     variant: Ints
     values: Floats
     keys: Ints
+    actions: Floats
+    """(n, turns, numbers)"""
 
 
 if TYPE_CHECKING:
@@ -48,28 +50,62 @@ else:
 
 @kernel
 def simulate_rows(
-    plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results
+    plan: Plan, scenes: Requested, first: int, last: int, lanes: Run, outlines: Floats, out: Results
 ) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive). `outlines` (actors, 3) is working memory."""
+    """Run the valid scenes of rows `first` to `last` (exclusive) that have not ended: to the end, or to the next pause.
+
+    `lanes` holds one or more runs side by side, arrays with one axis more: a row has the lane of its number, counted
+    round. `outlines` (actors, 3) is working memory.
+    """
     for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID:
-            _simulate_row(plan, scenes, row, run, outlines, out)
+        if scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING:
+            _simulate_row(plan, scenes, row, lane_of(lanes, row % len(lanes.status)), outlines, out)
 
 
 @kernel
-def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
+def judge_rows(
+    plan: Plan, scenes: Requested, first: int, last: int, lanes: Run, outlines: Floats, out: Results
+) -> None:
     """The same of a program with objectives: what works them out is compiled for those that have some."""
     for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID and _simulate_row(plan, scenes, row, run, outlines, out):
-            note_objectives(plan, run, row, outlines, out)
+        if scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING:
+            run = lane_of(lanes, row % len(lanes.status))
+            if _simulate_row(plan, scenes, row, run, outlines, out):
+                note_objectives(plan, run, row, outlines, out)
+
+
+@kernel
+def lane_of(lanes: Run, lane: int) -> Run:
+    """One of several runs side by side."""
+    return Run(
+        lanes.states[lane],
+        lanes.registers[lane],
+        lanes.resume[lane],
+        lanes.actors[lane],
+        lanes.status[lane],
+        lanes.end[lane],
+        lanes.legs[lane],
+        lanes.impacts[lane],
+        lanes.key[lane],
+        lanes.watched[lane],
+        lanes.worth[lane],
+        lanes.decided[lane],
+        lanes.beyond[lane],
+        lanes.final[lane],
+        lanes.shades[lane],
+        lanes.actions[lane],
+    )
 
 
 @kernel
 def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: Floats, out: Results) -> bool:
-    """Whether the run is valid, and so measured."""
+    """Whether the run is over and valid, and so measured."""
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
-    begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+    if run.status[Status.PAUSED] == 0:
+        begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
+    if run.status[Status.PAUSED] == 1:
+        return False
     valid = note_end(run, row, out)
     if valid:
         measure_run(plan, run, row, outlines, out)
@@ -117,6 +153,15 @@ def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Resul
             out.pairs[row, pair, number] = FILLS[number]
     out.lateral_grip[row, :] = out.combined_grip[row, :] = math.nan
     out.sought[row, :] = out.broken[row, :] = math.nan
+
+
+@inlined
+def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
+    """Fill `outlines` (actors, 3) with what every measure of a run reads: length, width, rear axle to centre [m]."""
+    for actor in range(len(plan.kinds)):
+        outlines[actor, 0] = column_of(plan, run, actor, Column.LENGTH)
+        outlines[actor, 1] = column_of(plan, run, actor, Column.WIDTH)
+        outlines[actor, 2] = column_of(plan, run, actor, Column.REAR_TO_CENTER)
 
 
 @shared

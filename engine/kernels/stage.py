@@ -49,6 +49,8 @@ class Layout(NamedTuple):
     hold: int
     """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
     where a run is made again with finer motion."""
+    pause: int
+    """Turns from one pause of a run to the next, in which its drivers are asked outside; 0: it never pauses."""
 
 
 class Plan(NamedTuple):
@@ -134,6 +136,8 @@ class Slot(IntEnum):
     REAR_WHEEL = 17
     REVERSE = 18
     """1 while the gear is the reverse one; stays until the next."""
+    OFFSET = 19
+    """How far left of its path an actor is to follow it in this step [m]."""
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
@@ -231,6 +235,8 @@ class Status(IntEnum):
     """Rows of `Run.impacts` that are filled."""
     TOUCHDOWN = 11
     """1 while the row of the current sample holds the instant of the ego's first contact."""
+    PAUSED = 12
+    """1 between the rules and the turns of a sample, while drivers are asked outside."""
 
 
 RUNNING = -1
@@ -273,6 +279,8 @@ class Run(NamedTuple):
     """… (registers,): those of what is worked out when the run is over; both are empty without objectives."""
     shades: Floats
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
+    actions: Floats
+    """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
 
 
 @inlined
@@ -305,15 +313,6 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
     )
-
-
-@inlined
-def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
-    """Fill `outlines` (actors, 3) with what every measure of a run reads: length, width, rear axle to centre [m]."""
-    for actor in range(len(plan.kinds)):
-        outlines[actor, 0] = column_of(plan, run, actor, Column.LENGTH)
-        outlines[actor, 1] = column_of(plan, run, actor, Column.WIDTH)
-        outlines[actor, 2] = column_of(plan, run, actor, Column.REAR_TO_CENTER)
 
 
 @inlined

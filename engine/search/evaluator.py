@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
+from engine.driving import Driven, driven
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
@@ -35,11 +36,10 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
     """
     jobs = config.search.jobs
     prune = pruner(program) if config.simulation.prune else None
-    simulate = make_host(program, config)
+    simulate = _driven_first(program, config, make_host(program, config))
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        scenes = sample(program, genomes, keys, config.simulation, jobs, prune)
-        outcomes = simulate(scenes)
+        scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
         risk = assess(outcomes, profile)
         runs = Runs(program, config, scenes, outcomes, risk)
         values = [np.where(runs.valid, np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
@@ -56,10 +56,22 @@ def make_blaming(program: Program, config: Config) -> Blaming:
     prune = pruner(program) if config.simulation.prune else None
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
-        scenes = sample(program, genomes, keys, config.simulation, jobs, prune)
+        scenes = driven(program, sample(program, genomes, keys, config.simulation, jobs, prune), config, jobs)
         return blame(program, scenes, config.simulation, config.contact, jobs)
 
     return blaming
+
+
+def _driven_first(program: Program, config: Config, simulate: Simulate) -> Callable[[Scenes], tuple[Scenes, Outcomes]]:
+    """The host, for scenes that whom the config names has to drive first: who does so runs them in the batch host."""
+
+    def run(scenes: Scenes) -> tuple[Scenes, Outcomes]:
+        if config.driver is None:
+            return scenes, simulate(scenes)
+        done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
+        return done.scenes, done.outcomes if config.search.engine == "batch" else simulate(done.scenes)
+
+    return run
 
 
 def make_host(program: Program, config: Config) -> Simulate:

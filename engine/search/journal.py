@@ -12,6 +12,7 @@ took (`pace`, `status`) lies in tables of its own. Taken in order, the individua
 | simulation | rollout that was run: verdict, counts per requirement, metrics, risk; named by birth   |
 | pace       | generation: seconds since the start                                                    |
 | status     | `running`, `stopped` or `finished` (one row)                                           |
+| action     | scene in which a controller's decisions are kept: its key, the shape, float64 numbers  |
 
 A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian
 blobs (float64; int32, tested then failed); NaN is NULL. Where something else than the risk is sought, or a file has
@@ -21,7 +22,7 @@ is what the search is for.
 
 import json
 import sqlite3
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from math import isfinite
@@ -35,6 +36,7 @@ from engine.search.campaign import Campaign, Progress
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
+from engine.tables import Floats
 
 APPLICATION_ID = 0x43525458
 """Marks the file as ours ("CRTX")."""
@@ -71,6 +73,13 @@ PRAGMA user_version = {SCHEMA_VERSION};
 _ADD_INDIVIDUAL = f"INSERT INTO individual VALUES ({', '.join('?' * 13)})"  # noqa: S608
 _SOUGHT = "\n    sought BLOB NOT NULL,"
 """Kept of a run that looks for something else than the risk, or whose file has objectives."""
+
+
+_ACTIONS = """
+CREATE TABLE IF NOT EXISTS action
+    (key BLOB PRIMARY KEY, turns INTEGER NOT NULL, numbers INTEGER NOT NULL, decided BLOB NOT NULL) WITHOUT ROWID
+"""
+"""Only of a run in which a controller drives."""
 
 
 def _adding(columns: int) -> str:
@@ -131,6 +140,19 @@ class Journal:
             StoreError: it cannot be written.
         """
         self._write(progress.evaluations, progress.figures, progress.elapsed)
+
+    def keep(self, actions: Mapping[bytes, Floats]) -> None:
+        """Add what controllers decided, (turns, numbers) by the bytes of a scene's key.
+
+        Raises:
+            StoreError: it cannot be written.
+        """
+        if not actions:
+            return
+        with store_errors(self.path), _transaction(self._connection) as connection:
+            connection.execute(_ACTIONS)
+            rows = [(key, *each.shape, each.astype("<f8").tobytes()) for key, each in actions.items()]
+            connection.executemany("INSERT OR REPLACE INTO action VALUES (?, ?, ?, ?)", rows)
 
     def complete(self, campaign: Campaign) -> None:
         """Add what Ctrl-C kept from being written."""

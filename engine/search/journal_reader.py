@@ -4,7 +4,7 @@ import json
 import sqlite3
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,10 @@ from engine.search.evaluations import (
     goal_of,
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
-from engine.search.manifest import Manifest, ManifestError, read_manifest
+from engine.search.manifest import Manifest, read_manifest
 from engine.search.store import StoreError, example_run, store_errors
-from engine.tables import Ints
+from engine.search.typed import ManifestError
+from engine.tables import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Record:
     """NaN unless stopped or finished."""
     spent: float
     """Until the last generation was written [s]."""
+    actions: Mapping[bytes, Floats] = field(default_factory=dict)
+    """What controllers decided, (turns, numbers) by the bytes of a scene's key, where it is kept."""
 
     def past(self) -> list[Evaluations]:
         """The evaluations of each generation, as `run_campaign` takes them."""
@@ -98,6 +101,7 @@ def _record(connection: sqlite3.Connection) -> Record:
         status=status,
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
+        actions=_actions(connection),
     )
 
 
@@ -116,6 +120,14 @@ def _consistent(record: Record) -> Record:
             if not np.allclose(*pair, rtol=1e-9, atol=0.0, equal_nan=True):
                 raise ValueError
     return record
+
+
+def _actions(connection: sqlite3.Connection) -> dict[bytes, Floats]:
+    """Of a run in which a controller drives."""
+    if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'action'").fetchone()[0]:
+        return {}
+    rows = connection.execute("SELECT key, turns, numbers, decided FROM action").fetchall()
+    return {key: np.frombuffer(decided, dtype="<f8").reshape(turns, numbers) for key, turns, numbers, decided in rows}
 
 
 def _spent(connection: sqlite3.Connection) -> float:

@@ -5,14 +5,13 @@ belong.
 import platform
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
+from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from types import MappingProxyType, UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from types import MappingProxyType
+from typing import Any
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
-from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
 from engine.risk import PROFILES
@@ -20,12 +19,12 @@ from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.search.searchers import distribution_of
+from engine.search.typed import ManifestError, typed
 from engine.streams import method_number, old_number
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
-LARGEST = MappingProxyType({int: 2**63 - 1, float: sys.float_info.max})
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
@@ -115,6 +114,19 @@ NO_ORIGIN = Origin()
 
 
 @dataclass(frozen=True)
+class DrivenBy:
+    """Who drove whom the file leaves to a controller: to be named again, never to be loaded from here."""
+
+    name: str
+    digest: str
+    """SHA-256 of the file that defines the controller; "" where there is none."""
+    block: int
+    """Scenes that it was asked about at once."""
+    reproducible: bool = True
+    """Whether it drove a block alike that it was given twice."""
+
+
+@dataclass(frozen=True)
 class Manifest:
     """Written once, before the first evaluation."""
 
@@ -149,6 +161,7 @@ class Manifest:
     """What the search looks for."""
     objectives: tuple[str, ...] = ()
     """Those of the file."""
+    driver: DrivenBy | None = None
 
     @property
     def method_number(self) -> int:
@@ -168,7 +181,7 @@ class Manifest:
     def stored(self) -> dict[str, Any]:
         """What is stored of it; what is newer than the first manifests is left out where there is nothing to say."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        usual = {"number": None, "objective": SOUGHT, "objectives": ()}
+        usual = {"number": None, "objective": SOUGHT, "objectives": (), "driver": None}
         return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
@@ -191,6 +204,7 @@ def make_manifest(
     command_line: Sequence[str] = (),
     origin: Origin = NO_ORIGIN,
     objective: Sequence[Sought] = SOUGHT,
+    reproducible: bool = True,
 ) -> Manifest:
     """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
@@ -204,7 +218,7 @@ def make_manifest(
         profile=profile,
         seed=config.search.seed,
         run=config.search.run,
-        settings=asdict(config),
+        settings=_settings(config),
         versions={"python": PYTHON, **_versions(method)},
         platform=f"{platform.system()} {platform.machine()}",
         command_line=tuple(command_line),
@@ -216,7 +230,20 @@ def make_manifest(
         number=method_number(method) if method_number(method) != old_number(method) else None,
         objective=tuple(each if isinstance(each, str) else function_name(each) for each in objective),
         objectives=program.judged.names,
+        driver=_driven_by(config, reproducible),
     )
+
+
+def _driven_by(config: Config, reproducible: bool) -> DrivenBy | None:
+    driver = config.driver
+    return None if driver is None else DrivenBy(driver.name, driver.digest, driver.block, reproducible)
+
+
+def _settings(config: Config) -> dict[str, Any]:
+    """Every setting; who drives is said apart."""
+    settings = asdict(replace(config, driver=None))
+    del settings["driver"]
+    return settings
 
 
 def _parameters(program: Program) -> tuple[Parameter, ...]:
@@ -246,10 +273,6 @@ def changed_versions(manifest: Manifest) -> list[str]:
 # -- read back ---------------------------------------------------------------------------------------------------------
 
 
-class ManifestError(Signal, ValueError):
-    """The manifest was changed from outside: it does not hold what `make_manifest` writes."""
-
-
 def read_manifest(values: Mapping[str, Any]) -> Manifest:
     """The manifest whose fields, as JSON reads them, are `values`.
 
@@ -257,8 +280,8 @@ def read_manifest(values: Mapping[str, Any]) -> Manifest:
         ManifestError: one of them is missing, of another type, or a setting that no run can have.
     """
     fitting = {each.name: values[each.name] for each in fields(Manifest) if each.name in values}
-    manifest: Manifest = _typed(Manifest, fitting, "")
-    settings = _typed(Config, manifest.settings, "settings")
+    manifest: Manifest = typed(Manifest, fitting, "")
+    settings = typed(Config, manifest.settings, "settings")
     for place in (*((table,) for table in LIMITS), *(("search", name) for name in ALWAYS_THERE)):
         if place[0] not in manifest.settings or not set(place[1:]) <= manifest.settings[place[0]].keys():
             raise ManifestError(f"its manifest has no `{'.'.join(('settings', *place))}`")
@@ -300,48 +323,3 @@ def _check_words(manifest: Manifest, config: Config) -> None:
         raise ManifestError("`number` of its manifest must be that of its method")
     if samples_of(simulation) > MAX_SAMPLES:
         raise ManifestError(f"`settings.simulation` of its manifest has more than {MAX_SAMPLES:,} steps")
-
-
-def _typed(kind: Any, value: Any, place: str) -> Any:
-    """A value that JSON has read, as what the type of a field says that it is."""
-    origin, arguments = get_origin(kind), get_args(kind)
-    if is_dataclass(kind):
-        return _table(kind, _of(dict, "a table", value, place), place)
-    if origin is tuple:
-        rows = _of(list, "a list", value, place)
-        return tuple(_typed(arguments[0], each, f"{place}[{i}]") for i, each in enumerate(rows))
-    if origin is dict:
-        table = _of(dict, "a table", value, place)
-        return {name: _typed(arguments[1], each, f"{place}.{name}") for name, each in table.items()}
-    if origin is UnionType:
-        return None if value is None else _typed(arguments[0], value, place)
-    if kind is Any:
-        return value
-    return _scalar(kind, value, place)
-
-
-def _table(kind: Any, value: dict[str, Any], place: str) -> Any:
-    prefix = f"{place}." if place else ""
-    needed = {each.name for each in fields(kind) if each.default is MISSING and each.default_factory is MISSING}
-    hints = get_type_hints(kind)
-    for name in sorted(needed - value.keys()):
-        raise ManifestError(f"its manifest has no `{prefix}{name}`")
-    for name in sorted(value.keys() - hints.keys()):
-        raise ManifestError(f"its manifest has `{prefix}{name}`, which there is not")
-    return kind(**{name: _typed(hints[name], each, f"{prefix}{name}") for name, each in value.items()})
-
-
-def _scalar(kind: type, value: Any, place: str) -> Any:
-    """A text, a truth or a finite number of at most 64 bits; a whole number stands for any number, too."""
-    if kind is str or kind is bool:
-        return _of(kind, "a text" if kind is str else "true or false", value, place)
-    kinds = int if kind is int else (int, float)
-    if isinstance(value, bool) or not isinstance(value, kinds) or not abs(value) <= LARGEST[kind]:
-        raise ManifestError(f"`{place}` of its manifest must be a {'whole ' if kind is int else ''}number")
-    return value
-
-
-def _of(kind: type, what: str, value: Any, place: str) -> Any:
-    if not isinstance(value, kind):
-        raise ManifestError(f"`{place}` of its manifest must be {what}")
-    return value

@@ -1,16 +1,25 @@
-"""The past of a search: a new searcher gets its results again, and must propose what was proposed then."""
+"""The past of a search: a new searcher gets its results again, and must propose what was proposed then; who drove in it
+drives again, or what is kept of that.
+"""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from engine.config import Drives
+from engine.decisions import KeptActions
+from engine.drivers import driver_of
 from engine.errors import CortexError
 from engine.search.evaluations import (
     Evaluations,
     parent_rows,
     results,
 )
+from engine.search.manifest import DrivenBy
 from engine.search.protocol import Proposal, Searcher
+from engine.search.store import StoreError
+from engine.tables import Floats
 
 
 class ForeignPastError(CortexError):
@@ -49,3 +58,26 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
     if not same:
         raise ForeignPastError(generation)
     return evaluations
+
+
+def who_drove(folder: Path, driven: DrivenBy | None, actions: Mapping[bytes, Floats], ego: object) -> Drives | None:
+    """Who drives again in the run of a folder: whoever is named, if that one did; else what is kept of the decisions.
+    Nothing is loaded for the name in a journal.
+
+    Raises:
+        StoreError: somebody else drove, or nobody.
+    """
+    if driven is None:
+        if ego is not None:
+            raise StoreError(f"no controller drove in `{folder}`", "leave `--ego` out")
+        return None
+    driver = driver_of(ego, driven.block)
+    if driver is None:
+        return KeptActions(actions, driven.name, driven.digest, driven.block)
+    if (driver.name, driver.digest) != (driven.name, driven.digest):
+        other = f"`{driver.name}` as it is now" if driver.name == driven.name else f"`{driver.name}`"
+        raise StoreError(
+            f"`{driven.name}` drove in `{folder}`, and not {other}",
+            "name it again as it was; a search of its own tells of another one",
+        )
+    return driver

@@ -246,7 +246,11 @@ def search(
     seek(searcher, method, len(aims))
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
+    if config.driver is not None and workers.kind != "dask":
+        workers = Workers("threads", workers.jobs)  # a controller is asked in this process alone
     with open_workers(workers) as executor:
+        if executor and config.driver is not None:
+            raise ArgumentError("a controller drives in this process, and not on a cluster", "leave `--dask` out")
         if executor and not all(isinstance(each, str) for each in objective):
             raise ArgumentError("a function as objective runs in threads of this process", "leave `workers` out")
         here = make_evaluator(program, config, PROFILES[profile], aims)

@@ -19,17 +19,20 @@ import json
 import sqlite3
 from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.decisions import KeptActions
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
+from engine.search.manifest import DrivenBy
+from engine.search.past import who_drove
 from engine.search.protocol import SOUGHT
 from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
@@ -192,6 +195,21 @@ class Study:
     edited: tuple[str, ...]
     """Files that say something else now; the study goes by what they said when it was begun."""
 
+    def driven_by(self, ego: object) -> "Study":
+        """Return the study with who drives in it, named again.
+
+        Raises:
+            StoreError: somebody else drove, or nobody.
+        """
+        subjects = tuple(self._driven(subject, ego) for subject in self.plan.subjects)
+        return replace(self, plan=replace(self.plan, subjects=subjects))
+
+    def _driven(self, subject: Subject, ego: object) -> Subject:
+        known = subject.config.driver
+        driven = None if known is None else DrivenBy(known.name, known.digest, known.block)
+        driver = who_drove(self.folder, driven, {}, ego)
+        return replace(subject, config=replace(subject.config, driver=driver))
+
     @property
     def complete(self) -> bool:
         plan = self.plan
@@ -275,12 +293,14 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
     program = load_program(program_file(folder, number))
     if program.digest != digest:
         raise ValueError(f"{program_file(folder, number)} is not the program that the study is about")
-    parts = json.loads(manifest)["settings"]
+    said = json.loads(manifest)
+    parts, driven = said["settings"], said.get("driver")
     config = Config(
         simulation=SimulationConfig(**parts["simulation"]),
         contact=ContactConfig(**parts["contact"]),
         search=SearchConfig(**parts["search"]),
         ga=GAConfig(**parts["ga"]),
+        driver=None if driven is None else KeptActions({}, driven["name"], driven["digest"], driven["block"]),
     )
     return Subject(name, file, program, config)
 

@@ -209,7 +209,7 @@ def _touching(run: Run, sample: int) -> Floats:
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:
-    rows, space = requested(scenes), new_space(config.contact)
+    rows, space = requested(program, scenes), new_space(config.contact)
     return Host(
         plan=plan(program, config.simulation, config.contact),
         memory=memory(program, samples_of(config.simulation) + 1 + extra_samples),
@@ -223,7 +223,7 @@ def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) 
 def _score(host: Host, row: int) -> int:
     """Run one scene to first contact or its end and fill its row; the number of samples up to then."""
     scenes, record = host.scenes, host.memory
-    begin(host.plan, record, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+    begin(host.plan, record, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(host.plan, record, host.plan.layout.last_sample + 1, True)
     valid = note_end(record, row, host.results)
     samples = int(record.status[Status.SAMPLE]) + (0 if record.status[Status.CONTACT_ONE] >= 0 else 1)

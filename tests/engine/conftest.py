@@ -277,6 +277,7 @@ def scenes_of(*rows: Sequence[np.ndarray], extra: Sequence[float] = ()) -> Scene
         attempts=np.ones(n, dtype=np.int64),
         tested=np.zeros((n, 0), dtype=np.int64),
         failed=np.zeros((n, 0), dtype=np.int64),
+        actions=np.zeros((n, 0, 0)),
     )
 
 

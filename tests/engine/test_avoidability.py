@@ -238,10 +238,10 @@ def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
 def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.ReferenceDrive, Callable[[int], bool]]:
     """What the kernel says of a scene, and whether braking from a sample touches anybody."""
     config, program = scenario.config.simulation, scenario.program
-    shared, rows = plan(program, config), requested(scenes)
+    shared, rows = plan(program, config), requested(program, scenes)
     run = memory(program, samples_of(config) + 1 + math.ceil(kernels.LONGEST / config.time_step))
     path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
-    case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
+    case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
     found = kernels.drive_again(shared, run, case, outlines, path, R157)
     until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
     again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1])

@@ -163,6 +163,7 @@ def _words(expression: ir.Expr) -> str:
 
 
 WORDS: Mapping[Op, str] = {
+    Op.ACTION: "what a controller decides",
     Op.RANDOM: "a number drawn while it runs",
     Op.STATE: "the state of an actor in a calculation",
     Op.VELOCITY: "the state of an actor in a calculation",
@@ -198,7 +199,7 @@ def varied_params(case: Case) -> Iterator[Parameter]:
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 
 DYNAMIC = (
-    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY
+    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY, Op.ACTION
 )  # fmt: skip
 """Operations that ask the running simulation."""
 AT_START = {State.X: Column.X, State.Y: Column.Y, State.HEADING: Column.HEADING, State.SPEED: Column.SPEED}

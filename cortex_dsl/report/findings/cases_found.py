@@ -8,6 +8,7 @@ import numpy as np
 
 from engine.avoidability import Avoidability, avoidability
 from engine.config import Config
+from engine.driving import driven
 from engine.program import Program
 from engine.sampling import sample
 from engine.search.campaign import Campaign
@@ -55,7 +56,7 @@ def _answers(scenario: Searched, worst: Sequence[Case]) -> tuple[Avoidability | 
         return ()
     config, genomes = scenario.config, np.array([case.genome for case in worst])
     keys = np.array([case.key for case in worst], dtype=np.int64)
-    scenes = sample(scenario.program, genomes, keys, config.simulation)
+    scenes = driven(scenario.program, sample(scenario.program, genomes, keys, config.simulation), config)
     return avoidability(scenario.program, scenes, config.simulation, contact=config.contact)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import caution, following
+from cortex_dsl.semantics.acting import caution, external, following
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
@@ -51,6 +51,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "ConstantSpeedBehavior": following.constant_speed,
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,
+    "ExternalBehavior": external.drive_from_outside,
     "IdleBehavior": following.idle,
 }
 

@@ -100,9 +100,14 @@ def settled_path(job: Job, index: Term, *, against: bool) -> tuple[ir.Block, Ter
 
 def follow_car(job: Job) -> ir.Block:
     """Follow a trajectory or a lane, no faster than the car ahead allows."""
-    way = job.given("trajectory")
-    acts, path = lane_route(job, "trajectory") if way is None or _is_lane_now(way) else ((), _path_of(job, way))
+    acts, path = path_to_follow(job)
     return (*acts, job.follow(path, _idm_target(job, path)))
+
+
+def path_to_follow(job: Job) -> tuple[ir.Block, Term]:
+    """The path of `trajectory`: of lanes, of one lane, or of the lane it is on."""
+    way = job.given("trajectory")
+    return lane_route(job, "trajectory") if way is None or _is_lane_now(way) else ((), _path_of(job, way))
 
 
 def _is_lane_now(value: Value) -> bool:

@@ -297,3 +297,19 @@ WALKS_IN_LANE = warning(
         "ego = new Car on road\nnew Pedestrian on road, with behavior CrossingBehavior(ego)\n",
     ),
 )
+
+CONTROLLED_TWICE = Problem(
+    "SCN634",
+    "the controller `{name}` drives something else already",
+    "a controller drives one object, in one way",
+    'name another one, as in `ExternalBehavior(controller="other")`',
+    page=Page(
+        "one controller for two objects",
+        "A controller is asked for one object, for the same actions, equally often. What stands in several places of a "
+        "behavior has the same arguments there.",
+        'ego = new Car on road, with behavior ExternalBehavior(controller="mine")\n'
+        'new Car on road, with behavior ExternalBehavior(controller="mine")\n',
+        'ego = new Car on road, with behavior ExternalBehavior(controller="mine")\n'
+        'new Car on road, with behavior ExternalBehavior(controller="theirs")\n',
+    ),
+)

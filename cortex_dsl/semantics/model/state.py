@@ -17,6 +17,7 @@ from cortex_dsl.semantics.quantities.algebra import Algebra, Term
 from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
+from engine.control import Control
 from engine.frozen import frozen
 from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.program import Settings
@@ -142,6 +143,9 @@ class FileContext:
     """What these need of a run that is over; all variants number them alike."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
     """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
+
+    controls: dict[str, Control] = field(default_factory=dict)
+    """The actors that are driven from outside, by the name of their controllers; all variants number them alike."""
 
     def gene_index(self, name: str) -> int:
         return list(self.genes).index(name)

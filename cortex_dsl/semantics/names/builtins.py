@@ -207,6 +207,11 @@ _ROWS = (
     _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
                Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
     _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
+    _behaviour("ExternalBehavior", "Do what a controller decides, which is named when the file is run (`--ego`).",
+               Parameter("controller", default="the name of the object"),
+               Parameter("trajectory", default="the lane it is on"),
+               Parameter("actions", default='"pedals"'),
+               Parameter("every", TIME, "each step", low=0.0), Parameter("delay", TIME, "0 s", low=0.0)),
     _behaviour("IdleBehavior", "Do nothing, for ever: roll at constant speed."),
     # -- classes
     _class("Point", "A place."),

@@ -9,14 +9,16 @@ import numpy as np
 
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.config import Config
+from engine.driving import driven
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.sampling import sample
+from engine.search.assessment import Evaluate
 from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
 from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
 from engine.search.insight.diversity import Grid, Spread, grids, spread
-from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, Probes, gene_effects, probe_genes
 from engine.search.insight.kinds import Failures, FoundKind, blamed, failures, kinds
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
@@ -105,10 +107,12 @@ def analyse(
     count: int = 10,
     blame: Ints | None = None,
 ) -> Analysis:
-    """All of it; `budget` simulations for the sensitivity design (0: none), `count` worst cases. `blame` (n, k): what
-    the reference driver says of each rollout, where it was asked before.
+    """All of it, but what new runs show where only kept decisions drive. `budget` simulations for the sensitivity
+    design (0: none), `count` worst cases. `blame` (n, k): what the reference driver says of each rollout, where it was
+    asked before.
     """
     box = Box.of(program.space)
+    anew = config.driver is None or config.driver.anew
     config = replace(config, search=replace(config.search, engine="batch"))
     evaluate = make_evaluator(program, config, PROFILES[profile])
     blame = blamed(evaluations, make_blaming(program, config)) if blame is None else blame
@@ -123,9 +127,11 @@ def analyse(
         fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
         grids=grids(evaluations, variant_labels(program)),
-        clusters=clusters(evaluations, program.space, evaluate, config.search.seed),
-        genes=gene_effects(box, evaluations, probe_genes(box, evaluations, evaluate, config.search.probes or 32)),
-        sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed) if budget and len(box) else None,
+        clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if anew else (),
+        genes=gene_effects(box, evaluations, _probes(box, evaluations, evaluate, config) if anew else None),
+        sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed)
+        if budget and len(box) and anew
+        else None,
         worst=worst,
         avoidability=driven_again(program, evaluations, [case.row for case in worst], config),
         avoided=avoided(program, evaluations, blame, config),
@@ -134,13 +140,17 @@ def analyse(
     )
 
 
+def _probes(box: Box, evaluations: Evaluations, evaluate: Evaluate, config: Config) -> Probes | None:
+    return probe_genes(box, evaluations, evaluate, config.search.probes or 32)
+
+
 def driven_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Avoidability | None, ...]:
     """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision."""
     chosen = np.array(rows, dtype=np.int64)
     keys = evaluations.keys[chosen, evaluations.worst_rollout[chosen]]
-    scenes = sample(program, evaluations.genomes[chosen], keys, config.simulation)
+    scenes = driven(program, sample(program, evaluations.genomes[chosen], keys, config.simulation), config)
     collided = evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]
     answers = avoidability(program, scenes, config.simulation, contact=config.contact)
     refuse_missing(collided, answers)

@@ -1,0 +1,108 @@
+"""Scenarios as environments of Gymnasium; needs the extra `gym`.
+
+    import gymnasium
+    env = gymnasium.make("cortex_dsl.gym:cortexc/Scenario-v0", scenario="mine.scn")
+    many = gymnasium.make_vec("cortex_dsl.gym:cortexc/Scenario-v0", num_envs=1024, scenario="mine.scn")
+
+What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes
+begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP).
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from cortex_dsl.api.loading import load
+from cortex_dsl.api.scenario import Scenario
+from engine.extras import needed
+
+if TYPE_CHECKING:
+    import gymnasium
+    from gymnasium import spaces, vector
+else:
+    gymnasium = needed("gymnasium", "environments of Gymnasium need", "gym")
+    spaces, vector = gymnasium.spaces, gymnasium.vector
+
+from engine.control import Action
+from engine.tables import Bools, Floats
+
+ID = "cortexc/Scenario-v0"
+FARTHEST = 1e9
+"""Of what is observed: Gymnasium wants a bound."""
+SEEDS = 2**31
+
+
+def action_space(actions: tuple[Action, ...]) -> "spaces.Box":
+    """The numbers that are decided, in their units."""
+    return spaces.Box(np.array([a.low for a in actions]), np.array([a.high for a in actions]), dtype=np.float64)
+
+
+def observation_space(count: int) -> "spaces.Box":
+    """So many numbers."""
+    return spaces.Box(-FARTHEST, FARTHEST, (count,), dtype=np.float64)
+
+
+def bounded(observations: Floats) -> Floats:
+    """What is observed, inside of its space."""
+    return np.clip(np.nan_to_num(observations), -FARTHEST, FARTHEST)
+
+
+def scenario_of(scenario: "Scenario | str | Path") -> Scenario:
+    """One that is loaded, or named by its file."""
+    return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+class ScenarioEnv(gymnasium.Env[Floats, Floats]):
+    """One scene after another."""
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+
+    def __init__(self, scenario: Scenario | str | Path, **how: Any) -> None:
+        self.render_mode = None
+        self.environment = scenario_of(scenario).environment(1, **how)
+        self.action_space = action_space(self.environment.actions)
+        self.observation_space = observation_space(len(self.environment.observations))
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+        """Begin another scene, which the seed decides."""
+        super().reset(seed=seed, options=options)
+        return bounded(self.environment.reset(int(self.np_random.integers(SEEDS))))[0], {}
+
+    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Do the actions, and run on to the next decision."""
+        step = self.environment.step(np.asarray(action, dtype=np.float64)[np.newaxis])
+        seen = bounded(step.observations)[0]
+        return seen, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), {}
+
+
+class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
+    """Many scenes side by side, on one kernel."""
+
+    metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": vector.AutoresetMode.NEXT_STEP, "render_modes": []}
+
+    def __init__(self, num_envs: int = 1, scenario: Scenario | str | Path = "", **how: Any) -> None:
+        self.num_envs = num_envs
+        self.environment = scenario_of(scenario).environment(num_envs, **how)
+        self.single_action_space = action_space(self.environment.actions)
+        self.single_observation_space = observation_space(len(self.environment.observations))
+        self.action_space = vector.utils.batch_space(self.single_action_space, num_envs)
+        self.observation_space = vector.utils.batch_space(self.single_observation_space, num_envs)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+        """Begin the first episodes of a seed."""
+        super().reset(seed=seed, options=options)
+        return bounded(self.environment.reset(int(self.np_random.integers(SEEDS)))), {}
+
+    def step(self, actions: Floats) -> tuple[Floats, Floats, Bools, Bools, dict[str, Any]]:
+        """Do the actions in all lanes, and run on to the next decision."""
+        step = self.environment.step(actions)
+        return bounded(step.observations), step.rewards, step.terminated, step.truncated, {}
+
+
+def register() -> None:
+    """Make the environment known to Gymnasium by its id."""
+    gymnasium.register(ID, entry_point=ScenarioEnv, vector_entry_point=ScenarioVectorEnv)
+
+
+register()

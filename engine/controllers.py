@@ -1,0 +1,189 @@
+"""Controllers in their places: who answers for whom, what they are asked, and whether the answer can be driven.
+
+A controller is a function of observations (n, d) to actions (n, a), or an object that has a memory:
+
+    reset(lanes, keys)               new scenes begin in these lanes (m,); `keys` (m, 6) are their stream keys
+    act(observations, active)        actions (n, a); what a lane gives that is not `active` (n,) is left
+
+Rows are lanes, scenes side by side, n of them at every call.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from engine.control import Control, turns
+from engine.errors import ArgumentError, ControllerError, CortexError, nearest
+from engine.program import Program
+from engine.stacks import VERSION, Stack
+from engine.stepping import Named, names_of
+from engine.tables import Bools, Floats, Ints
+
+# -- controllers -------------------------------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """One with a memory."""
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        """New scenes begin in these lanes."""
+        ...
+
+    def act(self, observations: Floats, active: Bools) -> Floats:
+        """(n, a) actions."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Memoryless:
+    """A function as a controller."""
+
+    function: Callable[[Floats], Floats]
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        """Nothing is remembered."""
+
+    def act(self, observations: Floats, active: Bools) -> Floats:
+        del active
+        return self.function(observations)
+
+
+def controller_of(name: str, driver: object) -> Controller:
+    """Return what is asked for the controller of this name."""
+    if isinstance(driver, Controller) and not isinstance(driver, type):
+        return driver
+    if callable(driver) and not isinstance(driver, type):
+        return _Memoryless(driver)
+    raise ArgumentError(
+        f"the controller `{name}` is no function and has not both `reset` and `act`, but is a {type(driver).__name__}",
+        "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
+        "`act(observations, active)`",
+    )
+
+
+def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
+    """Return one controller for each control of a program, in its order.
+
+    `given` is the one of the ego, or of the only one there is, or a mapping from names to controllers.
+    """
+    names = names_of(program.controls)
+    if not names:
+        raise ControllerError(
+            f"nobody in {program.name} is driven from outside, so that no controller is asked",
+            "give the ego a controller: `with behavior ExternalBehavior()`",
+        )
+    drivers: Mapping[str, object] = given if isinstance(given, Mapping) else {_meant(program): given}
+    for name in drivers:
+        if name not in names:
+            near = nearest(name, names)
+            cure = f"did you mean `{near}`?" if near else f"name one of {', '.join(names)}"
+            raise ControllerError(f"{program.name} has no controller `{name}`", cure)
+    missing = [name for name in names if name not in drivers]
+    if missing:
+        raise ControllerError(
+            f"nobody drives for the controller{'s' * (len(missing) > 1)} {', '.join(f'`{name}`' for name in missing)}",
+            "give a mapping from the name of each controller to who drives: `ego={" + f'"{missing[0]}": …' + "}`",
+        )
+    return tuple(controller_of(name, drivers[name]) for name in names)
+
+
+def _meant(program: Program) -> str:
+    """The controller that is meant where no name is said: the ego's, or the first."""
+    controls = sorted(program.controls, key=lambda control: control.actor)
+    return controls[0].controller
+
+
+# -- questions and answers ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Seat:
+    """A controller in its place."""
+
+    control: Control
+    controller: Controller
+
+    def meet(self, lanes: int, seen: Named, time_step: float) -> None:
+        """Tell a process what it will be asked."""
+        if isinstance(self.controller, Stack):
+            actions = [asdict(action) for action in self.control.actions]
+            every = turns(self.control.every, time_step) * time_step
+            self.controller.meet(
+                {
+                    "version": VERSION,
+                    "controller": self.control.controller,
+                    "lanes": lanes,
+                    "observations": [{"name": name, "unit": unit} for name, unit in seen],
+                    "actions": actions,
+                    "time_step": time_step,
+                    "every": max(every, time_step),
+                }
+            )
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        self._ask(lambda: self.controller.reset(lanes, keys), "reset")
+
+    def act(self, observations: Floats, active: Bools, times: Floats) -> Floats:
+        """What it decides, checked where it is `active`. `times` (n,): of the samples [s], for messages."""
+        timed = (times,) if isinstance(self.controller, Stack) else ()
+        given = self._ask(lambda: self.controller.act(observations, active, *timed), "act")
+        return checked(self.control, given, active, times)
+
+    def _ask(self, question: Callable[[], Any], what: str) -> Any:
+        try:
+            return question()
+        except CortexError:
+            raise
+        except Exception as error:
+            who, kind = f"the controller `{self.control.controller}`", type(error).__name__
+            raise ControllerError(
+                f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
+                "correct it; what was finished before is kept",
+            ) from error
+
+
+def _place(error: Exception) -> str:
+    """Where it was raised."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return "" if trace is None else f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
+
+
+def checked(control: Control, given: object, active: Bools, times: Floats) -> Floats:
+    """Return actions (n, a) as numbers, if they can be driven where a lane is active.
+
+    Raises:
+        ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
+    """
+    who, shape = f"the controller `{control.controller}`", (len(active), len(control.actions))
+    try:
+        actions = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ControllerError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
+    if actions.shape != shape:
+        raise ControllerError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
+    for number, action in enumerate(control.actions):
+        values = actions[:, number]
+        wrong = np.flatnonzero(active & ~((values >= action.low) & (values <= action.high)))
+        if len(wrong):
+            lane, unit = int(wrong[0]), f" {action.unit}" if action.unit else ""
+            raise ControllerError(
+                f"{who} gave {action.name} = {values[lane]:g}{unit} in lane {lane} at {times[lane]:.2f} s",
+                f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: `numpy.clip` holds it there",
+            )
+    return actions
+
+
+def _wanted(control: Control) -> str:
+    columns = ", ".join(f"{a.name} [{a.unit or '1'}, {a.low:g} .. {a.high:g}]" for a in control.actions)
+    return f"give an array (n, {len(control.actions)}) with a row a lane: {columns}"
+
+
+def seats_of(program: Program, driver: object) -> tuple[Seat, ...]:
+    """Return every control with its controller."""
+    controllers = controllers_of(program, driver)
+    return tuple(Seat(control, each) for control, each in zip(program.controls, controllers, strict=True))

@@ -1,0 +1,132 @@
+"""What controllers decided, kept with a run: its scenes are driven again without them.
+
+`Recorder` stands before a controller while a search goes on, and keeps what it decided in every collision.
+`KeptActions` stands in its place afterwards.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from engine.batch import simulate
+from engine.config import Config, ContactConfig, Drives, SimulationConfig
+from engine.driving import BLOCK, Driven
+from engine.errors import ControllerError
+from engine.host import samples_of
+from engine.program import Program
+from engine.sampling import sample
+from engine.scenes import Scenes
+from engine.search.ranking import Case
+from engine.tables import Bools, Floats
+
+DEFAULTS = SimulationConfig()
+CONTACT = ContactConfig()
+MOST_KEPT = 5_000
+"""Scenes of which a run keeps what was decided; some 2 kB each."""
+
+
+@dataclass(frozen=True, eq=False)
+class KeptActions:
+    """What a controller decided in some scenes, in its place: they are driven without it."""
+
+    actions: Mapping[bytes, Floats]
+    """(turns, numbers) by the bytes of a scene's key."""
+    name: str = ""
+    """Of the controller that decided …"""
+    digest: str = ""
+    block: int = BLOCK
+    anew: bool = False
+
+    def drive(
+        self,
+        program: Program,
+        scenes: Scenes,
+        config: SimulationConfig = DEFAULTS,
+        contact: ContactConfig = CONTACT,
+        jobs: int = 1,
+    ) -> Driven:
+        """Drive scenes whose actions are kept.
+
+        Raises:
+            ControllerError: those of a valid one are not.
+        """
+        actions = np.zeros((len(scenes), samples_of(config) + 1, sum(len(each.actions) for each in program.controls)))
+        for row in np.flatnonzero(scenes.valid).tolist():
+            kept = self.actions.get(scenes.keys[row].tobytes())
+            if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
+                raise ControllerError(
+                    f"what `{self.name}` decided in this scene is not kept", f"name it again: `--ego {self.name}`"
+                )
+            actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
+        scenes = replace(scenes, actions=actions)
+        return Driven(scenes, simulate(program, scenes, config, jobs, contact))
+
+
+@dataclass(frozen=True, eq=False)
+class Recorder:
+    """A driver whose decisions are kept: those of collisions, and of the worst cases."""
+
+    driver: Drives
+    kept: dict[bytes, Floats] = field(default_factory=dict)
+    """What has not been taken yet."""
+    known: set[bytes] = field(default_factory=set)
+    """Scenes of which something is, or was, kept."""
+
+    @property
+    def name(self) -> str:
+        return self.driver.name
+
+    @property
+    def digest(self) -> str:
+        return self.driver.digest
+
+    @property
+    def block(self) -> int:
+        return self.driver.block
+
+    @property
+    def anew(self) -> bool:
+        return self.driver.anew
+
+    def drive(
+        self,
+        program: Program,
+        scenes: Scenes,
+        config: SimulationConfig = DEFAULTS,
+        contact: ContactConfig = CONTACT,
+        jobs: int = 1,
+    ) -> Driven:
+        """Drive all valid scenes, and keep what was decided in collisions."""
+        done: Driven = self.driver.drive(program, scenes, config, contact, jobs)
+        self._keep(done, done.outcomes.collided & scenes.valid, MOST_KEPT)
+        return done
+
+    def keep_worst(self, program: Program, config: SimulationConfig, cases: Sequence[Case]) -> None:
+        """Drive cases for the sake of what is decided in them, whatever they came to."""
+        for case in cases:
+            scene = sample(program, np.array([case.genome]), np.array([case.key], dtype=np.int64), config)
+            self._keep(self.driver.drive(program, scene, config, CONTACT), scene.valid, MOST_KEPT + len(cases))
+
+    def _keep(self, done: Driven, chosen: Bools, most: int) -> None:
+        for row in np.flatnonzero(chosen).tolist():
+            key = done.scenes.keys[row].tobytes()
+            if key not in self.known and len(self.known) < most:
+                self.known.add(key)
+                self.kept[key] = done.scenes.actions[row, : int(done.outcomes.steps[row]) + 1].copy()
+
+    def take(self) -> dict[bytes, Floats]:
+        """Hand out what has been kept since the last time."""
+        taken = dict(self.kept)
+        self.kept.clear()
+        return taken
+
+
+def is_reproducible(program: Program, draw: Callable[[int], Scenes], config: Config) -> bool:
+    """Whether who drives does so alike in a block of scenes that is given twice; `draw` makes driven ones."""
+    driver = config.driver
+    if driver is None:
+        return True
+    scenes = draw(driver.block)
+    again: Driven = driver.drive(program, scenes, config.simulation, config.contact)
+    return bool(np.array_equal(scenes.actions, again.scenes.actions))

@@ -1,0 +1,320 @@
+"""Environments: scenes of a program side by side, in which somebody outside drives step by step.
+
+The scene of a lane is drawn for (seed, lane, episode) and nothing else. A lane that has ended begins its next episode
+with the next step, whose action it does not take, and which is worth nothing.
+
+What an agent gets for a step is the difference of `record … as "reward"`, where the file has one. Elsewhere it is 0
+until the run ends, and then what a search looks for: minus that for the ego, which is to avoid it, that for all others.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.config import Config
+from engine.control import Action, Control
+from engine.controllers import Seat, checked, seats_of
+from engine.errors import ArgumentError, nearest
+from engine.host import outcomes
+from engine.kernels.stage import RUNNING
+from engine.outcomes import Outcomes
+from engine.program import Program
+from engine.risk import PROFILES, assess
+from engine.sampling import draw_genomes, sample
+from engine.scenes import Scenes
+from engine.search.assessment import take
+from engine.search.objectives import Objective, Runs, objectives
+from engine.search.protocol import Sought
+from engine.stepping import Lanes, observed
+from engine.streams import StreamKey, check_keys, key_rows
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import EndReason, Method
+
+REWARD = "reward"
+"""The record whose difference is the reward of a step."""
+TRIES = 100
+"""Episodes of a lane that may have no valid scene, one after the other."""
+
+
+class Episodes:
+    """`n` lanes, in which one or several controllers are agents, who decide step by step."""
+
+    def __init__(
+        self,
+        program: Program,
+        n: int,
+        config: Config,
+        agents: Sequence[str] = (),
+        others: Mapping[str, object] | None = None,
+        reward: Sought = "risk",
+        observe: str = "records",
+    ) -> None:
+        self.program, self.config = program, config
+        self.lanes = Lanes(program, n, config.simulation, config.contact, observe == "records", config.search.jobs)
+        self.agents = tuple(agents) or (_first(program),)
+        self._numbers = [_number(program, name) for name in self.agents]
+        self._others = _seats(program, self.agents, others or {})
+        self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
+        self._profile = PROFILES["paper"]
+        names = [name for name, _ in observed(program, observe == "records")]
+        self._rewarded = names.index(REWARD) if REWARD in names else -1
+        self._kept = np.array([number for number, name in enumerate(names) if name != REWARD], dtype=np.int64)
+        self.observations = tuple(each for each in observed(program, observe == "records") if each[0] != REWARD)
+        self._seen = [np.zeros((n, len(names))) for _ in program.controls]
+        for seat, _ in self._others:
+            seat.meet(n, observed(program, observe == "records"), config.simulation.time_step)
+        self._scenes: Scenes | None = None
+        self._episode = np.zeros(n, dtype=np.int64)
+        self._seed = 0
+        self._ended = np.zeros(n, dtype=bool)
+        self._worth = np.zeros(n)
+
+    def __len__(self) -> int:
+        return len(self.lanes)
+
+    def control(self, agent: str = "") -> Control:
+        """What an agent may decide."""
+        return self.program.controls[self._numbers[self.agents.index(agent) if agent else 0]]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all lanes."""
+        return self.lanes.nbytes + sum(array.nbytes for array in self._seen)
+
+    @property
+    def outcomes(self) -> Outcomes:
+        """What became of the run of each lane; of one that goes on nothing yet."""
+        return outcomes(self.lanes.results)
+
+    @property
+    def scenes(self) -> Scenes:
+        """The scene of each lane, with what has been decided in it: whatever runs scenes runs it again."""
+        assert self._scenes is not None, "`reset` draws the first scenes"
+        return replace(self._scenes, actions=self.lanes.decided(np.arange(len(self))))
+
+    # -- episodes ----------------------------------------------------------------------------------------------------
+
+    def reset(self, seed: int = 0) -> list[Floats]:
+        """Begin the first episodes; what each agent observes."""
+        self._seed = seed
+        self._episode[:] = -1
+        self._scenes = None
+        self._ended[:] = False
+        self._begin(np.arange(len(self)))
+        self.lanes.step()
+        self._look()
+        self._worth = self._value().copy()
+        return self._views()
+
+    def _begin(self, chosen: Ints) -> None:
+        """Draw the next episode of some lanes; one without a valid scene is passed over."""
+        left = chosen
+        for _ in range(TRIES):
+            self._episode[left] += 1
+            drawn = self._drawn(left)
+            self._put(left, drawn)
+            left = left[~drawn.valid]
+            if not len(left):
+                break
+        else:
+            raise ArgumentError(
+                f"lane {left[0]} has no valid scene in {TRIES} episodes",
+                "see what `cortexc FILE --sample 1000` says of the requirements",
+            )
+        for seat, _ in self._others:
+            seat.reset(chosen, self._keys(chosen))
+
+    def _keys(self, lanes: Ints) -> Ints:
+        keys = key_rows(self._seed, Method.SAMPLE, 0, 0, lanes)
+        keys[:, StreamKey._fields.index("generation")] = self._episode[lanes]
+        check_keys(keys)
+        return keys
+
+    def _drawn(self, lanes: Ints) -> Scenes:
+        keys, config = self._keys(lanes), self.config
+        genomes = draw_genomes(self.program.space, keys)
+        return sample(self.program, genomes, keys, config.simulation, config.search.jobs)
+
+    def _put(self, lanes: Ints, drawn: Scenes) -> None:
+        if self._scenes is None:
+            self._scenes = drawn
+        else:
+            for name in ("genomes", "keys", "verdict", "variant", "values", "draws", "attempts", "tested", "failed"):
+                getattr(self._scenes, name)[lanes] = getattr(drawn, name)
+        self.lanes.place(lanes, drawn)
+
+    # -- steps -------------------------------------------------------------------------------------------------------
+
+    def step(self, actions: Sequence[object]) -> tuple[list[Floats], list[Floats], Bools, Bools]:
+        """Let each agent do its actions (n, a) and run all lanes on to the next question: what each observes and gets,
+        and where a run has come to its end, or to the limit of its time.
+
+        Raises:
+            ControllerError: actions of another shape, NaN or out of range.
+        """
+        if self._scenes is None:
+            raise ArgumentError("nothing has begun yet", "call `reset` first")
+        fresh = np.flatnonzero(self._ended)
+        going = ~self._ended
+        times = self.lanes.samples * self.lanes.plan.layout.time_step
+        for number, given in zip(self._numbers, actions, strict=True):
+            asked = self.lanes.asked(number) & going
+            self.lanes.decide(number, asked, checked(self.program.controls[number], given, asked, times))
+        for seat, number in self._others:
+            asked = self.lanes.asked(number) & going
+            if asked.any():
+                self.lanes.decide(number, asked, seat.act(self._seen[number].copy(), asked, times))
+        if len(fresh):
+            self._begin(fresh)
+        self.lanes.step()
+        self._look()
+        results = self.lanes.results
+        self._ended = results.end_reason != RUNNING
+        return self._views(), self._rewards(fresh), *self._ends(results.end_reason)
+
+    def _ends(self, reason: Ints) -> tuple[Bools, Bools]:
+        truncated = reason == EndReason.TIMEOUT
+        return self._ended & ~truncated, truncated
+
+    def _look(self) -> None:
+        """Observe all lanes for everybody."""
+        everywhere = np.ones(len(self), dtype=bool)
+        for number, seen in enumerate(self._seen):
+            self.lanes.observe(number, everywhere, seen)
+
+    def _views(self) -> list[Floats]:
+        return [self._seen[number][:, self._kept] for number in self._numbers]
+
+    # -- rewards -----------------------------------------------------------------------------------------------------
+
+    def _value(self) -> Floats:
+        return self._seen[self._numbers[0]][:, self._rewarded] if self._rewarded >= 0 else self._worth
+
+    def _rewards(self, fresh: Ints) -> list[Floats]:
+        """What each agent gets for the step."""
+        if self._rewarded >= 0:
+            value = self._value().copy()
+            gained = value - self._worth
+            gained[fresh] = 0.0
+            self._worth = value
+            return [gained.copy() for _ in self._numbers]
+        found = self._found()
+        return [-found if self.program.controls[number].actor == 0 else found.copy() for number in self._numbers]
+
+    def _found(self) -> Floats:
+        """What a search makes of the runs that have just ended; 0 of one that is not valid, or goes on."""
+        worth, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
+        if len(rows):
+            assert self._scenes is not None
+            ended = take(outcomes(self.lanes.results), rows)
+            scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
+            risk = assess(ended, self._profile)
+            runs = Runs(self.program, self.config, scenes, ended, risk)
+            value = risk.score.astype(np.float64) if self._objective is None else self._objective.value(runs)
+            worth[rows] = np.where(runs.valid & np.isfinite(value), value, 0.0)
+        return worth
+
+
+# -- one agent ---------------------------------------------------------------------------------------------------------
+
+
+class Step(NamedTuple):
+    """What became of a step, lane by lane."""
+
+    observations: Floats
+    """(n, d); of a lane that has ended those of its last sample."""
+    rewards: Floats
+    """(n,)"""
+    terminated: Bools
+    """(n,) where the run has come to an end …"""
+    truncated: Bools
+    """(n,) … or to the limit of its time."""
+
+
+class Environment:
+    """`n` lanes, in which one controller is driven from outside."""
+
+    def __init__(self, episodes: Episodes) -> None:
+        self.episodes, self._control = episodes, episodes.control()
+
+    def __len__(self) -> int:
+        return len(self.episodes)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        wide = f"{len(self.observations)} observations, {len(self.actions)} actions"
+        return f"Environment({self.episodes.program.name}: {len(self)} lanes, {wide}, {self.nbytes / 1e6:.1f} MB)"
+
+    @property
+    def observations(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each number that is observed."""
+        return self.episodes.observations
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        """Name, unit and range of each number that is decided."""
+        return self._control.actions
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all lanes."""
+        return self.episodes.nbytes
+
+    @property
+    def outcomes(self) -> Outcomes:
+        """What became of the run of each lane that has ended."""
+        return self.episodes.outcomes
+
+    @property
+    def scenes(self) -> Scenes:
+        """The scene of each lane, with what has been decided in it: either host runs it again."""
+        return self.episodes.scenes
+
+    def reset(self, seed: int = 0) -> Floats:
+        """Begin the first episodes of a seed; the observations (n, d)."""
+        return self.episodes.reset(seed)[0]
+
+    def step(self, actions: object) -> Step:
+        """Do `actions` (n, a) in all lanes, and run on to the next decision.
+
+        Raises:
+            ControllerError: actions of another shape, NaN or out of range.
+        """
+        seen, rewards, terminated, truncated = self.episodes.step([actions])
+        return Step(seen[0], rewards[0], terminated, truncated)
+
+
+# -- who drives --------------------------------------------------------------------------------------------------------
+
+
+def _first(program: Program) -> str:
+    """The controller of the ego, or else the first."""
+    if not program.controls:
+        return ""
+    return min(program.controls, key=lambda control: control.actor).controller
+
+
+def _number(program: Program, name: str) -> int:
+    names = [control.controller for control in program.controls]
+    if name not in names:
+        near = nearest(name, names)
+        raise ArgumentError(
+            f"{program.name} has no controller `{name}`",
+            f"did you mean `{near}`?" if near else f"name one of {', '.join(names)}",
+        )
+    return names.index(name)
+
+
+def _seats(program: Program, agents: Sequence[str], others: Mapping[str, object]) -> list[tuple[Seat, int]]:
+    """Who drives for the controllers that are no agents."""
+    missing = [c.controller for c in program.controls if c.controller not in (*agents, *others)]
+    if missing:
+        raise ArgumentError(
+            f"nobody drives for the controller `{missing[0]}`",
+            "give it a driver: `others={" + f'"{missing[0]}": …' + "}`, or make it an agent",
+        )
+    rest = replace(program, controls=tuple(c for c in program.controls if c.controller not in agents))
+    seats = seats_of(rest, dict(others)) if rest.controls else ()
+    return [(seat, _number(program, seat.control.controller)) for seat in seats]

@@ -1,0 +1,96 @@
+"""What a driver observes where the file says nothing else: its own state, its path ahead, and the nearest whom it sees.
+
+Everything is in the frame of the actor: x ahead of the middle of its outline, y to its left, headings from its own. Who
+is hidden behind others or buildings, or beyond what the weather lets anybody see, is not there.
+"""
+
+import math
+
+from engine.kernels.evaluate import wrap_angle
+from engine.kernels.jit import kernel
+from engine.kernels.noticing import notices
+from engine.kernels.path import path_pose, path_project, path_project_near
+from engine.kernels.region import lane_nearest
+from engine.kernels.rows import lane_of
+from engine.kernels.stage import Plan, Run, Slot, Status, column_of
+from engine.tables import Floats, Ints
+from engine.vocabulary import Column, State
+
+OWN = (
+    ("speed", "m/s"), ("acceleration", "m/s^2"), ("steer", "rad"),
+    ("path offset", "m"), ("path heading", "rad"), ("path left", "m"),
+)  # fmt: skip
+"""Its own state: how far left of its path its rear axle is, the heading of the path there, how far the path goes on."""
+AHEAD = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
+"""Points of its path, so far on from the rear axle [m]; beyond its end, the end."""
+NEAREST = 4
+"""How many others; where fewer are seen, zeros."""
+EACH = (
+    ("seen", ""), ("x", "m"), ("y", "m"), ("heading", "rad"), ("vx", "m/s"), ("vy", "m/s"),
+    ("length", "m"), ("width", "m"),
+)  # fmt: skip
+"""Of each, the nearest first: 1, its place and heading, its velocity less that of the actor, its size."""
+WIDTH = len(OWN) + 2 * len(AHEAD) + NEAREST * len(EACH)
+
+
+@kernel
+def look_around(plan: Plan, lanes: Run, actor: int, paths: Ints, reach: Floats, chosen: Ints, out: Floats) -> None:
+    """Write what an actor observes at the current sample of the chosen lanes into their rows of `out` (lanes, WIDTH).
+
+    `paths` (lanes,): the path that it is known to follow, -1: that of the lane it is on. `reach` (lanes,) [m].
+    """
+    for lane in chosen:
+        run = lane_of(lanes, lane)
+        sample = int(run.status[Status.SAMPLE])
+        out[lane, :] = 0.0
+        if run.states[sample, actor, State.PRESENT] != 0.0:
+            _observe_itself(plan, run, sample, actor, paths[lane], out[lane])
+            _observe_others(plan, run, sample, actor, reach[lane], out[lane])
+
+
+@kernel
+def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, path: int, out: Floats) -> None:
+    row, x, y = run.states[sample, actor], run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
+    heading = row[State.HEADING]
+    out[0], out[1], out[2] = row[State.SPEED], row[State.ACCELERATION], row[State.STEER]
+    if path < 0 and len(plan.road.lane_route) > 0:
+        path = int(plan.road.lane_route[lane_nearest(plan.road, row[State.X], row[State.Y], heading)])
+    if path < 0:
+        return
+    point = path_project_near(plan.road, path, x, y, path_project(plan.road, path, x, y))
+    out[3], out[4] = point.offset, wrap_angle(point.heading - heading)
+    out[5] = plan.road.path_length[path] - point.s
+    for number in range(len(AHEAD)):
+        there = path_pose(plan.road, path, point.s + AHEAD[number])
+        dx, dy = there.x - row[State.X], there.y - row[State.Y]
+        out[len(OWN) + 2 * number] = dx * math.cos(heading) + dy * math.sin(heading)
+        out[len(OWN) + 2 * number + 1] = dy * math.cos(heading) - dx * math.sin(heading)
+
+
+@kernel
+def _observe_others(plan: Plan, run: Run, sample: int, actor: int, reach: float, out: Floats) -> None:
+    """The nearest by their centres, one after the other: of equally near ones the lower number."""
+    me = run.states[sample, actor]
+    cos, sin = math.cos(me[State.HEADING]), math.sin(me[State.HEADING])
+    before, last = -1.0, -1
+    for number in range(NEAREST):
+        nearest, least = -1, math.inf
+        for other in range(len(plan.kinds)):
+            dx, dy = run.states[sample, other, State.X] - me[State.X], run.states[sample, other, State.Y] - me[State.Y]
+            away = dx * dx + dy * dy
+            later = away > before or (away == before and other > last)
+            if other != actor and later and away < least and notices(plan, run, sample, actor, other, reach):
+                nearest, least = other, away
+        if nearest < 0:
+            return
+        before, last = least, nearest
+        it, at = run.states[sample, nearest], len(OWN) + 2 * len(AHEAD) + number * len(EACH)
+        dx, dy = it[State.X] - me[State.X], it[State.Y] - me[State.Y]
+        vx = it[State.SPEED] * math.cos(it[State.HEADING]) - me[State.SPEED] * cos
+        vy = it[State.SPEED] * math.sin(it[State.HEADING]) - me[State.SPEED] * sin
+        out[at] = 1.0
+        out[at + 1], out[at + 2] = dx * cos + dy * sin, dy * cos - dx * sin
+        out[at + 3] = wrap_angle(it[State.HEADING] - me[State.HEADING])
+        out[at + 4], out[at + 5] = vx * cos + vy * sin, vy * cos - vx * sin
+        out[at + 6] = column_of(plan, run, nearest, Column.LENGTH)
+        out[at + 7] = column_of(plan, run, nearest, Column.WIDTH)

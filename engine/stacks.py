@@ -1,0 +1,270 @@
+"""A driver in a process of its own, in whatever language: `--ego process:COMMAND`.
+
+The command is started as it stands, without a shell. It gets two pipes by their numbers, in `CORTEXC_READ` and
+`CORTEXC_WRITE`; what it prints goes to a file, which a message about it quotes. Protocol, version 1:
+
+1. We write one line of JSON: `version`, `controller`, `lanes` n, `observations` and `actions` (name and unit each, for
+   actions `low` and `high`), `time_step` and `every` [s].
+2. It answers with one line of JSON, `{"version": 1}`.
+3. At each question we write, little-endian and without gaps: the number of the question (int64), the time of each lane
+   [s] (n float64), the stream keys of their scenes (n x 6 int64), the lanes in which a new scene begins (n bytes, 0 or
+   1), those that are asked (n bytes), and what they observe (n x d float64).
+4. It answers with its actions (n x a float64); rows of lanes that are not asked are left.
+5. We close the pipe when there is nothing more to ask. It ends.
+
+A stack that dies, hangs up or takes longer than `LATE` over an answer is killed with all that it has started.
+"""
+
+import json
+import os
+import select
+import shlex
+import signal
+import subprocess
+import tempfile
+import time
+import weakref
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from engine.errors import ControllerError
+from engine.tables import Bools, Floats, Ints
+
+VERSION = 1
+LATE = 30.0
+"""Over an answer [s]; a stack that computes for longer has stopped."""
+BEGINNING = 120.0
+"""Until it has answered the first line [s]: it may load weights."""
+STARTS = 3
+"""Without an answer, after which there is nothing to be had."""
+TAIL = 300
+"""Characters of what it printed that a message quotes."""
+
+
+class StackLostError(ControllerError):
+    """A stack has ended, hung up, or was late; started anew it may do better."""
+
+
+@dataclass
+class _Running:
+    """A stack that has been started."""
+
+    process: "subprocess.Popen[bytes]"
+    read: int
+    write: int
+    log: IO[bytes]
+    questions: int = 0
+    closed: bool = False
+
+    def close(self, patience: float = 0.5) -> None:
+        """Hang up, and end what does not end by itself."""
+        if self.closed:
+            return
+        self.closed = True
+        for pipe in (self.read, self.write):
+            with suppress(OSError):
+                os.close(pipe)
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(patience)
+        with suppress(OSError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+        self.log.close()
+
+
+@dataclass(eq=False)
+class Stack:
+    """A controller that is a process; it is started when it is first asked."""
+
+    command: tuple[str, ...]
+    _header: dict[str, Any] = field(default_factory=dict)
+    _running: _Running | None = None
+    _starts: int = 0
+    """Since it last answered a question."""
+    _fresh: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    _keys: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
+
+    def meet(self, header: Mapping[str, Any]) -> None:
+        """What will be asked; a stack that was told something else is started anew."""
+        if dict(header) != self._header:
+            self.close()
+            self._header = dict(header)
+            self._fresh = np.zeros(header["lanes"], dtype=bool)
+            self._keys = np.zeros((header["lanes"], 6), dtype=np.int64)
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        """The next question says so."""
+        self._fresh[lanes] = True
+        self._keys[lanes] = keys
+
+    def act(self, observations: Floats, active: Bools, times: Floats | None = None) -> Floats:
+        """Ask the stack.
+
+        Raises:
+            StackLostError: it has ended, or is late.
+            ControllerError: it cannot be started, or speaks another version.
+        """
+        running = self._running or self._start()
+        count = len(active)
+        question = b"".join(
+            (
+                np.int64(running.questions).astype("<i8").tobytes(),
+                (np.zeros(count) if times is None else times).astype("<f8").tobytes(),
+                self._keys.astype("<i8").tobytes(),
+                self._fresh.astype(np.uint8).tobytes(),
+                active.astype(np.uint8).tobytes(),
+                observations.astype("<f8").tobytes(),
+            )
+        )
+        size = (count, len(self._header["actions"]))
+        answer = self._exchange(running, question, 8 * size[0] * size[1], LATE)
+        running.questions += 1
+        self._starts, self._fresh[:] = 0, False
+        return np.frombuffer(answer, dtype="<f8").reshape(size)
+
+    def close(self) -> None:
+        """End the stack."""
+        running, self._running = self._running, None
+        if running is not None:
+            running.close()
+
+    # -- the process -------------------------------------------------------------------------------------------------
+
+    def _start(self) -> _Running:
+        if os.name != "posix":
+            raise ControllerError("a process drives by pipes, which this system hands on to nobody", "drive in Python")
+        if self._starts == STARTS:
+            raise ControllerError(
+                f"`{shlex.join(self.command)}` was started {STARTS} times and never answered{self._said}",
+                "what was finished before is kept; correct it, and go on with `cortexc resume`",
+            )
+        self._starts += 1
+        self._fresh[:] = True  # it knows nothing of the scenes that are under way
+        running = self._running = self._opened()
+        weakref.finalize(self, running.close)
+        line = json.dumps(self._header).encode() + b"\n"
+        answer = self._exchange(running, line, -1, BEGINNING)
+        self._check(answer)
+        return running
+
+    def _opened(self) -> _Running:
+        theirs_read, write = os.pipe()
+        read, theirs_write = os.pipe()
+        log = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process
+        environment = {**os.environ, "CORTEXC_READ": str(theirs_read), "CORTEXC_WRITE": str(theirs_write)}
+        try:
+            process = subprocess.Popen(  # noqa: S603 - the very command that the user names
+                self.command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env=environment,
+                pass_fds=(theirs_read, theirs_write),
+                start_new_session=True,
+            )
+        except OSError as error:
+            os.close(read)
+            os.close(write)
+            log.close()
+            raise ControllerError(
+                f"`{self.command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
+                "name a program that there is, as `process:./my_stack --fast`",
+            ) from error
+        finally:
+            os.close(theirs_read)
+            os.close(theirs_write)
+        os.set_blocking(write, False)
+        return _Running(process, read, write, log)
+
+    def _check(self, answer: bytes) -> None:
+        """The line with which a stack answers ours."""
+        try:
+            version = json.loads(answer)["version"]
+        except (ValueError, KeyError, TypeError):
+            version = answer[:80].decode(errors="replace")
+        if version != VERSION:
+            self.close()
+            raise ControllerError(
+                f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
+                f'let it answer the first line with {{"version": {VERSION}}}',
+            )
+
+    def _exchange(self, running: _Running, question: bytes, size: int, limit: float) -> bytes:
+        """Write a question and read so many bytes, or a line (-1)."""
+        end = time.monotonic() + limit
+        try:
+            self._send(running, question, end)
+            return self._receive(running, size, end)
+        except (OSError, EOFError) as error:
+            late = isinstance(error, TimeoutError)
+            with suppress(subprocess.TimeoutExpired):
+                running.process.wait(0.0 if late else 1.0)
+            code = running.process.poll()
+            what = f"took longer than {limit:g} s over an answer" if late else _ending(code)
+            self._log_of(running)
+            self.close()
+            raise StackLostError(f"`{shlex.join(self.command)}` {what}{self._said}", "see what it printed") from error
+
+    def _send(self, running: _Running, question: bytes, end: float) -> None:
+        left = memoryview(question)
+        while left:
+            self._wait(running.write, select.POLLOUT, end)
+            left = left[os.write(running.write, left) :]
+
+    def _receive(self, running: _Running, size: int, end: float) -> bytes:
+        parts, there = [], 0
+        while there < size or (size < 0 and not (parts and parts[-1].endswith(b"\n"))):
+            self._wait(running.read, select.POLLIN, end)
+            part = os.read(running.read, size - there if size >= 0 else 1)
+            if not part:
+                raise EOFError
+            parts.append(part)
+            there += len(part)
+        return b"".join(parts)
+
+    def _wait(self, pipe: int, event: int, end: float) -> None:
+        poll = select.poll()
+        poll.register(pipe, event)
+        if not poll.poll(max(0.0, 1000.0 * (end - time.monotonic()))):
+            raise TimeoutError
+
+    # -- what it printed ---------------------------------------------------------------------------------------------
+
+    _said: str = ""
+
+    def _log_of(self, running: _Running) -> None:
+        running.log.seek(0)
+        text = running.log.read().decode(errors="replace").strip()
+        self._said = f"; it printed: …{text[-TAIL:]}" if len(text) > TAIL else f"; it printed: {text}" if text else ""
+
+
+def _ending(code: int | None) -> str:
+    if code is None:
+        return "hung up"
+    return f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
+
+
+def stack_of(command: str) -> Stack:
+    """Return the stack that a command starts.
+
+    Raises:
+        ControllerError: it is no command.
+    """
+    try:
+        words = tuple(shlex.split(command))
+    except ValueError as error:
+        raise ControllerError(f"`{command}` is no command: {error}", "as in `process:./my_stack --fast`") from error
+    if not words:
+        raise ControllerError("`process:` names no command", "as in `process:./my_stack --fast`")
+    return Stack(words)
+
+
+def file_of(stack: Stack) -> str | None:
+    """The last file that its command names: the program, or the script that it runs; None where it names none."""
+    files = [word for word in stack.command if Path(word).is_file()]
+    return files[-1] if files else None

@@ -1,0 +1,78 @@
+"""Environments of Gymnasium and PettingZoo pass the checks that those packages bring for them."""
+
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import parallel_api_test
+
+import cortex_dsl as cx
+from cortex_dsl.gym import ID, ScenarioEnv, ScenarioVectorEnv
+from cortex_dsl.pettingzoo import ScenarioParallelEnv
+
+TEXT = """
+param SPEED = Range(5, 15) m/s
+ego = new Car on road, with speed SPEED, with behavior ExternalBehavior(every=0.1 s)
+other = new Car on road, with behavior ExternalBehavior(actions="speed", every=0.1 s)
+terminate after 1 s
+"""
+
+
+@pytest.fixture(scope="module")
+def scenario() -> cx.Scenario:
+    return cx.compile_text(TEXT)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.scn"
+    path.write_text(TEXT.replace("ExternalBehavior(actions", "ConstantSpeedBehavior(9) #"), encoding="utf-8")
+    return path
+
+
+def standing(seen: np.ndarray) -> np.ndarray:
+    return np.zeros((len(seen), 2))
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_gymnasium_finds_nothing(scenario: cx.Scenario) -> None:
+    """Gymnasium's own checker."""
+    check_env(ScenarioEnv(scenario, others={"other": standing}))
+
+
+def test_ids_are_registered(file: Path) -> None:
+    """One environment, and many on one kernel, by the id."""
+    env = gymnasium.make(f"cortex_dsl.gym:{ID}", scenario=file)
+    seen, _ = env.reset(seed=1)
+    assert env.observation_space.contains(seen)
+    env.close()
+    many = gymnasium.make_vec(ID, num_envs=3, scenario=file)
+    seen, _ = many.reset(seed=1)
+    assert seen.shape == (3, *many.single_observation_space.shape)
+    ended = 0
+    for _ in range(30):
+        seen, rewards, terminated, truncated, _ = many.step(np.zeros((3, 3)))
+        assert rewards.shape == (3,)
+        ended += int((terminated | truncated).sum())
+    assert ended >= 3
+    many.close()
+
+
+def test_lanes_are_single_environments(scenario: cx.Scenario) -> None:
+    """The first lane of many does what one alone does."""
+    one = ScenarioVectorEnv(1, scenario, others={"other": standing})
+    many = ScenarioVectorEnv(4, scenario, others={"other": standing})
+    assert np.array_equal(one.reset(seed=5)[0][0], many.reset(seed=5)[0][0])
+    for _ in range(15):
+        alone, among = one.step(np.full((1, 3), 0.1)), many.step(np.full((4, 3), 0.1))
+        assert np.array_equal(alone[0][0], among[0][0])
+        assert [each[0] for each in alone[1:4]] == [each[0] for each in among[1:4]]
+
+
+def test_pettingzoo_finds_nothing(scenario: cx.Scenario) -> None:
+    """PettingZoo's own checker."""
+    env = ScenarioParallelEnv(scenario)
+    assert env.possible_agents == ["ego", "other"]
+    parallel_api_test(env, num_cycles=40)

@@ -1,0 +1,258 @@
+"""Who drives from outside drives as a behaviour of the file does, and what goes wrong with it is told by its name."""
+
+import re
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from engine import batch
+from engine.control import columns
+from engine.driving import Driven, drive
+from engine.errors import ControllerError
+from engine.outcomes import Outcomes
+from engine.stepping import EGOCENTRIC
+from engine.tables import Bools, Floats, Ints
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ("left_turn", "right_and_oncoming_left", "left_against_crossing", "crossing_left_turn",
+            "right_into_crossing", "three_way_left")  # fmt: skip
+"""A to F, in the order of the paper or not."""
+SPEED, OFFSET, HEADING = (([name for name, _ in EGOCENTRIC]).index(n) for n in ("speed", "path offset", "path heading"))
+
+
+def scenario_of(name: str, behaviour: str) -> cx.Scenario:
+    """An example whose ego does something else."""
+    text = (ROOT / "examples" / f"{name}.scn").read_text(encoding="utf-8")
+    found = re.sub(r"with behavior EgoBehavior\(egoTrajectory\)", f"with behavior {behaviour}", text)
+    assert found != text
+    return cx.compile_text(found, name=f"{name}.scn")
+
+
+def cruising(observations: Floats) -> Floats:
+    """10 m/s along the path, by hand."""
+    wanted = 4.0 * (10.0 - observations[:, SPEED])
+    turn = 2.0 / 5.0 * np.sin(observations[:, HEADING]) - np.clip(observations[:, OFFSET], -1.0, 1.0) / 25.0
+    steer = np.clip(np.arctan(2.6 * turn), -0.5, 0.5)
+    return np.stack([np.clip(wanted / 3.0, 0.0, 1.0), np.clip(-wanted / 8.0, 0.0, 1.0), steer], axis=1)
+
+
+def same(one: Outcomes, other: Outcomes) -> None:
+    for field in fields(Outcomes):
+        ours, theirs = getattr(one, field.name), getattr(other, field.name)
+        assert np.array_equal(ours, theirs, equal_nan=ours.dtype.kind == "f"), field.name
+
+
+# -- the same run ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_driver_from_outside_is_a_behaviour_of_the_file(name: str) -> None:
+    """Who asks for the very speeds that a library behaviour asks for has its very runs, bit for bit, in A to F."""
+    inside = scenario_of(name, "FollowTrajectoryBehavior(10 m/s, egoTrajectory, max_lateral=none)")
+    outside = scenario_of(name, 'ExternalBehavior(trajectory=egoTrajectory, actions="speed")')
+    scenes = outside.sample(60, seed=3)
+    driven = drive(
+        outside.program, scenes, lambda seen: np.tile([10.0, 0.0], (len(seen), 1)), outside.config.simulation
+    )
+    same(driven.outcomes, inside.simulate(inside.sample(60, seed=3)))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_stepped_run_is_the_run_of_the_batch_host(name: str) -> None:
+    """What was decided is kept with the scenes: run again by the batch host they are the same, bit for bit."""
+    scenario = scenario_of(name, "ExternalBehavior(trajectory=egoTrajectory)")
+    driven = drive(scenario.program, scenario.sample(60, seed=4), cruising, scenario.config.simulation, block=16)
+    assert driven.outcomes.collided.any() or (driven.outcomes.min_distance[driven.scenes.valid] > 0.0).all()
+    same(driven.outcomes, scenario.simulate(driven.scenes))
+
+
+def test_blocks_change_nothing() -> None:
+    """Neither the size of a block nor the number of threads changes what a driver of single lanes does."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(40, seed=5)
+    one = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=7)
+    other = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=64, jobs=2)
+    same(one.outcomes, other.outcomes)
+    assert np.array_equal(one.scenes.actions, other.scenes.actions)
+
+
+def test_both_hosts_run_driven_scenes_alike() -> None:
+    """The world agrees with the batch host on scenes that a controller has driven."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)").driven_by(cruising)
+    scenes = scenario.sample(30, seed=6)
+    one, other = scenario.simulate(scenes), scenario.simulate(scenes, engine="world")
+    assert np.array_equal(one.end_reason, other.end_reason)
+    assert np.array_equal(one.steps, other.steps)
+    assert np.allclose(one.min_distance, other.min_distance, atol=1e-9, equal_nan=True)
+
+
+def test_a_brake_above_a_policy() -> None:
+    """Where a `try` of the file interrupts the controller, the file drives."""
+    text = """
+param SPEED = Range(5, 15) m/s
+behavior Guarded():
+    try:
+        do ExternalBehavior()
+    interrupt when self.speed > 8 m/s:
+        take SetBrakeAction(1)
+ego = new Car on road, with speed SPEED, with behavior Guarded()
+new Car on road
+terminate after 3 s
+"""
+    scenario = cx.compile_text(text)
+    scenes = scenario.sample(8, seed=1)
+    flooring = drive(scenario.program, scenes, lambda seen: np.tile([1.0, 0.0, 0.0], (len(seen), 1)))
+    run = batch.trajectory(scenario.program, flooring.scenes, int(np.flatnonzero(scenes.valid)[0]))
+    assert run.states[-1, 0, 3] < 8.5
+    assert run.states[:, 0, 7].max() == 1.0
+
+
+# -- when actions are asked for, and take effect -----------------------------------------------------------------------
+
+
+class Counting:
+    """Remembers what it was asked, and floors the throttle."""
+
+    def __init__(self) -> None:
+        self.resets: list[Ints] = []
+        self.asked: list[Bools] = []
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        assert keys.shape == (len(lanes), 6)
+        self.resets.append(lanes)
+
+    def act(self, observations: Floats, active: Bools) -> Floats:
+        self.asked.append(active)
+        actions = np.full((len(observations), 3), np.nan)
+        actions[active] = [1.0, 0.0, 0.0]
+        return actions
+
+
+def stepped(arguments: str) -> tuple[Driven, Counting]:
+    text = f"ego = new Car on road, with speed 0, with behavior ExternalBehavior({arguments})\nterminate after 1 s\n"
+    scenario = cx.compile_text(text)
+    controller = Counting()
+    return drive(
+        scenario.program, scenario.sample(3, seed=1), controller, scenario.config.simulation, block=4
+    ), controller
+
+
+def test_every_and_delay() -> None:
+    """`every` says how often a controller is asked, `delay` when what it decides takes effect."""
+    driven, controller = stepped("every=0.2 s, delay=0.1 s")
+    assert len(controller.resets) == 1
+    assert len(controller.asked) == 5
+    throttle = driven.scenes.actions[0, :, 0]
+    assert throttle[:2].tolist() == [0.0, 0.0]
+    assert (throttle[2:] == 1.0).all()
+
+
+def test_an_odd_delay_is_rounded_up() -> None:
+    """What would take effect between two steps does so at the later."""
+    driven, _ = stepped("delay=0.12 s")
+    assert np.flatnonzero(driven.scenes.actions[0, :, 0])[0] == 3
+
+
+def test_lanes_that_rest_are_not_looked_at() -> None:
+    """NaN in a lane that is not active harms nobody: `Counting` gives it there."""
+    driven, controller = stepped("")
+    assert not controller.asked[0][3]
+    assert driven.scenes.valid.all()
+
+
+def test_actions_stand_one_after_another() -> None:
+    """Two controllers have columns of their own."""
+    text = """
+ego = new Car on road, with behavior ExternalBehavior(actions="speed")
+other = new Car on road, with behavior ExternalBehavior()
+"""
+    program = cx.compile_text(text).program
+    assert [control.controller for control in program.controls] == ["ego", "other"]
+    assert columns(program.controls) == (slice(0, 2), slice(2, 5))
+
+
+# -- what goes wrong ---------------------------------------------------------------------------------------------------
+
+
+def refused(driver: object) -> ControllerError:
+    scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\nterminate after 1 s\n")
+    with pytest.raises(ControllerError) as caught:
+        drive(scenario.program, scenario.sample(2), driver, scenario.config.simulation, block=2)
+    return caught.value
+
+
+def test_wrong_shapes_are_told() -> None:
+    error = refused(lambda seen: np.zeros((len(seen), 2)))
+    assert error.message == "the controller `ego` gave actions of shape (2, 2); expected (2, 3)"
+    assert "throttle [1, 0 .. 1]" in error.cure
+
+
+def test_nan_is_told() -> None:
+    error = refused(lambda seen: np.full((len(seen), 3), np.nan))
+    assert error.message == "the controller `ego` gave throttle = nan in lane 0 at 0.00 s"
+
+
+def test_out_of_range_is_told() -> None:
+    error = refused(lambda seen: np.tile([0.0, 1.5, 0.0], (len(seen), 1)))
+    assert error.message == "the controller `ego` gave brake = 1.5 in lane 0 at 0.00 s"
+    assert error.cure == "brake lies in 0 .. 1: `numpy.clip` holds it there"
+
+
+def test_no_numbers_are_told() -> None:
+    assert refused(lambda seen: "faster").message == "the controller `ego` gave no numbers, but str"
+
+
+def test_what_a_controller_raises_is_told() -> None:
+    def broken(seen: Floats) -> Floats:
+        raise RuntimeError("no weights")
+
+    error = refused(broken)
+    assert error.message.startswith("the controller `ego` raised RuntimeError in `act`: no weights (")
+    assert "test_driving.py" in error.message
+
+
+def test_no_controller_is_told() -> None:
+    assert "is no function" in refused_kind(7)
+    assert refused({"eg": cruising}).cure == "did you mean `ego`?"
+
+
+def refused_kind(driver: object) -> str:
+    scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\n")
+    with pytest.raises(cx.CortexError) as caught:
+        drive(scenario.program, scenario.sample(1), driver)
+    return str(caught.value)
+
+
+def test_nobody_drives() -> None:
+    """Scenes that nobody has driven cannot be run, and the message says whom to name."""
+    scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\n", name="mine.scn")
+    with pytest.raises(ControllerError, match="is driven from outside, and nobody drives: `ego` of ego") as caught:
+        scenario.simulate(scenario.sample(1))
+    assert "--ego python:module:function" in caught.value.cure
+
+
+def test_who_differs_the_second_time_is_marked() -> None:
+    """A block that is driven twice shows who does not do the same."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    stream = np.random.default_rng(0)
+
+    def moody(seen: Floats) -> Floats:
+        return np.stack([stream.random(len(seen)), np.zeros(len(seen)), np.zeros(len(seen))], axis=1)
+
+    scenes = scenario.sample(8)
+    assert drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8, twice=True).reproducible
+    assert not drive(scenario.program, scenes, moody, scenario.config.simulation, block=8, twice=True).reproducible
+
+
+def test_no_valid_scene_is_no_work() -> None:
+    """Scenes none of which is valid are driven by asking nobody."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(4)
+    nothing = replace(scenes, verdict=np.full(4, 2, dtype=np.int32))
+    controller = Counting()
+    driven = drive(scenario.program, nothing, controller, scenario.config.simulation, block=4)
+    assert not controller.asked
+    assert (driven.outcomes.verdict == 2).all()

@@ -1,0 +1,122 @@
+"""Environments: episodes side by side, each the run that the batch host makes of its scene."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from engine.errors import ControllerError
+from engine.vocabulary import EndReason
+from tests.engine.test_driving import cruising, scenario_of
+
+
+@pytest.fixture(scope="module")
+def scenario() -> cx.Scenario:
+    return scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+
+
+def test_an_environment_steps_through_episodes(scenario: cx.Scenario) -> None:
+    """A lane that has ended begins its next episode with the next step; rewards come at the end alone."""
+    environment = scenario.environment(8)
+    seen = environment.reset(seed=3)
+    assert seen.shape == (8, len(environment.observations))
+    ended = np.zeros(8, dtype=bool)
+    episodes = 0
+    for _ in range(300):
+        step = environment.step(cruising(seen))
+        ended = step.terminated | step.truncated
+        assert (step.rewards[~ended] == 0.0).all()
+        assert np.isfinite(step.observations).all()
+        if ended.any():
+            reasons = environment.outcomes.end_reason[ended]
+            assert (step.truncated[ended] == (reasons == EndReason.TIMEOUT)).all()
+            score = scenario.assess(environment.outcomes).score[ended]
+            assert np.array_equal(step.rewards[ended], -np.maximum(score, 0))
+        episodes += int(ended.sum())
+        seen = step.observations
+    assert episodes > 8
+
+
+def test_an_episode_is_the_run_of_its_scene(scenario: cx.Scenario) -> None:
+    """The first episodes are the scenes of `sample`, and what becomes of them is what the batch host says."""
+    environment = scenario.environment(16, jobs=2)
+    seen = environment.reset(seed=9)
+    drawn = scenario.sample(16, seed=9)
+    valid = drawn.valid
+    assert np.array_equal(environment.scenes.genomes[valid], drawn.genomes[valid])
+    first = None
+    for _ in range(400):
+        seen = environment.step(cruising(seen)).observations
+        done = environment.outcomes.end_reason >= 0
+        if done.any():
+            first = int(np.flatnonzero(done)[0])
+            break
+    assert first is not None
+    again = scenario.simulate(environment.scenes)
+    assert again.end_reason[first] == environment.outcomes.end_reason[first]
+    assert again.steps[first] == environment.outcomes.steps[first]
+    assert np.array_equal(again.min_distance[first], environment.outcomes.min_distance[first])
+
+
+def test_a_seed_gives_the_same_episodes(scenario: cx.Scenario) -> None:
+    """Whatever other lanes there are, and after another reset."""
+    few, many = scenario.environment(2), scenario.environment(5)
+    one = few.reset(seed=2)
+    assert np.array_equal(one, many.reset(seed=2)[:2])
+    few.step(cruising(one))
+    assert np.array_equal(one, few.reset(seed=2))
+
+
+def test_records_are_observed_and_rewarded() -> None:
+    """What the file records is what is observed; a record called reward is what each step brings."""
+    text = """
+ego = new Car on road, with speed 5 m/s, with behavior ExternalBehavior()
+record ego.speed as "speed"
+record 2 * ego.speed as "reward"
+terminate after 2 s
+"""
+    scenario = cx.compile_text(text)
+    environment = scenario.environment(3)
+    assert environment.observations == (("speed", "m/s"),)
+    seen = environment.reset()
+    assert seen[:, 0].tolist() == [5.0] * 3
+    step = environment.step(np.tile([1.0, 0.0, 0.0], (3, 1)))
+    assert step.rewards == pytest.approx(2.0 * (step.observations[:, 0] - 5.0))
+    assert (step.rewards > 0.0).all()
+
+
+def test_an_adversary_gets_what_a_search_seeks() -> None:
+    """Who is not the ego is paid for what the ego is to avoid."""
+    text = Path("examples/left_turn.scn").read_text(encoding="utf-8")
+    external = "ExternalBehavior(trajectory=advTrajectory)"
+    found = text.replace("FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=advTrajectory)", external)
+    scenario = cx.compile_text(found)
+    environment = scenario.environment(8)
+    assert scenario.program.controls[0].controller == "adversary"
+    seen = environment.reset(seed=1)
+    paid = np.zeros(8)
+    for _ in range(200):
+        step = environment.step(cruising(seen))
+        seen, paid = step.observations, paid + step.rewards
+    assert (paid >= 0.0).all()
+    assert paid.sum() > 0.0
+
+
+def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> None:
+    environment = scenario.environment(2)
+    with pytest.raises(cx.CortexError, match="nothing has begun yet"):
+        environment.step(np.zeros((2, 3)))
+    environment.reset()
+    with pytest.raises(ControllerError, match=r"shape \(2, 1\); expected \(2, 3\)"):
+        environment.step(np.zeros((2, 1)))
+    with pytest.raises(cx.CortexError, match="has no controller `eg`"):
+        scenario.environment(1, controller="eg")
+    with pytest.raises(cx.CortexError, match=r"nobody in .* is driven from outside"):
+        cx.load("examples/left_turn.scn").environment(1)
+
+
+def test_an_environment_tells_its_memory(scenario: cx.Scenario) -> None:
+    """Which grows with the lanes."""
+    assert scenario.environment(64).nbytes == pytest.approx(16 * scenario.environment(4).nbytes, rel=0.05)
+    assert "MB" in repr(scenario.environment(4))

@@ -1,0 +1,163 @@
+"""A driver in a process of its own: it drives as one in this process does, and what befalls it is told."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from engine import stacks
+from engine.drivers import named_driver
+from engine.driving import drive
+from engine.errors import ControllerError
+from engine.vocabulary import Verdict
+from tests.engine.test_driving import same
+
+OWN = Path(__file__).parents[2] / "examples" / "own_driver"
+TEXT = """
+param SPEED = Range(5, 15) m/s
+ego = new Car on road, with speed SPEED, with behavior ExternalBehavior()
+terminate after 0.5 s
+"""
+CLIENT = """
+import json, os, sys, time
+import numpy as np
+read = os.fdopen(int(os.environ["CORTEXC_READ"]), "rb")
+write = os.fdopen(int(os.environ["CORTEXC_WRITE"]), "wb")
+header = json.loads(read.readline())
+n, wide = header["lanes"], len(header["observations"])
+write.write(b'{"version": %d}\\n' % VERSION)
+write.flush()
+fast = np.zeros(n, dtype=bool)
+while True:
+    head = read.read(8 + 8 * n + 48 * n + 2 * n)
+    seen = np.frombuffer(read.read(8 * n * wide), "<f8").reshape(-1, wide)
+    if len(seen) < n:
+        break
+    number = int.from_bytes(head[:8], "little")
+    asked = np.frombuffer(head[-n:], "u1").astype(bool)
+    print("question", number)
+    HOOK
+    write.write(np.tile([0.5, 0.0, 0.0], (n, 1)).astype("<f8").tobytes())
+    write.flush()
+"""
+
+
+@pytest.fixture
+def scenario() -> cx.Scenario:
+    return cx.compile_text(TEXT)
+
+
+def client(tmp_path: Path, hook: str = "pass", version: int = 1) -> str:
+    """The name of a driver that does something else at each question."""
+    path = tmp_path / "client.py"
+    path.write_text(CLIENT.replace("HOOK", hook).replace("VERSION", str(version), 1).replace("VERSION", "1"))
+    return f"process:{sys.executable} {path}"
+
+
+def half(seen: np.ndarray) -> np.ndarray:
+    return np.tile([0.5, 0.0, 0.0], (len(seen), 1))
+
+
+def driven(scenario: cx.Scenario, name: str, count: int = 4) -> object:
+    driver = named_driver(name, block=4)
+    return driver.drive(scenario.program, scenario.sample(count, seed=1), scenario.config.simulation)
+
+
+def test_a_process_drives_as_a_function_does(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """The same decisions, the same runs; what it prints disturbs nobody."""
+    done = driven(scenario, client(tmp_path), 6)
+    here = drive(scenario.program, scenario.sample(6, seed=1), half, scenario.config.simulation)
+    same(done.outcomes, here.outcomes)
+    assert np.array_equal(done.scenes.actions, here.scenes.actions)
+    assert not done.remarks
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_the_reference_clients_drive(language: str, tmp_path: Path) -> None:
+    """The one in C goes along its path; the one in Python decides what its planner does."""
+    scenario = cx.load(OWN / "crossing.scn")
+    name = f"process:{sys.executable} {OWN / 'stack.py'}"
+    if language == "c":
+        compiler = shutil.which("cc")
+        if compiler is None:
+            pytest.skip("no compiler of C")
+        subprocess.run([compiler, "-O2", "-o", tmp_path / "stack", OWN / "stack.c", "-lm"], check=True)
+        name = f"process:{tmp_path / 'stack'}"
+    done = named_driver(name, block=8).drive(scenario.program, scenario.sample(8, seed=2), scenario.config.simulation)
+    assert done.outcomes.verdict.tolist() == [Verdict.VALID] * 8
+    if language == "python":
+        import importlib.util
+
+        spec = importlib.util.spec_from_file_location("planner", OWN / "planner.py")
+        assert spec is not None
+        assert spec.loader is not None
+        planner = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(planner)
+        here = drive(scenario.program, scenario.sample(8, seed=2), planner.drive, scenario.config.simulation, block=8)
+        same(done.outcomes, here.outcomes)
+
+
+def test_a_crash_that_does_not_recur_costs_a_remark(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """It is started anew, and its block is driven again."""
+    mark = tmp_path / "crashed"
+    hook = f"(number != 3 or os.path.exists({str(mark)!r})) or (open({str(mark)!r}, 'w').close(), os._exit(9))"
+    done = driven(scenario, client(tmp_path, hook))
+    here = drive(scenario.program, scenario.sample(4, seed=1), half, scenario.config.simulation)
+    same(done.outcomes, here.outcomes)
+    assert len(done.remarks) == 1
+    assert "ended with exit code 9; it printed: question 0\nquestion 1" in done.remarks[0]
+
+
+def test_the_scene_over_which_it_crashes_is_found(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """Blocks are halved until that scene is alone; all others are as if nothing had happened."""
+    scenes = scenario.sample(4, seed=1)
+    hook = "asked[2] and number > 2 and os._exit(3)"
+    done = driven(scenario, client(tmp_path, hook))
+    assert done.outcomes.verdict.tolist() == [0, 0, int(Verdict.CONTROLLER), 0]
+    here = drive(scenario.program, scenes, half, scenario.config.simulation)
+    for row in (0, 1, 3):
+        assert done.outcomes.end_time[row] == here.outcomes.end_time[row]
+        assert np.array_equal(done.scenes.actions[row], here.scenes.actions[row])
+    assert scenario.assess(done.outcomes).score[2] == -1
+
+
+def test_a_late_stack_is_killed(scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With all that it has started: nothing waits, nothing is left."""
+    monkeypatch.setattr(stacks, "LATE", 0.3)
+    pids = tmp_path / "pids"
+    hook = f"(open({str(pids)!r}, 'a').write(f'{{os.getpid()}} '), os.fork() or time.sleep(60), time.sleep(60))"
+    started = time.monotonic()
+    with pytest.raises(ControllerError, match="was started 3 times and never answered"):
+        driven(scenario, client(tmp_path, hook))
+    assert time.monotonic() - started < 30.0
+    time.sleep(0.1)
+    for pid in pids.read_text().split():
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(pid), 0)
+
+
+def test_another_version_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
+    with pytest.raises(ControllerError, match="speaks version 7 of the protocol; this is version 1"):
+        driven(scenario, client(tmp_path, version=7))
+
+
+def test_what_cannot_be_started_is_told(scenario: cx.Scenario) -> None:
+    with pytest.raises(ControllerError, match=r"`\./nothing` cannot be started: no such file or directory"):
+        driven(scenario, "process:./nothing")
+    with pytest.raises(ControllerError, match="names no command"):
+        named_driver("process: ")
+    with pytest.raises(ControllerError, match="is no command"):
+        named_driver("process:'")
+
+
+def test_nan_of_a_process_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """As of any other."""
+    name = client(tmp_path, "write.write(np.full((n, 3), np.nan).astype('<f8').tobytes())")
+    with pytest.raises(ControllerError, match="the controller `ego` gave throttle = nan in lane 0"):
+        driven(scenario, name)
