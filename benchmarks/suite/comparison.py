@@ -76,7 +76,8 @@ def compare(
         for first in range(0, len(asked), jobs):
             if time.perf_counter() > end:
                 return
-            for found in pool.map(searched, *zip(*asked[first : first + jobs], strict=True)):
+            of_each = pool.map if jobs > 1 else map
+            for found in of_each(searched, *zip(*asked[first : first + jobs], strict=True)):
                 print(json.dumps(asdict(found)), file=file, flush=True)
 
 
@@ -139,7 +140,8 @@ def _line(name: str, method: str, rows: Sequence[Found], truth: Truth) -> str:
     found = sum(row.failures > 0 for row in rows)
     known = of(lambda row: sum(each in row.first for each in truth.known))
     to_first = of(lambda row: min(row.first.values(), default=budget + 1))
-    each = median(row.first.get(mechanism, budget + 1) for row in rows for mechanism in truth.known)
+    firsts = [row.first.get(mechanism, budget + 1) for row in rows for mechanism in truth.known]
+    each = median(firsts) if firsts else budget + 1
     return (
         f"| {name} | {method} | {len(rows)} | {found} | {known:g} of {len(truth.known)} | {_within(to_first, budget)} "
         f"| {_within(each, budget)} | {of(lambda row: row.cells):g} | {of(lambda row: row.failures):g} "
