@@ -61,7 +61,7 @@ def conflict_gaps(
     """(n, pairs) PET by area [s] of the ego and each other, of valid scenes that are run again; NaN where there is none
     (`engine.kernels.encroachment`), and of scenes that are not valid.
     """
-    shared, rows = plan(program, config, contact), requested(scenes)
+    shared, rows = plan(program, config, contact), requested(program, scenes)
     gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
 
     def run(first: int, last: int) -> None:

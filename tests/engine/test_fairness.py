@@ -83,10 +83,10 @@ def test_scenes_are_the_first_fair_ones_of_their_streams() -> None:
     assert (found.failed[:, -1] > 0).any()
     assert (found.attempts == found.failed.sum(axis=1) + 1).all()
     drawn = sample(plain.program, none, keys, plain.config.simulation)
-    at_once = fair_starts(plain.program, requested(drawn), plain.config.simulation)
+    at_once = fair_starts(plain.program, requested(plain.program, drawn), plain.config.simulation)
     assert (at_once == (found.failed[:, -1] == 0)).all()
     assert (found.values[at_once] == drawn.values[at_once]).all()
-    assert fair_starts(fair.program, requested(found), fair.config.simulation).all()
+    assert fair_starts(fair.program, requested(fair.program, found), fair.config.simulation).all()
 
 
 def test_a_scene_depends_on_no_other_and_on_no_thread() -> None:
