@@ -8,6 +8,10 @@ What is observed, decided and paid is that of `Scenario.environment`, whose othe
 begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP).
 """
 
+# Packages of this extra annotate what classes hold for instances.
+# pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
+# pyright: reportAttributeAccessIssue=false
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 

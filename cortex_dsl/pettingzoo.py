@@ -6,6 +6,9 @@
 What an agent observes, decides and gets is that of `Scenario.environment`.
 """
 
+# PettingZoo annotates what classes hold for instances.
+# pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 

@@ -54,4 +54,5 @@ def columns(controls: Sequence[Control]) -> tuple[slice, ...]:
 def control_from(content: Mapping[str, Any]) -> Control:
     """Inverse of `dataclasses.asdict`."""
     actions = tuple(Action(**action) for action in content["actions"])
-    return Control(**{**content, "actions": actions})
+    values: dict[str, Any] = {**content, "actions": actions}
+    return Control(**values)

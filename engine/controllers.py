@@ -10,7 +10,7 @@ Rows are lanes, scenes side by side, n of them at every call.
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def controller_of(name: str, driver: object) -> Controller:
     if isinstance(driver, Controller) and not isinstance(driver, type):
         return driver
     if callable(driver) and not isinstance(driver, type):
-        return _Memoryless(driver)
+        return _Memoryless(cast("Callable[[Floats], Floats]", driver))
     raise ArgumentError(
         f"the controller `{name}` is no function and has not both `reset` and `act`, but is a {type(driver).__name__}",
         "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
@@ -75,7 +75,8 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
             f"nobody in {program.name} is driven from outside, so that no controller is asked",
             "give the ego a controller: `with behavior ExternalBehavior()`",
         )
-    drivers: Mapping[str, object] = given if isinstance(given, Mapping) else {_meant(program): given}
+    several = isinstance(given, Mapping)
+    drivers = cast("Mapping[str, object]", given) if several else {_meant(program): given}
     for name in drivers:
         if name not in names:
             near = nearest(name, names)

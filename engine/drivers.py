@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from inspect import getsourcefile, unwrap
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from engine.driving import BLOCK, Driver
 from engine.errors import ControllerError, nearest
@@ -72,7 +72,8 @@ def _found(module: Any, name: str, function: str) -> Any:
     there = module
     for part in function.split("."):
         if not hasattr(there, part):
-            near = nearest(part, [each for each in vars(there) if not each.startswith("_")])
+            names: list[str] = [each for each in dir(there) if not each.startswith("_")]
+            near = nearest(part, names)
             cure = f"did you mean `{near}`?" if near else "name a function, an object or a class of it"
             raise ControllerError(f"the module `{name}` has no `{function}`", cure)
         there = getattr(there, part)
@@ -112,10 +113,11 @@ def driver_of(given: object, block: int = BLOCK) -> Driver | None:
     if isinstance(given, str):
         return named_driver(given, block)
     if isinstance(given, Mapping):
-        parts = [driver_of(each, block) for each in given.values()]
-        names = [f"{name}={part.name}" for name, part in zip(given, parts, strict=True) if part is not None]
-        controllers = {name: part.given for name, part in zip(given, parts, strict=True) if part is not None}
-        joined = sha256("".join(part.digest for part in parts if part is not None).encode()).hexdigest()
+        several = cast("Mapping[str, object]", given)
+        parts = {name: part for name, each in several.items() if (part := driver_of(each, block)) is not None}
+        names = [f"{name}={part.name}" for name, part in parts.items()]
+        controllers = {name: part.given for name, part in parts.items()}
+        joined = sha256("".join(part.digest for part in parts.values()).encode()).hexdigest()
         return Driver(controllers, block, ", ".join(names), joined)
     source = unwrap(given) if callable(given) else type(given)
     name = f"{getattr(source, '__module__', '')}:{getattr(source, '__qualname__', type(given).__name__)}"

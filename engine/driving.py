@@ -9,7 +9,7 @@ runs them, the reference driver is held against them, they replay and export, an
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,7 +113,7 @@ def drive(
         rows = np.arange(first, min(first + block, len(scenes)))
         part = _padded(scenes, rows, block)
         decided = _patiently(lanes, part, seats, remarks)
-        for array, found in zip(results, decided.results, strict=True):
+        for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
             array[rows] = found[: len(rows)]
         parts.append(decided.actions[: len(rows)])
         if twice and first == 0:
@@ -162,7 +162,7 @@ def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: Rem
     lost = ""
     for _ in range(TWICE):
         try:
-            return _Block(_drive_block(lanes, scenes, seats), tuple(array.copy() for array in lanes.results))
+            return _Block(_drive_block(lanes, scenes, seats), lanes.copied())
         except StackLostError as error:
             lost = error.message
             remarks.said.append(lost)
@@ -180,7 +180,8 @@ def _lost(lanes: Lanes, scenes: Scenes, rows: Ints) -> _Block:
     """Scenes over which a process is lost."""
     results = empty_results(lanes.program, requested(lanes.program, _undecided(lanes.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
-    return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), tuple(results))
+    blank = cast("tuple[NDArray[Any], ...]", tuple(results))
+    return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), blank)
 
 
 def _only(scenes: Scenes, rows: Ints) -> Scenes:
@@ -203,7 +204,7 @@ def _drive_block(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat]) -> Floats:
         seat.reset(every.astype(np.int64), scenes.keys)
     lanes.step()
     while lanes.running.any():
-        times = lanes.samples * lanes.plan.layout.time_step
+        times = lanes.times
         for number, seat in enumerate(seats):
             asked = lanes.asked(number)
             if asked.any():

@@ -158,7 +158,7 @@ class Episodes:
             raise ArgumentError("nothing has begun yet", "call `reset` first")
         fresh = np.flatnonzero(self._ended)
         going = ~self._ended
-        times = self.lanes.samples * self.lanes.plan.layout.time_step
+        times = self.lanes.times
         for number, given in zip(self._numbers, actions, strict=True):
             asked = self.lanes.asked(number) & going
             self.lanes.decide(number, asked, checked(self.program.controls[number], given, asked, times))

@@ -20,7 +20,7 @@ from engine.errors import CortexError
 from engine.frozen import frozen
 from engine.judged import NOTHING_JUDGED, Judged, judged_from
 from engine.maps import MapSpec, map_content, map_from
-from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.tables import ROAD_INDEX, CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import RuleKind
 
 
@@ -226,6 +226,8 @@ def program_digest(
     digest = blake2b(FORMAT.encode(), digest_size=16)
     for prefix, group in (("space", _arrays_of(space)), ("code", code._asdict()), ("road", road._asdict())):
         for name, array in group.items():
+            if prefix == "road" and name in ROAD_INDEX:
+                continue
             digest.update(f"{prefix}.{name}{array.dtype.str}{array.shape}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(json.dumps([settings.deciding(), space.weights]).encode())

@@ -217,7 +217,8 @@ class Stack:
             left = left[os.write(running.write, left) :]
 
     def _receive(self, running: _Running, size: int, end: float) -> bytes:
-        parts, there = [], 0
+        parts: list[bytes] = []
+        there = 0
         while there < size or (size < 0 and not (parts and parts[-1].endswith(b"\n"))):
             self._wait(running.read, select.POLLIN, end)
             part = os.read(running.read, size - there if size >= 0 else 1)

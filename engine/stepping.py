@@ -8,8 +8,10 @@ turn by turn; with them the finished run is run again by any host, without the c
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, turns
@@ -87,17 +89,22 @@ class Lanes:
     @cached_property
     def nbytes(self) -> int:
         """Memory of all lanes."""
-        return sum(array.nbytes for group in (self._run, self._scenes, self.results) for array in group)
+        groups = (self._run, self._scenes, self.results)
+        return sum(each.nbytes for group in groups for each in _arrays(group))
+
+    def copied(self) -> tuple[NDArray[Any], ...]:
+        """The results as they are now."""
+        return tuple(each.copy() for each in _arrays(self.results))
 
     @property
     def turns(self) -> int:
         """Rows of what is decided in a lane …"""
-        return self._run.actions.shape[1]
+        return int(self._run.actions.shape[1])
 
     @property
     def numbers(self) -> int:
         """… and numbers in a row."""
-        return self._run.actions.shape[2]
+        return int(self._run.actions.shape[2])
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
@@ -106,8 +113,8 @@ class Lanes:
         for array, name in ((self._scenes.verdict, "verdict"), (self._scenes.variant, "variant")):
             array[chosen] = getattr(scenes, name)
         self._scenes.values[chosen], self._scenes.keys[chosen] = scenes.values, scenes.keys
-        blank = empty_results(self.program, Requested(*(array[chosen] for array in self._scenes)))
-        for array, fresh in zip(self.results, blank, strict=True):
+        blank = empty_results(self.program, self._scenes._replace(verdict=self._scenes.verdict[chosen]))
+        for array, fresh in zip(_arrays(self.results), _arrays(blank), strict=True):
             array[chosen] = fresh
         self._run.status[chosen, Status.PAUSED] = self._run.status[chosen, Status.SAMPLE] = 0
         self._paths[chosen] = self.program.routes[np.maximum(scenes.variant, 0)]
@@ -131,6 +138,11 @@ class Lanes:
     def samples(self) -> Ints:
         """(lanes,) the current one of each."""
         return self._run.status[:, Status.SAMPLE]
+
+    @property
+    def times(self) -> Floats:
+        """(lanes,) of the current samples [s]."""
+        return np.asarray(self.samples * self.plan.layout.time_step, dtype=np.float64)
 
     # -- stepping ----------------------------------------------------------------------------------------------------
 
@@ -171,8 +183,14 @@ class Lanes:
 
     def decided(self, chosen: Ints) -> Floats:
         """(chosen, turns, numbers): what was decided in the chosen lanes; after its end a run's last turn goes on."""
-        turn = np.minimum(np.arange(self._run.actions.shape[1]), self.samples[chosen][:, np.newaxis])
-        return self._run.actions[chosen[:, np.newaxis], turn]
+        last: Ints = self.samples[chosen]
+        turn = np.minimum(np.arange(self.turns), last[:, np.newaxis])
+        return np.asarray(self._run.actions[chosen[:, np.newaxis], turn])
+
+
+def _arrays(group: object) -> tuple[NDArray[Any], ...]:
+    """A named tuple as the arrays that it holds."""
+    return cast("tuple[NDArray[Any], ...]", group)
 
 
 def _no_scenes(program: Program, count: int) -> Requested:

@@ -14,6 +14,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
+ROAD_INDEX = frozenset({"band_edges", "band_start", "band_frame"})
+"""Fields of `RoadTables` that follow from its others, and decide nothing."""
+
+
 class RoadTables(NamedTuple):
     """All geometry of a program. Offsets are CSR: rows of item i are `start[i]:start[i + 1]`."""
 
@@ -49,11 +53,18 @@ class RoadTables(NamedTuple):
     """(regions + 1,)"""
     buildings: Floats
     """(n, 5): x, y, heading, length, width of walls beside the road, which hide what is behind them."""
+    band_edges: Floats = np.zeros((0, 4))
+    """(n, 4): the edges of the whole road, as in `edges`, once for each band of y that they reach into. Only a road of
+    many edges has bands: an index, which says nothing of its own."""
+    band_start: Ints = np.zeros(1, dtype=np.int32)
+    """(bands + 1,): offsets into `band_edges`, from the south to the north."""
+    band_frame: Floats = np.zeros(0)
+    """(3,): y of the southern end of the first band, height of a band, y of the northern end of the last one [m]."""
 
 
 def no_road() -> RoadTables:
     """The tables of a place without a road: no path, no lane, no region, no building."""
-    wide = {"primitives": 8, "edges": 4, "hull": 8, "triangles": 7, "cores": 4, "buildings": 5}
+    wide = {"primitives": 8, "edges": 4, "hull": 8, "triangles": 7, "cores": 4, "buildings": 5, "band_edges": 4}
     whole = ("lane_path", "lane_route")
 
     def table(name: str) -> np.ndarray:

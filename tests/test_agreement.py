@@ -11,7 +11,8 @@ from benchmarks import limit
 from benchmarks.agreement import CONSTRUCTS, TOLERANCE, compare
 from cortex_dsl import compile_text, load
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.scn"))
+FOLDER = Path(__file__).parents[1] / "examples"
+EXAMPLES = sorted([*FOLDER.glob("*.scn"), *FOLDER.glob("roads/*.scn")])
 
 CROWD = """
 map intersection(ways=4, lanes=2, rows=1, cols=2, block=90 m, left_hand=True)

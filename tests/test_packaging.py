@@ -46,7 +46,9 @@ def test_wheel_holds_our_packages_and_nothing_else(wheel: zipfile.ZipFile) -> No
 def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.ZipFile) -> None:
     """What the command reads ships as data of its package, and no module of the tree is left behind."""
     names = set(wheel.namelist())
-    examples = {f"cortex_dsl/data/examples/{path.name}" for path in (ROOT / "examples").glob("*.scn")}
+    folders = (ROOT / "examples", ROOT / "examples" / "roads")
+    held = (path for folder in folders for path in folder.iterdir() if path.suffix in (".scn", ".xodr"))
+    examples = {f"cortex_dsl/data/{path.relative_to(ROOT).as_posix()}" for path in held}
     data = {name for name in names if name.startswith("cortex_dsl/data/")}
     assert data == {"cortex_dsl/data/grammar/cortex.lark", *examples}
     modules = {str(p.relative_to(ROOT)) for package in PACKAGES for p in (ROOT / package).rglob("*.py")}

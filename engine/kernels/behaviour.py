@@ -128,7 +128,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     `actor` is the actor whose turn it is; it has no meaning for rules and monitors, whose code sets no commands.
     """
     code, registers = plan.code, run.registers
-    sample = int(run.status[Status.SAMPLE])
+    run.status[Status.TURN] = actor
     signal, detail = OUT_OF_BUDGET, -1
     for _ in range(plan.layout.budget):
         op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
@@ -136,31 +136,31 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         if op < Op.STATE:
             evaluate(op, dst, a, b, int(code[row - 1, 4]), registers, plan.pool, plan.road)
         elif op == Op.STATE:
-            registers[dst] = run.states[sample, a, b]
+            registers[dst] = run.states[_now(run), a, b]
         elif op == Op.TIME:
-            registers[dst] = sample * plan.layout.time_step
+            registers[dst] = _now(run) * plan.layout.time_step
         elif op == Op.RANDOM:
             registers[dst] = _draw(run)
         elif op == Op.WITHIN:
-            registers[dst] = 1.0 if sees_within(plan, run, sample, a, registers[b]) else 0.0
+            registers[dst] = 1.0 if sees_within(plan, run, _now(run), a, registers[b]) else 0.0
         elif op == Op.LEAD:
             reach = registers[int(code[row - 1, 4])]
-            registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]), reach)
+            registers[dst], registers[dst + 1] = leader(plan, run, _now(run), a, int(registers[b]), reach)
         elif op == Op.TTC:
-            registers[dst] = least_time_to_collision(plan, run, sample, a, b, _reach(plan, run, row - 1))
+            registers[dst] = least_time_to_collision(plan, run, _now(run), a, b, _reach(plan, run, row - 1))
         elif op == Op.SEES:
             actors = a >= 0 and b >= 0
-            sees = can_see(plan, run, sample, a, b) if actors else _sees_place(plan, run, sample, row - 1)
+            sees = can_see(plan, run, _now(run), a, b) if actors else _sees_place(plan, run, _now(run), row - 1)
             registers[dst] = 1.0 if sees else 0.0
         elif op == Op.NOTICES:
-            registers[dst] = 1.0 if notices(plan, run, sample, a, b, registers[int(code[row - 1, 4])]) else 0.0
+            registers[dst] = 1.0 if notices(plan, run, _now(run), a, b, registers[int(code[row - 1, 4])]) else 0.0
         elif op == Op.VELOCITY:
-            registers[dst], registers[dst + 1] = _velocity(run, sample, a)
+            registers[dst], registers[dst + 1] = _velocity(run, _now(run), a)
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
         elif op == Op.ACTION:
-            registers[dst] = run.actions[sample // plan.layout.hold, a]
+            registers[dst] = run.actions[_now(run) // plan.layout.hold, a]
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -180,12 +180,12 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             signal = YIELDED
             break
         elif op == Op.COMMAND:
-            _command(run, actor, a, registers[b])
+            _command(run, _me(run), a, registers[b])
         elif op == Op.FOLLOW:
-            if _follow(plan, run, sample, actor, row - 1):
+            if _follow(plan, run, _now(run), _me(run), row - 1):
                 row = int(code[row - 1, 5])
         elif op == Op.HOLD_SPEED:
-            _hold_speed(plan, run, sample, actor, registers[a])
+            _hold_speed(plan, run, _now(run), _me(run), registers[a])
         elif op == Op.TERMINATE:
             signal, detail = RULE_TRIGGERED, a
             break
@@ -193,13 +193,26 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             signal = HALTED
             break
         elif op == Op.SPAWN:
-            if run.states[sample, a, State.PRESENT] == 0.0:
-                place(plan, run, sample, a, 1.0)
+            if run.states[_now(run), a, State.PRESENT] == 0.0:
+                place(plan, run, _now(run), a, 1.0)
                 run.status[Status.SHADED] = -1
         else:
             signal = SEGMENT_ENDED
             break
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
+
+
+@inlined
+def _now(run: Run) -> int:
+    """The current sample. Instructions read it from memory, and whose turn it is: of variables the compiler would work
+    out before each turn all that any instruction might make of them.
+    """
+    return int(run.status[Status.SAMPLE])
+
+
+@inlined
+def _me(run: Run) -> int:
+    return int(run.status[Status.TURN])
 
 
 @inlined

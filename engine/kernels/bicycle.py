@@ -93,6 +93,8 @@ def clip(value: float, low: float, high: float) -> float:
 @inlined
 def powered(acceleration: float, speed: float, top_speed: float, time_step: float) -> float:
     """The acceleration, cut so that no throttle drives beyond the top speed."""
+    if not acceleration > 0.0:
+        return acceleration
     headroom = max(top_speed - speed, 0.0) / time_step
     return headroom if acceleration > headroom else acceleration
 
@@ -107,6 +109,8 @@ def within_grip(acceleration: float, curvature: float, speed: float, grip: float
     # The fastest that the middle of the step may be: shortening an acceleration can only slow it down from there.
     speed = max(speed, speed + 0.5 * acceleration * time_step)
     lateral = speed * speed * curvature
+    if abs(lateral) <= grip and acceleration * acceleration + lateral * lateral <= grip * grip:
+        return Grip(acceleration, curvature)  # nearly always, without waiting for quotients and a root
     if abs(lateral) > grip:
         curvature *= grip / abs(lateral)
         lateral = math.copysign(grip, lateral)

@@ -199,7 +199,7 @@ def add_contact(contacts: Floats, count: int, one: int, other: int, found: Touch
     contacts[count, Contact.X2], contacts[count, Contact.Y2] = found.x2, found.y2
 
 
-@kernel
+@inlined
 def closing(bodies: Floats, contacts: Floats, contact: int) -> float:
     """The fastest that the bodies approach at a point of their contact [m/s]; negative where they part."""
     fastest = -math.inf
@@ -239,7 +239,7 @@ def lay_out(bodies: Floats, contacts: Floats, contact: int, rows: Floats) -> Non
     _lay(bodies, contacts, contact, rows, 3 * contact + 2, -ny, nx, x, y)
 
 
-@kernel
+@inlined
 def _lay(
     bodies: Floats, contacts: Floats, contact: int, rows: Floats, row: int, nx: float, ny: float, x: float, y: float
 ) -> None:
@@ -258,7 +258,7 @@ def _lay(
     rows[row, Row.SPEED] = speed_along(bodies, contacts, rows, row)
 
 
-@kernel
+@inlined
 def speed_along(bodies: Floats, contacts: Floats, rows: Floats, row: int) -> float:
     """Relative speed along a row's direction [m/s]."""
     one, other = int(contacts[row // 3, Contact.ONE]), int(contacts[row // 3, Contact.OTHER])
@@ -270,7 +270,7 @@ def speed_along(bodies: Floats, contacts: Floats, rows: Floats, row: int) -> flo
     )
 
 
-@kernel
+@inlined
 def push(bodies: Floats, contacts: Floats, rows: Floats, row: int, impulse: float) -> None:
     """Give the other body an impulse along a row's direction, and the one body its opposite."""
     one, other = int(contacts[row // 3, Contact.ONE]), int(contacts[row // 3, Contact.OTHER])

@@ -99,7 +99,7 @@ def _solve(
         sweeps *= 2
 
 
-@kernel
+@inlined
 def _sweep(
     bodies: Floats, contacts: Floats, rows: Floats, impulses: Floats, restitution: float, friction: float
 ) -> float:

@@ -5,9 +5,10 @@ Bodies are numbered: the actors, then the buildings of the road, which are walls
 
 import math
 
+from engine.kernels.approach import TOUCH, circles_apart
 from engine.kernels.contact import Body, is_fixed
 from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined
 from engine.kernels.pair import swung
 from engine.kernels.stage import HOSTED, Leg, Plan, Run, Slot, column_of
 from engine.tables import Floats
@@ -67,7 +68,7 @@ def outline_on_leg(plan: Plan, run: Run, actor: int, part: float) -> Box:
     )
 
 
-@kernel
+@inlined
 def embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> None:
     """Write a body as it is at a part of the step."""
     bodies[actor] = 0.0
@@ -96,13 +97,44 @@ def takes_part(run: Run, sample: int, actor: int) -> bool:
 
 
 @inlined
+def note_walls(plan: Plan, run: Run, actor: int) -> None:
+    """Note whether an actor's leg may lead into a building: of most legs no building need be asked again."""
+    begin = run.legs[actor, Leg.BEGIN]
+    before, after = outline_on_leg(plan, run, actor, begin), outline_on_leg(plan, run, actor, 1.0)
+    run.legs[actor, Leg.NEAR_WALL] = 0.0
+    for wall in range(len(plan.road.buildings)):
+        if not beside(building(plan.road.buildings, wall), before, after):
+            run.legs[actor, Leg.NEAR_WALL] = 1.0
+
+
+@inlined
+def met_up_to(plan: Plan, run: Run, actor: int) -> int:
+    """Up to which body, exclusive, there are some that an actor may meet on its leg."""
+    return bodies_of(plan) if run.legs[actor, Leg.NEAR_WALL] != 0.0 else len(plan.kinds)
+
+
+@inlined
+def stays_off(plan: Plan, run: Run, before: Box, after: Box, other: int, part: float, until: float) -> bool:
+    """Whether an actor that goes from one place to another between two parts of the step cannot come near a body: the
+    cheap test that nearly always answers.
+    """
+    if other >= len(plan.kinds):
+        return beside(building(plan.road.buildings, other - len(plan.kinds)), before, after)
+    start, end = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, until)
+    return circles_apart(before, after, start, end)
+
+
+@inlined
 def beside(wall: Box, before: Box, after: Box) -> bool:
-    """Whether a body's circumscribed circle stays beyond one side of a wall all through its step."""
+    """Whether a body's circumscribed circle stays beyond one side of a wall all through its step, and does not touch.
+
+    A circle about a wall, which is as long as a street, would nearly always reach who drives along it.
+    """
     cos, sin = math.cos(wall.heading), math.sin(wall.heading)
     x0, y0, x1, y1 = before.x - wall.x, before.y - wall.y, after.x - wall.x, after.y - wall.y
     ahead0, ahead1 = cos * x0 + sin * y0, cos * x1 + sin * y1
     aside0, aside1 = cos * y0 - sin * x0, cos * y1 - sin * x1
-    radius = half_diagonal(before)
+    radius = half_diagonal(before) + 2.0 * TOUCH
     length, width = 0.5 * wall.length + radius, 0.5 * wall.width + radius
     return (
         min(ahead0, ahead1) > length

@@ -22,7 +22,19 @@ from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_conta
 from engine.kernels.geometry import building, frame, nearest_points
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.legs import along_leg, beside, bodies_of, embody, lay_leg, on_leg, outline_on_leg, takes_part
+from engine.kernels.legs import (
+    along_leg,
+    beside,
+    bodies_of,
+    embody,
+    lay_leg,
+    met_up_to,
+    note_walls,
+    on_leg,
+    outline_on_leg,
+    stays_off,
+    takes_part,
+)
 from engine.kernels.loose import go_on, write_loose
 from engine.kernels.stage import (
     MAX_BLOWS,
@@ -75,31 +87,24 @@ def search_contact(plan: Plan, run: Run, low: int, high: int) -> Meeting:
         if not _is_finite(run, sample + 1, one):
             end_run(plan, run, EndReason.BROKEN, -1, 1.0)
             return Meeting(1.0, -1, -1)
+        before, after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
         for other in range(one + 1, len(plan.kinds)):
             if run.states[sample + 1, other, State.PRESENT] == 0.0:
                 continue
-            one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
-            before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
-            if circles_apart(one_before, one_after, before, after):
+            there, then = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
+            if circles_apart(before, after, there, then):
                 continue
-            part = first_contact(one_before, one_after, before, after)
+            part = first_contact(before, after, there, then)
             if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
                 first, first_one, first_other = part, one, other
         for wall in range(len(plan.road.buildings)):
-            part = _reach_wall(plan, run, sample, one, wall)
+            block = building(plan.road.buildings, wall)
+            if beside(block, before, after) or not (one == 0 or _moves(run, sample, one)):
+                continue
+            part = first_contact(block, block, before, after)
             if 0.0 <= part < first:
                 first, first_one, first_other = part, one, len(plan.kinds) + wall
     return Meeting(first, first_one, first_other)
-
-
-@kernel
-def _reach_wall(plan: Plan, run: Run, sample: int, actor: int, wall: int) -> float:
-    """The part of the step at which an actor runs into a building; -1.0 if it does not."""
-    before, after = outline_of(plan, run, sample, actor), outline_of(plan, run, sample + 1, actor)
-    block = building(plan.road.buildings, wall)
-    if beside(block, before, after) or not (actor == 0 or _moves(run, sample, actor)):
-        return -1.0
-    return first_contact(block, block, before, after)
 
 
 @inlined
@@ -132,21 +137,24 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
             lay_leg(plan, run, sample, actor)
+        note_walls(plan, run, actor)
     bodies = np.zeros((count, BODY))
     contacts = np.zeros((count * (count - 1) // 2, CONTACT))
     for _ in range(MAX_MEETINGS):
         if not part <= 1.0:
             break
-        meeting = _gather(plan, run, sample, part, bodies, contacts)
-        if meeting > 0:
-            _strike(plan, run, sample, part, bodies, contacts[:meeting])
-        part = _next_meeting(plan, run, sample, part, bodies)
+        meeting = contacts[: _gather(plan, run, sample, part, bodies, contacts)]
+        if len(meeting) > 0:
+            before = bodies.copy()
+            resolve(bodies, meeting, plan.layout.restitution, plan.layout.contact_friction)
+            _loosen(plan, run, sample, part, before, bodies, meeting)
+        part = _next_meeting(plan, run, sample, part, bodies, contacts)
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.legs[actor, Leg.STRUCK] != 0.0:
             write_loose(plan, run, sample, actor)
 
 
-@kernel
+@inlined
 def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> int:
     """All bodies at a part of the step, and the contacts of those that touch and approach; how many."""
     actors, count = len(plan.kinds), 0
@@ -154,11 +162,11 @@ def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
         if takes_part(run, sample, body):
             embody(plan, run, body, part, bodies)
     for one in range(1, actors):
-        for other in range(one + 1, len(bodies)):
-            if not (takes_part(run, sample, one) and takes_part(run, sample, other)):
-                continue
-            a, b = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, other, part)
-            if circles_apart(a, a, b, b):
+        if not takes_part(run, sample, one):
+            continue
+        here = outline_on_leg(plan, run, one, part)
+        for other in range(one + 1, met_up_to(plan, run, one)):
+            if not takes_part(run, sample, other) or stays_off(plan, run, here, here, other, part, part):
                 continue
             if _approach(plan, run, sample, part, one, other, bodies, contacts, count):
                 count += 1
@@ -197,11 +205,9 @@ def _came_in_one_another(plan: Plan, run: Run, sample: int, one: int, other: int
     return True
 
 
-@kernel
-def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> None:
-    """Resolve the contacts of an instant; whoever they change is loose, and goes on from there."""
-    before = bodies.copy()
-    resolve(bodies, contacts, plan.layout.restitution, plan.layout.contact_friction)
+@inlined
+def _loosen(plan: Plan, run: Run, sample: int, part: float, before: Floats, bodies: Floats, contacts: Floats) -> None:
+    """Keep the contacts of an instant that were resolved; whoever they changed is loose, and goes on from there."""
     time = (sample + part) * plan.layout.time_step
     for contact in range(len(contacts)):
         _note_meeting(plan, run, time, part, before, contacts[contact])
@@ -223,6 +229,7 @@ def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
             leg[Leg.BEGIN], leg[Leg.STRUCK], leg[Leg.ROLLING] = part, 1.0, 0.0
             steer = run.states[sample, actor, State.STEER]
             go_on(plan, run, actor, steer, (1.0 - part) * plan.layout.time_step)
+            note_walls(plan, run, actor)
 
 
 @inlined
@@ -233,7 +240,7 @@ def _note_first(plan: Plan, run: Run, samples: float, one: int, other: int) -> N
         run.status[Status.OTHERS_ONE], run.status[Status.OTHERS_OTHER] = one, other
 
 
-@kernel
+@inlined
 def _note_meeting(plan: Plan, run: Run, time: float, part: float, before: Floats, row: Floats) -> None:
     """Keep where and how two meet, unless they are in the same impact still, or there is no room."""
     one, other = int(row[Contact.ONE]), int(row[Contact.OTHER])
@@ -278,27 +285,27 @@ def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> No
 # -- the next contact --------------------------------------------------------------------------------------------------
 
 
-@kernel
-def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats) -> float:
-    """The part of the step at which two next touch and approach; `NEVER` if nobody does."""
+@inlined
+def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> float:
+    """The part of the step at which two next touch and approach; `NEVER` if nobody does. Overwrites a contact."""
     first = NEVER
-    row = np.zeros((1, CONTACT))
     for one in range(1, len(plan.kinds)):
-        for other in range(one + 1, len(bodies)):
-            if not (takes_part(run, sample, one) and takes_part(run, sample, other)):
+        if not takes_part(run, sample, one):
+            continue
+        before, after = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
+        for other in range(one + 1, met_up_to(plan, run, one)):
+            if not takes_part(run, sample, other) or stays_off(plan, run, before, after, other, part, 1.0):
                 continue
-            a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
-            b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
-            if circles_apart(a0, a1, b0, b1):
-                continue
-            found = _meet(plan, run, sample, part, one, other, bodies, row)
+            found = _meet(plan, run, sample, part, one, other, bodies, contacts)
             if found < first:
                 first = found
     return first
 
 
-@kernel
-def _meet(plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, row: Floats) -> float:
+@inlined
+def _meet(
+    plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, contacts: Floats
+) -> float:
     """When two next touch and approach: by conservative advancement as far as they are apart, else by looking."""
     a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
     b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
@@ -310,7 +317,7 @@ def _meet(plan: Plan, run: Run, sample: int, part: float, one: int, other: int, 
             now = part + fraction * (1.0 - part)
             embody(plan, run, one, now, bodies)
             embody(plan, run, other, now, bodies)
-            if _approach(plan, run, sample, now, one, other, bodies, row, 0):
+            if _approach(plan, run, sample, now, one, other, bodies, contacts, 0):
                 return now
             if fraction >= 1.0:
                 return NEVER

@@ -9,7 +9,7 @@ import math
 
 from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined
 from engine.kernels.pair import ROWS, center_velocity
 from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
 from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
@@ -105,7 +105,7 @@ def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> 
 FIRST_SEEN, TTC_THEN, HIDDEN_TIME = (ROWS.index(name) for name in ("first_seen", "ttc_at_first_sight", "hidden_time"))
 
 
-@kernel
+@inlined
 def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: Floats, pairs: Floats) -> None:
     """Write what the ego saw in the first `samples` samples of a run, and the part `ending` of a step after them, into
     the row of each pair; `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step after it.
@@ -113,21 +113,21 @@ def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: 
     Where nobody else and no building can hide it, one that was seen needs no further look.
     """
     hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
-    for row in pairs:
-        row[FIRST_SEEN] = row[TTC_THEN] = math.nan
-        row[HIDDEN_TIME] = 0.0
+    for pair in range(len(pairs)):
+        pairs[pair, FIRST_SEEN] = pairs[pair, TTC_THEN] = math.nan
+        pairs[pair, HIDDEN_TIME] = 0.0
     for sample in range(samples):
         for other in range(1, len(plan.kinds)):
-            row = pairs[other - 1]
-            unseen = math.isnan(row[FIRST_SEEN])
+            pair = other - 1
+            unseen = math.isnan(pairs[pair, FIRST_SEEN])
             verdict = look_at(plan, run, sample, 0, other) if unseen or hideable else OUTSIDE
             if verdict == HIDDEN:
-                row[HIDDEN_TIME] += 1.0 if sample + 1 < samples else ending
+                pairs[pair, HIDDEN_TIME] += 1.0 if sample + 1 < samples else ending
             if verdict == SEEN and unseen:
-                row[FIRST_SEEN] = sample * plan.layout.time_step
-                row[TTC_THEN] = time_to_collision(_pair(plan, run, sample, samples, other, outlines))
-    for row in pairs:
-        row[HIDDEN_TIME] *= plan.layout.time_step
+                pairs[pair, FIRST_SEEN] = sample * plan.layout.time_step
+                pairs[pair, TTC_THEN] = time_to_collision(_pair(plan, run, sample, samples, other, outlines))
+    for pair in range(len(pairs)):
+        pairs[pair, HIDDEN_TIME] *= plan.layout.time_step
 
 
 @inlined

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import X, Y, chain_pose, chain_project
-from engine.tables import Floats, RoadTables
+from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 
 X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
 """Columns of a hull edge; a region edge has the first four."""
@@ -28,6 +28,8 @@ def region_contains(road: RoadTables, region: int, x: float, y: float) -> bool:
     """Whether (x, y) lies in the region."""
     if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, 0.0, 0.0):
         return True
+    if region == ROAD_REGION and len(road.band_start) > 1:
+        return _contains_in_band(road.band_edges, road.band_start, road.band_frame, x, y)
     return _contains(road.edges, road.region_start[region], road.region_start[region + 1], x, y)
 
 
@@ -57,6 +59,9 @@ def region_contains_box(
     reach_y = 0.5 * (length * abs(sin) + width * abs(cos))
     if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, reach_x, reach_y):
         return True
+    if region == ROAD_REGION and len(road.band_start) > 1:
+        edges, starts, frame = road.band_edges, road.band_start, road.band_frame
+        return _contains_box_in_bands(edges, starts, frame, x, y, cos, sin, 0.5 * length, 0.5 * width, reach_y)
     start, end = road.region_start[region], road.region_start[region + 1]
     return _contains_box(road.edges, start, end, x, y, cos, sin, 0.5 * length, 0.5 * width)
 
@@ -170,18 +175,64 @@ def _polygon_distance(edges: Floats, start: int, end: int, x: float, y: float) -
 
 
 @kernel
+def _contains_in_band(edges: Floats, start: Ints, frame: Floats, x: float, y: float) -> bool:
+    """The same by the edges of one band: no other edge crosses the ray."""
+    if not frame[0] <= y <= frame[2]:
+        return False
+    band = _band(start, frame, y)
+    return _contains(edges, start[band], start[band + 1], x, y)
+
+
+@inlined
+def _band(start: Ints, frame: Floats, y: float) -> int:
+    """The band of y, held inside the first and last one; what is no number is in the first."""
+    place = (y - frame[0]) / frame[1]
+    if not place > 0.0:
+        return 0
+    return len(start) - 2 if place >= len(start) - 2 else int(place)
+
+
+@kernel
+def _contains_box_in_bands(
+    edges: Floats,
+    start: Ints,
+    frame: Floats,
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    a: float,
+    b: float,
+    reach: float,
+) -> bool:
+    """As `_contains_box`, by the edges of the bands that the box reaches into."""
+    if not _contains_in_band(edges, start, frame, x, y):
+        return False
+    first, last = start[_band(start, frame, y - reach)], start[_band(start, frame, y + reach) + 1]
+    return not _is_entered(edges, first, last, x, y, cos, sin, a, b)
+
+
+@kernel
 def _contains_box(
     edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
 ) -> bool:
     """The centre is inside and no boundary edge enters the box of half length `a` and half width `b`."""
+    return not _is_entered(edges, start, end, x, y, cos, sin, a, b) and _contains(edges, start, end, x, y)
+
+
+@kernel
+def _is_entered(
+    edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
+) -> bool:
+    """Whether an edge has a point inside the box."""
     for i in range(start, end):
         dx1, dy1 = edges[i, X1] - x, edges[i, Y1] - y
         dx2, dy2 = edges[i, X2] - x, edges[i, Y2] - y
         x1, y1 = dx1 * cos + dy1 * sin, dy1 * cos - dx1 * sin
         x2, y2 = dx2 * cos + dy2 * sin, dy2 * cos - dx2 * sin
         if _segment_enters(x1, y1, x2, y2, a, b):
-            return False
-    return _contains(edges, start, end, x, y)
+            return True
+    return False
 
 
 @kernel

@@ -112,7 +112,7 @@ def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: F
     return valid
 
 
-@kernel
+@inlined
 def note_end(run: Run, row: int, out: Results) -> bool:
     """How the scored run ended, into its row; whether it is valid, so that it may be measured.
 

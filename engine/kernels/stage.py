@@ -47,8 +47,7 @@ class Layout(NamedTuple):
     drivers_go_on: int
     """1 where the driver of a struck body drives on once its wheels grip again."""
     hold: int
-    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
-    where a run is made again with finer motion."""
+    """Steps from one turn of rules, monitors and behaviours to the next; 1 unless a run is made again in finer ones."""
     pause: int
     """Turns from one pause of a run to the next, in which its drivers are asked outside; 0: it never pauses."""
 
@@ -150,25 +149,25 @@ class Leg(IntEnum):
     BEGIN = 0
     """Part of the step at which the leg begins; it ends at 1."""
     X0 = 1
-    """Centre [m] and heading [rad] at its beginning …"""
+    """Centre [m] and heading [rad] at its beginning (0) and its end (1)."""
     Y0 = 2
     HEADING0 = 3
     X1 = 4
-    """… and its end."""
     Y1 = 5
     HEADING1 = 6
     VX0 = 7
-    """Velocity of the centre [m/s] and spin [rad/s] at its beginning …"""
+    """Velocity of the centre [m/s] and spin [rad/s], likewise."""
     VY0 = 8
     SPIN0 = 9
     VX1 = 10
-    """… and its end."""
     VY1 = 11
     SPIN1 = 12
     ROLLING = 13
     """1 once the wheels of a loose body grip again: it rolls out where they point."""
     STRUCK = 14
     """1 for a body that an impact has changed in this step."""
+    NEAR_WALL = 15
+    """1 where the leg may lead into a building."""
 
 
 class Blow(IntEnum):
@@ -237,6 +236,8 @@ class Status(IntEnum):
     """1 while the row of the current sample holds the instant of the ego's first contact."""
     PAUSED = 12
     """1 between the rules and the turns of a sample, while drivers are asked outside."""
+    TURN = 13
+    """The actor whose turn it is."""
 
 
 RUNNING = -1

@@ -1,6 +1,7 @@
 """The compiled region functions against brute force, and the statistics of uniform sampling."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +19,12 @@ from engine.kernels.region import (
     region_sample,
 )
 from engine.maps import RoadSpec
+from engine.program import ParamSpace, Settings, program_digest
 from engine.road import LaneRole, Network, build_network, road_tables
-from engine.tables import ROAD_REGION, RoadTables
+from engine.road.opendrive.network import map_file
+from engine.tables import ROAD_REGION, CodeTables, RoadTables
+
+VILLAGE = Path(__file__).parents[3] / "examples" / "roads" / "village.xodr"
 
 PLACES: list[tuple[Network, RoadTables]] = [
     (network, road_tables(network))
@@ -231,3 +236,39 @@ def test_outline_that_is_crossed_by_a_lane_touches_it() -> None:
     assert region_box_distance(road, lane.region, across) == 0.0
     beside = Box(pose.x + 2.5, pose.y, math.pi / 2, 4.0, 1.0)
     assert region_box_distance(road, lane.region, beside) == pytest.approx(2.5 - 0.5 - 0.5 * lane.width)
+
+
+MANY_EDGES = [
+    build_network(RoadSpec(rows=2, cols=2, lanes=2, approach=20.0, block=60.0)),
+    build_network(map_file(VILLAGE, "village.xodr")),
+]
+
+
+@compiled
+@given(st.sampled_from([0, 1]), st.floats(-1.1, 1.1), st.floats(-1.1, 1.1), st.integers(0, 10**6), st.floats(-4.0, 4.0))
+def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
+    """For points everywhere, and for such as lie as high as a corner; for outlines, too."""
+    network = MANY_EDGES[which]
+    road = road_tables(network)
+    bare = road._replace(band_edges=np.zeros((0, 4)), band_start=np.zeros(1, dtype=np.int32), band_frame=np.zeros(0))
+    assert len(road.band_start) > 1
+    ends = road.edges[: road.region_start[1]].reshape(-1, 2)
+    (west, south), (east, north) = ends.min(axis=0), ends.max(axis=0)
+    x, y = 0.5 * (west + east) + 0.5 * u * (east - west), 0.5 * (south + north) + 0.5 * v * (north - south)
+    corner = ends[edge % len(ends)]
+    for place in ((x, y), (x, float(corner[1])), (float(corner[0]) + u, float(corner[1]) + v)):
+        assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
+        boxes = [region_contains_box(each, ROAD_REGION, *place, heading, 4.5, 1.8) for each in (road, bare)]
+        assert boxes[0] == boxes[1]
+    for place in ((math.nan, y), (x, math.nan), (math.inf, y), (x, -math.inf)):
+        assert not region_contains(road, ROAD_REGION, *place)
+
+
+def test_an_index_decides_nothing() -> None:
+    """A program with bands has the digest of one without."""
+    road = road_tables(MANY_EDGES[0])
+    space = ParamSpace((), (), *(np.zeros(0) for _ in range(4)), np.zeros((0, 2)), np.zeros(0), (), ())
+    bare = road._replace(band_edges=np.zeros((0, 4)))
+    code = CodeTables(*(np.zeros(1) for _ in CodeTables._fields))
+    one, other = (program_digest(space, code, each, Settings()) for each in (road, bare))
+    assert one == other
