@@ -23,6 +23,8 @@ def parser(description: str | None, runs: int) -> argparse.ArgumentParser:
     made.add_argument("--runs", type=int, default=runs, help=f"runs of each method on each scenario ({runs})")
     made.add_argument("--generations", type=int, default=30)
     made.add_argument("--population", type=int, default=100)
+    made.add_argument("--objective", default="risk", help="what searches look for (the paper's risk)")
+    made.add_argument("--fixed", default="", help="params held at a value: EGO_BRAKE=0.5,SAFETY_DIST=10 (none)")
     made.add_argument("--preset", choices=("cortex", "cortex-literal"), default="cortex")
     made.add_argument("--seed", type=int, default=0)
     made.add_argument("--jobs", type=int, default=1, help="processes; results never depend on it (1)")
@@ -34,13 +36,14 @@ def plan_of(options: argparse.Namespace, methods: Sequence[str]) -> Plan:
     """The plan that the options ask for, checked."""
     files = options.files or [EXAMPLES / f"{name}.scn" for name in FILES]
     subjects = with_own_seeds([_subject(file, options) for file in files])
-    plan = Plan(subjects, tuple(methods), options.runs)
+    plan = Plan(subjects, tuple(methods), options.runs, objective=(options.objective,))
     check(plan)
     return plan
 
 
 def _subject(file: Path, options: argparse.Namespace) -> Subject:
-    scenario = load(file)
+    fixed = dict(pair.split("=", 1) for pair in options.fixed.split(",") if pair)
+    scenario = load(file, **fixed)
     budget = {name: getattr(options, name) for name in ("generations", "population", "seed")}
     config = scenario.config
     config = replace(config, search=replace(config.search, **budget), ga=replace(config.ga, preset=options.preset))

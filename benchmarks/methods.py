@@ -87,11 +87,14 @@ def _share(record: RunRecord) -> float:
 def main(arguments: Sequence[str] | None = None) -> int:
     made = parser(__doc__, runs=30)
     made.add_argument("--methods", default="all", help="names with commas between them (all that are installed)")
+    made.add_argument("--each", action="store_true", help="avoidable kinds and collisions of each scenario instead")
     options = made.parse_args(arguments)
     plan = plan_of(options, methods_of(options.methods))
     records, seconds = carried_out(plan, options.jobs)
     comparisons = compare_all(plan, records, COMPARED)
-    if options.json:
+    if options.each:
+        print(of_each(plan, records))
+    elif options.json:
         print(as_json(plan, records, comparisons, seconds))
     else:
         print(as_markdown(plan, records, comparisons))
@@ -114,6 +117,23 @@ def number(plan: Plan, records: Sequence[RunRecord], method: str, column: Column
         values = np.array([column.of(r) for r in records if r.address[:2] == (scenario, method)])
         medians.append(spread(np.where(np.isnan(values), worst, values)).median)
     return spread(np.array(medians)).median
+
+
+def of_each(plan: Plan, records: Sequence[RunRecord]) -> str:
+    """One line a scenario: medians of avoidable kinds, and of avoidable collisions, by method."""
+    columns = "".join(f" {method} |" for method in plan.methods)
+    lines = [f"Medians over {plan.runs} runs: kinds (collisions).", "", f"| scenario |{columns}"]
+    lines.append(f"|---|{'---|' * len(plan.methods)}")
+    for number_of, subject in enumerate(plan.subjects):
+        cells = []
+        for method in plan.methods:
+            rows = [r for r in records if r.address[:2] == (number_of, method)]
+            kinds, all_of = (
+                spread(np.array([m.of(r.figures) for r in rows])).median for m in (AVOIDABLE_KINDS, AVOIDABLE)
+            )
+            cells.append(f"{kinds:g} ({all_of:g})")
+        lines.append(f"| {subject.name} | {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def as_markdown(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[Comparison]) -> str:

@@ -13,13 +13,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from engine.config import SimulationConfig
+from engine.fairness import fair_starts, undecided
 from engine.feasibility import conflicts
 from engine.kernels.attempts import Weighed, weigh_rows
 from engine.program import Program
 from engine.sampling import draw_genomes, recipe_of, request_of, scratch_of
 from engine.streams import key_rows
-from engine.tables import Floats, Ints
-from engine.vocabulary import Method
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import Method, Verdict
 
 DRAWS = 10_000
 ENOUGH = 0.5
@@ -158,9 +160,20 @@ def _weigh_block(
         values=np.zeros((rows, program.code.output_register.shape[1])),
     )
     weigh_rows(recipe, request, scratch_of(recipe), out)
+    if program.settings.fair:
+        out.holds[:, -1] = _fair(program, out, keys)
     margins = np.full((rows, len(program.requirements)), np.nan)
     margins[:, :file] = out.margins
     return genomes, out.variant, out.holds.astype(bool), margins
+
+
+def _fair(program: Program, weighed: Weighed, keys: Ints) -> Bools:
+    """Whether each attempt is a fair start; one of which no run can be made is not to blame."""
+    drawn = (program.code.variant_template[weighed.variant] >= 0) & ~np.isnan(weighed.values).any(axis=1)
+    verdict = np.where(drawn, Verdict.VALID, Verdict.ERROR).astype(np.int32)
+    starts = undecided(verdict, weighed.variant, weighed.values, keys)
+    step = program.settings.time_step or SimulationConfig().time_step
+    return ~drawn | fair_starts(program, starts, SimulationConfig(time_step=step))
 
 
 def blames(weighing: Weighing) -> tuple[Blame, ...]:
@@ -188,8 +201,8 @@ def blames(weighing: Weighing) -> tuple[Blame, ...]:
 def testing_order(program: Program) -> list[int]:
     """Rejected variants come before everything else."""
     file = program.code.requirement_segment.shape[1]
-    reasons = len(program.requirements) - 2
-    return [*range(file, reasons), *range(file), reasons, reasons + 1]
+    reasons = program.first_built_in
+    return [*range(file, reasons), *range(file), *range(reasons, len(program.requirements))]
 
 
 def _nearest(weighing: Weighing, requirement: int, failures: Ints) -> dict[str, int]:

@@ -11,12 +11,15 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, lanes, memory, outcomes, outlines, plan, requested, samples_of
+from engine.kernels.encroachment import POINTS
+from engine.kernels.gaps import gap_rows
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import judge_rows, simulate_rows
 from engine.kernels.stage import Status
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, Trajectory
+from engine.tables import Floats
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -46,6 +49,29 @@ def simulate(
 
     in_parts(len(scenes), jobs, run)
     return outcomes(results)
+
+
+def conflict_gaps(
+    program: Program,
+    scenes: Scenes,
+    config: SimulationConfig = DEFAULTS,
+    jobs: int = 1,
+    contact: ContactConfig = CONTACT,
+) -> Floats:
+    """(n, pairs) PET by area [s] of the ego and each other, of valid scenes that are run again; NaN where there is none
+    (`engine.kernels.encroachment`), and of scenes that are not valid.
+    """
+    shared, rows = plan(program, config, contact), requested(program, scenes)
+    gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
+
+    def run(first: int, last: int) -> None:
+        samples = shared.layout.last_sample + 1
+        scratch, sizes = memory(program, samples), np.zeros((len(program.actors), 3))
+        corners, ways = np.zeros((2, POINTS, 2)), np.zeros((2, samples + 1))
+        gap_rows(shared, rows, first, last, scratch, sizes, corners, ways, gaps)
+
+    in_parts(len(scenes), jobs, run)
+    return gaps
 
 
 def trajectory(

@@ -138,6 +138,12 @@ class Settings:
     max_attempts: int | None = None
     stream: str | None = None
     """Stream key pinned by a concrete file, so that a found case replays exactly."""
+    fair: bool = False
+    """Whether scenes are only those in which braking at once runs the ego into nobody (`engine.fairness`)."""
+
+    def deciding(self) -> dict[str, float | int | str | bool | None]:
+        """What counts for the digest of a program."""
+        return {name: value for name, value in asdict(self).items() if name != "fair" or value}
 
 
 @frozen
@@ -167,7 +173,7 @@ class Program:
     """Actor names; actor 0 is the ego."""
     requirements: tuple[Requirement, ...]
     """In testing order: the file's own, then `variant` rejections, then the built-in ones
-    (`outlines inside the road`, `no overlap at the start`)."""
+    (`outlines inside the road`, `no overlap at the start`, and `fair start` where the file asks for it)."""
     rules: tuple[Rule, ...]
     variants: tuple[VariantLabel, ...]
     settings: Settings
@@ -185,6 +191,11 @@ class Program:
     judged: Judged = NOTHING_JUDGED
     controls: tuple[Control, ...] = ()
     """Actors that are driven from outside."""
+
+    @property
+    def first_built_in(self) -> int:
+        """Number of the first built-in requirement; that of fair starts is the last one, if there is one."""
+        return len(self.requirements) - (3 if self.settings.fair else 2)
 
     def place(self, line: int) -> str:
         """A line as people know it: its number, and the name of its file if that is not the main one."""
@@ -219,7 +230,7 @@ def program_digest(
                 continue
             digest.update(f"{prefix}.{name}{array.dtype.str}{array.shape}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(json.dumps([asdict(settings), space.weights]).encode())
+    digest.update(json.dumps([settings.deciding(), space.weights]).encode())
     if len(judged):
         digest.update(json.dumps(judged.deciding()).encode())
         digest.update(b"".join(array.tobytes() for array in judged.arrays().values()))

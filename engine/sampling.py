@@ -5,7 +5,9 @@ first attempt that passes is the scene. What an attempt draws is a pure function
 result never depends on the other rows, their order or the number of threads.
 
 Counts are conditional: an impossible variant is turned away first, then come the file's requirements in order, last
-the built-in ones. An attempt ends at its first failure, so `attempts` is the sum of all failures, plus one if valid.
+the built-in ones. Where the file asks for fair starts, what passes all of these is driven once (`engine.fairness`), and
+attempts go on where that fails. An attempt ends at its first failure, so `attempts` is the sum of all failures, plus
+one if valid.
 
 With `config.prune` attempts that surely fail are jumped over (`engine.feasibility.pruning` says how, and why the law of
 what is accepted stays the same). They count against `max_attempts`, but in no other count.
@@ -15,6 +17,7 @@ Genomes come from stream keys, too: from the genes' own distributions (plain run
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Literal, TypeVar
 
@@ -98,8 +101,6 @@ def _pick(weights: tuple[float, ...], uniforms: Floats) -> Floats:
 # -- scenes ------------------------------------------------------------------------------------------------------------
 
 DEFAULTS = SimulationConfig()
-BUILT_IN = 2
-"""Built-in requirements: outlines inside the road, no overlap at the start."""
 BLOCK_LIMIT = 1 << 32
 """Blocks of random numbers that one stream can address."""
 PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
@@ -144,7 +145,13 @@ def sample(
     if config.prune and prune is None:
         prune = pruner(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
-    _run_chunks(recipe, request, ledger, jobs, _Confiner(prune, genomes) if config.prune and prune else None)
+    confiner = _Confiner(prune, genomes) if config.prune and prune else None
+    _run_chunks(recipe, request, ledger, jobs, confiner)
+    if program.settings.fair:
+        from engine.fairness import draw_until_fair
+
+        go_on = partial(_go_on, recipe, request, ledger, jobs, confiner)
+        draw_until_fair(program, config, request.keys, ledger, go_on, jobs)
     return Scenes(genomes=genomes, keys=request.keys, actions=np.zeros((len(keys), 0, 0)), **ledger._asdict())
 
 
@@ -154,7 +161,8 @@ def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int)
     keys = np.require(keys, requirements=PLAIN)
     check_keys(keys)
     check_genomes(program.space, genomes, len(keys))
-    return Request(genomes * program.space.scale, groups_of(program, genomes), keys, max_attempts, ANYWHERE)
+    begun = np.zeros(len(keys), dtype=np.int64)
+    return Request(genomes * program.space.scale, groups_of(program, genomes), keys, max_attempts, ANYWHERE, begun)
 
 
 @dataclass(frozen=True)
@@ -212,7 +220,7 @@ def recipe_of(program: Program) -> Recipe:
         draw_count=draw_count,
         blocks=_blocks(draw_count),
         requirements=code.requirement_segment.shape[1],
-        reasons=len(program.requirements) - BUILT_IN,
+        reasons=program.first_built_in,
     )
     return Recipe(
         _plain(code), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
@@ -293,7 +301,7 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
 
     def run(chunk: tuple[int, int]) -> None:
         part = slice(*chunk)
-        asked = request._replace(genes=request.genes[part], group=request.group[part], keys=request.keys[part])
+        asked = _asked(request, part)
         if confiner is not None:
             asked = asked._replace(confinement=confiner.confinement(asked, part))
         sample_rows(recipe, asked, 0, len(asked.keys), scratch_of(recipe), _rows(ledger, part))
@@ -304,6 +312,21 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
         return
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(run, chunks))
+
+
+def _asked(request: Request, rows: slice | Ints) -> Request:
+    arrays = ("genes", "group", "keys", "begun")
+    return request._replace(**{name: getattr(request, name)[rows] for name in arrays})
+
+
+def _go_on(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None, rows: Ints) -> None:
+    """Make further attempts at scenes that were found."""
+    found = ledger._make(array[rows] for array in ledger)
+    found.variant[:] = -1
+    asked = _asked(request, rows)._replace(begun=found.attempts.copy())
+    _run_chunks(recipe, asked, found, jobs, confiner and _Confiner(confiner.prune, confiner.genomes[rows]))
+    for kept, new in zip(ledger, found, strict=True):
+        kept[rows] = new
 
 
 def _rows(ledger: Ledger, part: slice) -> Ledger:

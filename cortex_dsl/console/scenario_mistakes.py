@@ -122,14 +122,14 @@ def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
 def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
     for number, actor in enumerate(_actors(compiled)):
         program = _checking(compiled.program, road=[number], overlap=[])
-        if actor.inside_road and conflicts(program, [len(program.requirements) - 2]):
+        if actor.inside_road and conflicts(program, [program.first_built_in]):
             yield OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
 
 
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
     for (i, one), (j, other) in islice(combinations(enumerate(_actors(compiled)), 2), MOST_PAIRS):
         program = _checking(compiled.program, road=[], overlap=[i, j])
-        if one.no_overlap and other.no_overlap and conflicts(program, [len(program.requirements) - 1]):
+        if one.no_overlap and other.no_overlap and conflicts(program, [program.first_built_in + 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)
             yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
 

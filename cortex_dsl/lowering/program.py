@@ -28,6 +28,7 @@ BUILT_IN_REQUIREMENTS = (
     Requirement("outlines inside the road", 0),
     Requirement("no overlap at the start", 0),
 )
+FAIR = (Requirement("fair start", 0),)
 
 
 def lower(scenario: ir.Scenario) -> Program:
@@ -40,6 +41,7 @@ def lower(scenario: ir.Scenario) -> Program:
         *map(_requirement, example.requirements),
         *(Requirement(reason, line) for line, reason in rejections),
         *BUILT_IN_REQUIREMENTS,
+        *(FAIR if scenario.settings.fair else ()),
     )
     space = _param_space(scenario.genes, scenario.system)
     code, tables, step_offsets = code_tables(scenario, grouping, codes, rejections)

@@ -171,7 +171,8 @@ def _head(scenario: ir.Scenario) -> Iterator[str]:
     if scenario.description:
         yield f"{INDENT}{scenario.description.splitlines()[0]}"
     yield f"road {scenario.road}"
-    yield f"settings {scenario.settings}"
+    settings = ", ".join(f"{name}={value!r}" for name, value in scenario.settings.deciding().items())
+    yield f"settings Settings({settings})"
     for i, gene in enumerate(scenario.genes):
         yield f"gene {i} {_gene(gene)}"
     if scenario.pool:

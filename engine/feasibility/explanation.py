@@ -150,7 +150,7 @@ def _proof(program: Program, sliced: Sequence[Sliced], boxes: Callable[[Sliced],
     """
     file = program.code.requirement_segment.shape[1]
     hard = [r for r in range(file) if program.code.requirement_probability[r] >= 1.0]
-    tried = [r for r in (*hard, len(program.requirements) - 2, len(program.requirements) - 1) if r < MOST]
+    tried = [r for r in (*hard, program.first_built_in, program.first_built_in + 1) if r < MOST]
     allowed = sum(bit(requirement) for requirement in tried)
     if not _empty(sliced, boxes, allowed):
         return ()

@@ -119,7 +119,7 @@ class Bench:
         """Kill boxes in which a requirement surely fails, each looked at alone."""
         for requirement in cones:
             boxes.demand(requirement)
-        reasons = len(self.program.requirements) - 2
+        reasons = self.program.first_built_in
         for built_in, broken in enumerate((_off_road(boxes), _overlapping(boxes))):
             boxes.kill(broken, reasons + built_in)
 

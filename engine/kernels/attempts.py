@@ -57,7 +57,8 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
         _rule_out(row, request.confinement.culprit[row], out)
         return
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
-    choice, first_draw = uniform_pair(stream, np.uint64(0))
+    begun = int(request.begun[row])
+    choice, first_draw = uniform_pair(stream, np.uint64(begun * blocks))
     made, left = 0, float(request.max_attempts)
     for attempt in range(request.max_attempts):
         if confined:
@@ -65,6 +66,8 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
         if left <= 0.0:
             break
         made, left = attempt + 1, left - 1.0
+        if attempt < begun:
+            continue
         # The next attempt's numbers are under way while this one is interpreted: Philox is long but independent.
         next_choice, next_first_draw = uniform_pair(stream, np.uint64((attempt + 1) * blocks))
         if confined:

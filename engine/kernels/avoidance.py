@@ -135,7 +135,7 @@ def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     time, time_step = run.end[0], plan.layout.time_step
     fault = _fault(plan, run, outlines)
-    driver = _in_its_car(plan, run, driver)
+    driver = in_its_car(plan, run, driver)
     until = _carry_on(plan, run, path, driver)
     again = Replayed(case, contact, until, outlines, path[: until + 1])
     perceived = perceive(plan, run, contact, other, outlines, again.path, driver)
@@ -192,7 +192,7 @@ def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, dri
     latest = contact - reaction
     if latest <= first_sample(driver.perception, plan.layout.time_step):
         return UNAVOIDABLE
-    driver = _in_its_car(plan, run, driver)
+    driver = in_its_car(plan, run, driver)
     until = _carry_on(plan, run, path, driver)
     again = Replayed(case, contact, until, outlines, path[: until + 1])
     perceived = perceive(plan, run, latest, other, outlines, again.path, driver)
@@ -242,7 +242,7 @@ def _following(states: Floats, contact: int, time_step: float, driver: Driver) -
 
 
 @inlined
-def _in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
+def in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
     """The reference driver with the brakes and the tyres of the ego, whose full brakes take a time to build up."""
     vehicle, build_up = vehicle_of(plan, run, 0), column_of(plan, run, 0, Column.PEDAL_TIME)
     on_foot = plan.kinds[0] == ActorKind.PEDESTRIAN
@@ -286,12 +286,11 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
     for k in range(braking, again.until):
         middle = (k - braking + 0.5) * time_step
         held = max(held, path[k, OWN]) if k < contact else held
-        pedal = driver.deceleration * (min(1.0, middle / driver.ramp) if driver.ramp > 0.0 else 1.0)
-        slower = max(0.0, speed - max(min(held, driver.deceleration), pedal) * time_step)
+        slower = max(0.0, speed - max(min(held, driver.deceleration), pressed(driver, middle)) * time_step)
         way += 0.5 * (speed + slower) * time_step
         speed = slower
         course = path[reached(path, way) + 1, COURSE]
-        _place(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * speed)
+        put(states, k + 1, pose_at(path, way, outlines[0, 0], outlines[0, 1]), course * speed)
         advance(plan, run, k + 1, not scored)
         if k + 1 < contact:
             at, way_then = k + 1, way
@@ -301,7 +300,13 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
 
 
 @inlined
-def _place(states: Floats, sample: int, pose: Box, speed: float) -> None:
+def pressed(driver: Driver, time: float) -> float:
+    """How hard the driver brakes so long after the first touch of the pedal [m/s^2]."""
+    return driver.deceleration * (min(1.0, time / driver.ramp) if driver.ramp > 0.0 else 1.0)
+
+
+@inlined
+def put(states: Floats, sample: int, pose: Box, speed: float) -> None:
     for column in range(states.shape[2]):
         states[sample, 0, column] = 0.0
     states[sample, 0, State.X], states[sample, 0, State.Y] = pose.x, pose.y

@@ -209,7 +209,7 @@ def _approach(states: Floats, samples: int, at: float, time_step: float, other: 
         _mix(states[k, other, State.SPEED], states[after, other, State.SPEED], part),
         shortest_turn(ego.heading, them.heading),
         _mix(start, end, part),
-        _side(ego, them),
+        side_of(ego, them),
     )
 
 
@@ -219,7 +219,7 @@ def _mix(start: float, end: float, part: float) -> float:
 
 
 @inlined
-def _side(ego: Box, other: Box) -> int:
+def side_of(ego: Box, other: Box) -> int:
     """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least."""
     cos, sin = math.cos(ego.heading), math.sin(ego.heading)
     x, y = other.x - ego.x, other.y - ego.y

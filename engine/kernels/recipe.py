@@ -71,6 +71,8 @@ class Request(NamedTuple):
     """(n, 6) int64 `StreamKey` rows."""
     max_attempts: int
     confinement: Confinement
+    begun: Ints
+    """(n,) attempts made before, which are not made again."""
 
 
 class Ledger(NamedTuple):

@@ -105,7 +105,9 @@ class Encounter:
         corners = np.zeros((2, POINTS, 2))
         ego, other = self._span_of(0), self._span_of(self.number)
         states = self.trajectory.states
-        return stay(states, ego, other, self.outlines, corners), stay(states, other, ego, self.outlines, corners)
+        ways = np.zeros((2, len(states) + 1))
+        mine = stay(states, ego, other, self.outlines, corners, ways)
+        return mine, stay(states, other, ego, self.outlines, corners, ways)
 
     def _span_of(self, actor: int) -> Span:
         first, count = span_of(self.trajectory, actor)

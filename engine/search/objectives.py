@@ -11,15 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from engine.avoidability import Avoidance, avoidability
-from engine.batch import trajectory
+from engine.avoidability import Avoidability, Avoidance, avoidability
+from engine.batch import conflict_gaps, trajectory
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.frozen import frozen
 from engine.kernels.conflict import relative_speed
 from engine.metrics import Body, bodies_of
 from engine.metrics.encounters import Encounter
-from engine.metrics.values import pet_by_area
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -88,50 +87,44 @@ def avoidable(runs: Runs) -> Floats:
     that it does not 1 / (1 + seconds that it comes too late), 0 where the scene is lost; without a collision of the
     ego's own making 1 / (1 + |conflict gap| / 1 s), below 1.
     """
-    values = np.zeros(len(runs.outcomes))
+    values = np.minimum(1.0 / (1.0 + _least_gaps(runs)), np.nextafter(1.0, 0.0))
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
     answers = avoidability(
         runs.program, take(runs.scenes, collided), runs.config.simulation, contact=runs.config.contact
     )
-    struck: set[int] = set()
     for row, answer in zip(collided.tolist(), answers, strict=True):
-        if answer is None or answer.struck:
-            struck.add(row)
-        elif answer.avoidable:
-            values[row] = 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
-        elif answer.avoidance is not Avoidance.LOST and math.isfinite(answer.margin):
-            values[row] = 1.0 / (1.0 + abs(answer.margin))
-    below = np.nextafter(1.0, 0.0)
-    for row in np.flatnonzero(runs.valid).tolist():
-        if row in struck or not runs.outcomes.collided[row]:
-            others = [pair for pair in runs.encounters(row) if not pair.touched]
-            values[row] = min(below, 1.0 / (1.0 + abs(_gap(others))))
+        if answer is not None and not answer.struck:
+            values[row] = _blamed(answer)
     return values
+
+
+def _blamed(answer: Avoidability) -> float:
+    """Of a collision of the ego's own making."""
+    if answer.avoidable:
+        return 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
+    lost = answer.avoidance is Avoidance.LOST or not math.isfinite(answer.margin)
+    return 0.0 if lost else 1.0 / (1.0 + abs(answer.margin))
 
 
 def conflict(runs: Runs) -> Floats:
     """Minus the magnitude of the conflict gap [s]: 0 on contact."""
-    values = np.full(len(runs.outcomes), -FARTHEST)
-    for row in np.flatnonzero(runs.valid).tolist():
-        values[row] = 0.0 if runs.outcomes.collided[row] else -abs(_gap(runs.encounters(row)))
-    return values
+    return np.where(runs.outcomes.collided, 0.0, -_least_gaps(runs))
 
 
-def _gap(pairs: Sequence[Encounter]) -> float:
-    """The least time between the ego's being where another is too, of several [s]: from when one has left the overlap
-    of their swept paths until the other comes in; where there is no such overlap, or both are in it at once, MD over
-    the speed at which they close then.
+def _least_gaps(runs: Runs) -> Floats:
+    """(n,) the least time between the ego's being where another is too, whom it does not touch [s]: from when one has
+    left the overlap of their swept paths until the other comes in; where there is no such overlap, or both are in it at
+    once, MD over the speed at which they close then.
     """
-    return min((min(FARTHEST, _gap_of(pair)) for pair in pairs), default=FARTHEST)
-
-
-def _gap_of(pair: Encounter) -> float:
-    gap = abs(pet_by_area(pair))
-    if math.isfinite(gap):
-        return gap
-    closing = pair.outcome("closing_speed")
-    distance = pair.outcome("min_distance")
-    return distance / closing if closing > 0.0 else FARTHEST
+    jobs, simulation = runs.config.search.jobs, runs.config.simulation
+    gaps = np.abs(conflict_gaps(runs.program, runs.scenes, simulation, jobs, runs.config.contact))
+    closing = runs.outcomes.closing_speed
+    with np.errstate(divide="ignore", invalid="ignore"):
+        otherwise = np.where(closing > 0.0, runs.outcomes.min_distance / closing, FARTHEST)
+    gaps = np.where(np.isfinite(gaps), gaps, otherwise)
+    others = np.arange(1, gaps.shape[1] + 1)
+    touched = runs.outcomes.collided[:, np.newaxis] & (runs.outcomes.contact_actors[:, 1:] == others)
+    return np.where(touched | np.isnan(gaps), FARTHEST, gaps).min(axis=1, initial=FARTHEST)
 
 
 def severity(runs: Runs) -> Floats:

@@ -20,7 +20,7 @@ from cortex_dsl.semantics.errors.statements import (
 from cortex_dsl.semantics.evaluation import maps, numbers, signals, surroundings
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
-from cortex_dsl.semantics.evaluation.functions import whole_number
+from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.genes import param_value
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
 from cortex_dsl.semantics.evaluation.roads import map_line, reasons_for_road
@@ -51,7 +51,7 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
-SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM)
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair")
 
 
 # -- names ------------------------------------------------------------------------------------------------------------
@@ -158,6 +158,8 @@ def _set(ev: Evaluator, argument: Given) -> None:
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
     value, span = argument.value, argument.span
+    if name == "fair":
+        return known_truth(ev, value, span, "`fair`")
     if name == "stream":
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":

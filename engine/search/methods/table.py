@@ -11,6 +11,7 @@ from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
+from engine.search.methods.trust_regions import TrustRegions
 from engine.search.protocol import Box, Searcher, StreamAt
 from engine.streams import method_number
 
@@ -101,6 +102,14 @@ SEARCHERS: dict[str, SearcherEntry] = {
             build=_plain(NichingSearch),
             title="niching genetic algorithm",
             style="green",
+        ),
+        SearcherEntry(
+            name="trust_regions",
+            summary="local models, started again by kind: rare failures",
+            build=_plain(TrustRegions),
+            title="trust regions",
+            style="green",
+            alias="tr",
         ),
         SearcherEntry(
             name="sobol",

@@ -33,7 +33,8 @@ def stays(ego: Floats, other: Floats) -> tuple[Stay, Stay]:
     """Of both, in seconds."""
     states, corners = np.stack([ego, other], axis=1), np.zeros((2, POINTS, 2))
     one, two = Span(0, 0, len(states) - 1), Span(1, 0, len(states) - 1)
-    found = stay(states, one, two, OUTLINES, corners), stay(states, two, one, OUTLINES, corners)
+    ways = np.zeros((2, len(states) + 1))
+    found = stay(states, one, two, OUTLINES, corners, ways), stay(states, two, one, OUTLINES, corners, ways)
     return Stay(found[0].enter * STEP, found[0].leave * STEP), Stay(found[1].enter * STEP, found[1].leave * STEP)
 
 

@@ -12,12 +12,14 @@ import cortex_dsl as cx
 from cortex_dsl import Scenario
 from engine.avoidability import Avoidance, avoidability
 from engine.errors import ArgumentError, ArgumentKindError
+from engine.metrics.values import pet_by_area
 from engine.outcomes import Outcomes
 from engine.risk import assess
 from engine.search.assessment import take
 from engine.search.insight.analysis import analyse
 from engine.search.objectives import (
     BUILT_IN,
+    FARTHEST,
     ObjectiveError,
     ObjectiveNameError,
     Runs,
@@ -34,6 +36,7 @@ from engine.search.searchers import SeveralObjectivesError
 from engine.search.store import StoreError
 from engine.vocabulary import OBJECTIVES
 
+EXAMPLES = Path(__file__).parents[3] / "examples"
 TEXT = """
 map intersection(approach=60 m)
 param V = Range(4, 14) m/s
@@ -305,3 +308,19 @@ def test_runs_without_a_number_are_told(scenario: Scenario, method: str) -> None
     assert found.errors == content(found)["errors"] >= 0.2 * found.simulations
     assert found.value <= 1.0  # here the mean weight is above
     assert "errors" not in content(estimate(scenario.program, scenario.config, "mc", 100, of="room"))
+
+
+@pytest.mark.parametrize("name", ["left_against_crossing", "right_and_oncoming_left"])
+def test_the_gap_is_that_of_the_metric(name: str) -> None:
+    """Of the batch, against each encounter measured alone; where it has none, the way left over the closing speed."""
+    scenario = cx.load(EXAMPLES / f"{name}.scn")
+    scenes = scenario.sample(40, seed=5)
+    outcomes = scenario.simulate(scenes)
+    runs = Runs(scenario.program, scenario.config, scenes, outcomes, assess(outcomes))
+    values = conflict(runs)
+    for row in np.flatnonzero(runs.valid & ~outcomes.collided).tolist():
+        (pair,) = runs.encounters(row)
+        gap = abs(pet_by_area(pair))
+        closing = outcomes.closing_speed[row, 0]
+        left = outcomes.min_distance[row, 0] / closing if closing > 0.0 else FARTHEST
+        assert values[row] == -min(FARTHEST, gap if np.isfinite(gap) else left)

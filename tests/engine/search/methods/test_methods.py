@@ -21,6 +21,7 @@ from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
+from engine.search.methods.trust_regions import TrustRegions, fitted, likelihood, normal_scores, predicted
 from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
 from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
@@ -40,12 +41,13 @@ METHODS: dict[str, Build] = {
     "annealing": lambda box, population, streams: Annealing(box, population, CONFIG.generations, streams),
     "differential_evolution": DifferentialEvolution,
     "niching": NichingSearch,
+    "trust_regions": TrustRegions,
     "cmaes": CovarianceAdaptation,
     "nsga2": NonDominatedSorting,
     "map_elites": partial(Illumination, method="map_elites"),
     "cma_me": partial(Illumination, method="cma_me"),
 }
-LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching", "cmaes")
+LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching", "trust_regions", "cmaes")
 
 
 def search(
@@ -246,3 +248,49 @@ def test_objectives_keep_what_is_invalid_out() -> None:
     table = objectives([near, invalid])
     np.testing.assert_array_equal(table[0], [0.5, -12.0])
     assert (table[1] > 1e6).all()
+
+
+# -- trust regions -----------------------------------------------------------------------------------------------------
+
+
+def test_a_model_knows_what_it_was_told_and_doubts_the_rest() -> None:
+    """Near a known point its value, within what noise allows; far from all of them nothing."""
+    stream = np.random.default_rng(5)
+    points = stream.random((60, 2)) * 0.5
+    values = normal_scores(points[:, 0] + 0.3 * np.sin(6.0 * points[:, 1]))
+    lengths = np.full(2, 0.3)
+    mean, deviation = predicted(points, values, lengths, points)
+    assert np.abs(mean - values).max() < 0.5
+    far, doubt = predicted(points, values, lengths, np.array([[5.0, 5.0]]))
+    assert abs(float(far[0])) < 1e-3
+    assert float(doubt[0]) > 0.99 > deviation.max()
+
+
+def test_lengths_tell_genes_that_do_not_matter() -> None:
+    """They only ever explain the values better, and grow where a gene decides nothing."""
+    stream = np.random.default_rng(6)
+    points = stream.random((80, 3))
+    values = normal_scores(np.sin(5.0 * points[:, 1]))
+    lengths = np.full(3, 0.5)
+    for _ in range(12):
+        after = fitted(points, values, lengths, stream)
+        assert likelihood(points, values, after) >= likelihood(points, values, lengths)
+        lengths = after
+    assert lengths[1] < min(lengths[0], lengths[2])
+
+
+def test_trust_regions_find_what_lies_in_a_narrow_place(
+    spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]
+) -> None:
+    """A valley that leads to a narrow place: found within 2,000 runs, where random ones do not come near it."""
+    space, place = spaces([0.0] * 5, [1.0] * 5), np.array([0.3, 0.8, 0.45, 0.6, 0.2])
+
+    def valley(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        return rows(np.zeros(len(keys), dtype=np.int32), 20.0 * np.abs(genomes - place).max(axis=1))
+
+    config = SearchConfig(generations=20, population=100, probes=0)
+    away = {
+        method: np.abs(search(method, space, valley, config).evaluations.genomes - place).max(axis=1).min()
+        for method in ("trust_regions", "random")
+    }
+    assert away["trust_regions"] < 0.04 < away["random"]

@@ -1,0 +1,11 @@
+"""Twelve scenarios with competent egos, fair starts and known rates of failure: which searcher finds what is rare?
+
+    python -m benchmarks.suite --truth --count 200000            # more plain draws, added to truth.json
+    python -m benchmarks.suite --methods random,ga,trust_regions --runs 30 --budget 3000
+    python -m benchmarks.suite                                   # the tables of what is kept
+
+In every file the ego brakes for whatever is about to be struck, and gives way or keeps its distance; others that could
+be in its way start 40 m away or more. A failure is a collision that is no fault of another (`engine.vocabulary.Fault`).
+Its mechanism is whom the ego met and on which side of itself. Half of the files are for tuning a method, the others
+judge.
+"""

@@ -1,0 +1,39 @@
+"""The command line of the suite."""
+
+import argparse
+import math
+
+from benchmarks.suite import __doc__ as about
+from benchmarks.suite import comparison, truth
+from benchmarks.suite.scenarios import named
+
+METHODS = "random,ga,map_elites,differential_evolution,niching,cmaes,trust_regions"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0])
+    parser.add_argument("--scenarios", default="all", help="names with commas between them, or tune, judge, all")
+    parser.add_argument("--truth", action="store_true", help="make plain draws, and add them to those that are kept")
+    parser.add_argument("--count", type=int, default=200_000, help="of them, for each scenario")
+    parser.add_argument("--methods", default="", help=f"make searches, as by {METHODS}")
+    parser.add_argument("--objective", default="conflict", help="what they look for")
+    parser.add_argument("--runs", type=int, default=10, help="of each method on each scenario")
+    parser.add_argument("--budget", type=int, default=3000, help="simulations of a run")
+    parser.add_argument("--jobs", type=int, default=1, help="threads of draws, processes of searches")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="begin no further run after these")
+    options = parser.parse_args()
+    names = named(options.scenarios)
+    if options.truth:
+        truth.add(names, options.count, options.jobs)
+    if options.methods:
+        methods = options.methods.split(",")
+        asked = options.objective, options.runs, options.budget, options.jobs, options.seconds
+        comparison.compare(names, methods, *asked)
+    truths = {name: row for name, row in truth.kept().items() if name in names}
+    print(truth.table(truths))
+    found = [each for each in comparison.kept() if each.objective == options.objective]
+    print(f"\n{comparison.table([each for each in found if each.budget == options.budget], truths)}")
+
+
+if __name__ == "__main__":
+    main()

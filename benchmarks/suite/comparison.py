@@ -1,0 +1,153 @@
+"""What searchers find: runs of one budget and one objective, kept line by line, and the tables made of them."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from benchmarks.suite.scenarios import HALVES, HERE, Runs, scenario
+from benchmarks.suite.truth import Truth
+from engine.risk import PROFILES
+from engine.search.campaign import Campaign
+from engine.search.evaluator import make_evaluator
+from engine.search.objectives import objectives
+from engine.search.protocol import Box
+from engine.search.run import run_campaign
+from engine.search.searchers import build_searcher, seek
+
+KEPT = HERE / "runs.jsonl"
+POPULATION = 100
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one run found."""
+
+    scenario: str
+    digest: str
+    method: str
+    objective: str
+    budget: int
+    run: int
+    valid: int
+    """Distinct valid simulations."""
+    seconds: float
+    failures: int
+    cells: int
+    """Of mechanism and both speeds, in which something failed."""
+    first: dict[str, int]
+    """By mechanism: how many valid simulations the first of it took."""
+
+    @property
+    def key(self) -> tuple[str, str, str, str, int, int]:
+        return self.scenario, self.digest, self.method, self.objective, self.budget, self.run
+
+
+def kept(path: Path = KEPT) -> list[Found]:
+    return [Found(**json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
+
+
+def compare(
+    names: Sequence[str],
+    methods: Sequence[str],
+    objective: str,
+    runs: int,
+    budget: int,
+    jobs: int,
+    seconds: float,
+    path: Path = KEPT,
+) -> None:
+    """Make the runs that are not kept yet, seeds 0, 1, … and keep each at once; for so many seconds at most."""
+    digests = {name: scenario(name).program.digest for name in names}
+    there, end = {found.key for found in kept(path)}, time.perf_counter() + seconds
+    asked = [
+        (name, method, objective, budget, run)
+        for run in range(runs)
+        for name in names
+        for method in methods
+        if (name, digests[name], method, objective, budget, run) not in there
+    ]
+    with path.open("a") as file, ProcessPoolExecutor(jobs) as pool:
+        for first in range(0, len(asked), jobs):
+            if time.perf_counter() > end:
+                return
+            of_each = pool.map if jobs > 1 else map
+            for found in of_each(searched, *zip(*asked[first : first + jobs], strict=True)):
+                print(json.dumps(asdict(found)), file=file, flush=True)
+
+
+def searched(name: str, method: str, objective: str, budget: int, run: int) -> Found:
+    """One run; generations of a hundred, the last one may be smaller than asked for."""
+    made = scenario(name)
+    budgeted = replace(
+        made.config.search, generations=budget // POPULATION, population=POPULATION, seed=run, run=run, probes=0
+    )
+    config, space = replace(made.config, search=budgeted), made.program.space
+    aims = objectives(made.program, (objective,))
+    start = time.perf_counter()
+    searcher = build_searcher(method, Box.of(space), config)
+    seek(searcher, method, len(aims))
+    evaluate = make_evaluator(made.program, config, PROFILES["paper"], aims)
+    campaign = run_campaign(space, searcher, evaluate, budgeted, method, objective=(objective,))
+    return found_in(campaign, name, made.program.digest, made.program.actors, run, time.perf_counter() - start)
+
+
+def found_in(campaign: Campaign, name: str, digest: str, actors: Sequence[str], run: int, seconds: float) -> Found:
+    """The figures of a campaign, in the order in which its simulations ran."""
+    evaluations = campaign.evaluations
+    told = evaluations.rollouts
+    new = evaluations.simulated & (told.verdict[:, 0] == 0)
+    columns = ("collided", "fault", "pair", "side", "ego_speed", "other_speed")
+    runs = Runs(**{column: getattr(told, column)[new, 0] for column in columns})
+    mechanisms, rows = runs.mechanisms(actors), np.flatnonzero(runs.failed).tolist()
+    first: dict[str, int] = {}
+    for mechanism, row in zip(mechanisms, rows, strict=True):
+        first.setdefault(mechanism, row + 1)
+    budget = campaign.config.generations * campaign.config.population
+    cells = len(set(runs.cells(actors)))
+    objective = campaign.objective[0]
+    return Found(
+        name, digest, campaign.method, objective, budget, run, int(new.sum()), seconds, len(rows), cells, first
+    )
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def table(found: Sequence[Found], truths: dict[str, Truth]) -> str:
+    """A line for each scenario and method, of the budget and objective that its runs had."""
+    columns = "scenario, method, runs, found, mechanisms, first failure, each mechanism, cells, failures, seconds"
+    lines = [f"| {columns.replace(', ', ' | ')} |", "|---|---|---|---|---|---|---|---|---|---|"]
+    for name in HALVES:
+        if name not in truths:
+            continue
+        rows = [each for each in found if each.scenario == name and each.digest == truths[name].digest]
+        methods = list(dict.fromkeys(each.method for each in rows))
+        lines += [_line(name, m, [each for each in rows if each.method == m], truths[name]) for m in methods]
+    return "\n".join(lines)
+
+
+def _line(name: str, method: str, rows: Sequence[Found], truth: Truth) -> str:
+    def of(value: Callable[[Found], float]) -> float:
+        return median(value(row) for row in rows)
+
+    budget = rows[0].budget
+    found = sum(row.failures > 0 for row in rows)
+    known = of(lambda row: sum(each in row.first for each in truth.known))
+    to_first = of(lambda row: min(row.first.values(), default=budget + 1))
+    firsts = [row.first.get(mechanism, budget + 1) for row in rows for mechanism in truth.known]
+    each = median(firsts) if firsts else budget + 1
+    return (
+        f"| {name} | {method} | {len(rows)} | {found} | {known:g} of {len(truth.known)} | {_within(to_first, budget)} "
+        f"| {_within(each, budget)} | {of(lambda row: row.cells):g} | {of(lambda row: row.failures):g} "
+        f"| {of(lambda row: row.seconds):.1f} |"
+    )
+
+
+def _within(simulations: float, budget: int) -> str:
+    return f"more than {budget:,}" if simulations > budget else f"{simulations:,.0f}"

@@ -1,0 +1,69 @@
+"""Fair starts: what `simulation(fair=True)` asks for beside the requirements.
+
+A start is fair when the reference driver of `engine.avoidability`, who needs no time here to perceive and to react,
+runs into nobody by braking at once along the ego's path (`engine.kernels.fairness`). Sampling draws again where a
+start is not; a weighing of requirements says how many are not.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from engine.avoidability import R157
+from engine.config import SimulationConfig
+from engine.host import in_parts, memory, plan
+from engine.kernels.avoidance import LONGEST
+from engine.kernels.fairness import fair_rows
+from engine.kernels.perception import PATH_COLUMNS
+from engine.kernels.recipe import Ledger
+from engine.kernels.rows import Requested
+from engine.program import Program
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import Verdict
+
+MOST = 50
+"""Starts of a genome that are driven, until one is fair."""
+
+
+def fair_starts(program: Program, starts: Requested, config: SimulationConfig, jobs: int = 1) -> Bools:
+    """(n,) whether each valid start is fair; one that is not valid is not."""
+    shared, said = plan(program, config), np.zeros(len(starts.verdict), dtype=np.int32)
+    samples = 2 + math.ceil(LONGEST / config.time_step)
+
+    def drive(first: int, last: int) -> None:
+        run, outlines = memory(program, samples), np.zeros((len(program.actors), 3))
+        fair_rows(shared, starts, first, last, run, outlines, np.zeros((samples, PATH_COLUMNS)), R157, said)
+
+    in_parts(len(said), jobs, drive)
+    return said != 0
+
+
+def undecided(verdict: Ints, variant: Ints, values: Floats, keys: Ints) -> Requested:
+    """Starts of which nothing has been decided outside."""
+    return Requested(verdict, variant, values, keys, np.zeros((len(verdict), 0, 0)))
+
+
+def draw_until_fair(
+    program: Program,
+    config: SimulationConfig,
+    keys: Ints,
+    ledger: Ledger,
+    go_on: Callable[[Ints], None],
+    jobs: int = 1,
+) -> None:
+    """Drive the scenes of a ledger, and draw again where the start is not fair: `go_on` makes attempts at rows."""
+    rows = np.flatnonzero(ledger.verdict == Verdict.VALID)
+    for driven in range(1, MOST + 1):
+        if not len(rows):
+            return
+        starts = undecided(ledger.verdict[rows], ledger.variant[rows], ledger.values[rows], keys[rows])
+        fair = fair_starts(program, starts, config, jobs)
+        ledger.tested[rows, -1] += 1
+        rows = rows[~fair]
+        ledger.failed[rows, -1] += 1
+        if driven < MOST:
+            go_on(rows)
+            rows = rows[ledger.verdict[rows] == Verdict.VALID]
+    ledger.verdict[rows], ledger.variant[rows] = Verdict.EXHAUSTED, -1
+    ledger.values[rows], ledger.draws[rows] = np.nan, np.nan

@@ -1,0 +1,242 @@
+"""Local models with uncertainty in regions of trust, that start again where another kind of run is promising.
+
+    archive = everything that was run
+    for each region, every generation
+        a Gaussian process on what is known about its centre, the best run in it
+        candidates in its box; each place of the generation draws a value for all of them, and runs the best
+        the box doubles when a better run is found, else it halves
+        too small a box, or failures enough: the region starts again, from a good run of a kind seldom started from
+
+A rare failure lies where several params agree to within a few percent. Far away from it the objective says by how much
+a run missed; a model on a hundred runs nearby reads more from that than differences of two. One region finds one
+failure; so there are several, and a new one starts where what happened was another thing: of its kind are the direction
+from which the other came, and who moved.
+
+Sources of the parts: trust regions by Gaussian processes with Thompson sampling, Eriksson, Pearce, Gardner, Turner and
+Poloczek (2019), "Scalable global optimization via local Bayesian optimization", NeurIPS (TuRBO), whose lengths, box
+shapes and few moved genes are kept, with samples of each candidate alone instead of joint ones; Gaussian processes,
+Rasmussen and Williams (2006), algorithm 2.1 and equation 4.17 (Matern 5/2).
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import ceil, isnan
+
+import numpy as np
+from numpy.random import Generator
+
+from engine.search.methods.cube import InCube
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
+from engine.tables import Floats, Ints
+
+REGIONS = 5
+EXPLORING = 0.1
+"""Share of a generation that is run at random, from which later regions start."""
+WIDE, WIDEST, NARROW = 0.4, 0.8, 0.4 * 0.5**6
+"""Sides of a box: at first, at most, and below which a region ends; of the unit cube."""
+ENOUGH = 20
+"""Failures after which a region has told what it knows."""
+KNOWN = 100
+"""Runs nearest to the centre, of which a model is made."""
+CANDIDATES = 400
+MOVED = 20
+"""Genes that a candidate moves, about."""
+LENGTH, SHORTEST, LONGEST = 0.5, 0.05, 4.0
+"""Over which a model forgets, in each gene: at first, and its limits; of the unit cube."""
+NOISE = 0.05
+"""Variance of what no gene decides, as a share of all."""
+TRIALS = 4
+"""Changes of lengths that a model tries in a generation."""
+SEEN = 0.15
+"""What an earlier start of the same kind costs a start, in shares of all runs that are better."""
+NEAR = 0.1
+"""Nearer to an earlier centre than this, in every gene, no region starts."""
+SECTORS = 8
+STANDING = 0.5
+"""Who is slower stands [m/s]."""
+
+Kind = tuple[int, bool, bool]
+
+
+@dataclass
+class Region:
+    """One box, about the best run in it."""
+
+    centre: Floats
+    best: float
+    kind: Kind
+    lengths: Floats
+    side: float = WIDE
+    failures: int = 0
+    slots: list[int] = field(default_factory=list)
+    """Its places in the generation that was asked last."""
+
+    @property
+    def is_over(self) -> bool:
+        return self.side < NARROW or self.failures >= ENOUGH
+
+
+class TrustRegions(InCube):
+    """An invalid or failed result improves nothing, and no model knows of it."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._points = np.empty((0, len(box)))
+        self._archive = np.empty((0, len(box)))
+        self._value = np.empty(0)
+        self._kinds: list[Kind] = []
+        self._regions: list[Region] = []
+        self._started: list[Region] = []
+
+    def _proposals(self) -> list[Proposal]:
+        stream = self._streams(self._generation, 0)
+        self._points = stream.random((self._population, self._cube.size))
+        moved = np.zeros(self._population, dtype=bool)
+        if len(self._value) and self._cube.size:
+            self._start_regions(stream)
+            places = np.array_split(np.arange(ceil(EXPLORING * self._population), self._population), REGIONS)
+            for region, slots in zip(self._regions, places, strict=False):
+                region.slots = slots.tolist()
+                moved[slots] = True
+                self._points[slots] = self._chosen(region, len(slots), stream)
+        return [
+            Proposal(self._cube.genome(point), Operator.SAMPLED if learnt else Operator.RANDOM, self._birth(slot))
+            for slot, (point, learnt) in enumerate(zip(self._points, moved.tolist(), strict=True))
+        ]
+
+    def _birth(self, slot: int) -> Birth:
+        return Birth(self._generation, slot)
+
+    def _learn(self, results: Sequence[Result]) -> None:
+        known = [slot for slot, result in enumerate(results) if result.selectable]
+        self._archive = np.concatenate([self._archive, self._points[known]])
+        self._value = np.append(self._value, [results[slot].continuous for slot in known])
+        self._kinds += [kind_of(results[slot]) for slot in known]
+        for region in self._regions:
+            told = [(results[slot].continuous, slot) for slot in region.slots if results[slot].selectable]
+            region.failures += sum(results[slot].failure for slot in region.slots)
+            best, slot = max(told, default=(-np.inf, -1))
+            if best > region.best:
+                region.best, region.centre = best, self._points[slot]
+                region.side = min(WIDEST, 2.0 * region.side)
+            else:
+                region.side *= 0.5
+            region.slots = []
+
+    # -- where to start
+
+    def _start_regions(self, stream: Generator) -> None:
+        self._regions = [region for region in self._regions if not region.is_over]
+        while len(self._regions) < REGIONS:
+            row = self._start(stream)
+            lengths = np.full(self._cube.size, LENGTH)
+            region = Region(self._archive[row], float(self._value[row]), self._kinds[row], lengths)
+            self._regions.append(region)
+            self._started.append(region)
+
+    def _start(self, stream: Generator) -> int:
+        """The run to start from: good, of a kind seldom started from, and not where a region was."""
+        order = np.argsort(self._value + 0.0, kind="stable")
+        promise = np.empty(len(order))
+        promise[order] = np.arange(len(order)) / len(order)
+        times = Counter(region.kind for region in self._started)
+        promise -= SEEN * np.array([times[kind] for kind in self._kinds])
+        for region in self._started:
+            promise[np.abs(self._archive - region.centre).max(axis=1) < NEAR] -= len(self._started)
+        return int(np.argmax(promise + 1e-6 * stream.random(len(promise))))
+
+    # -- what to run
+
+    def _chosen(self, region: Region, count: int, stream: Generator) -> Floats:
+        """(count, d) candidates of which a sample of the model is best, each of a sample of its own."""
+        nearest = np.argsort(np.abs(self._archive - region.centre).max(axis=1), kind="stable")[:KNOWN]
+        points, values = self._archive[nearest], normal_scores(self._value[nearest])
+        region.lengths = fitted(points, values, region.lengths, stream)
+        candidates = _candidates(region, stream)
+        mean, deviation = predicted(points, values, region.lengths, candidates)
+        rows: list[int] = []
+        for _ in range(count):
+            sampled = mean + deviation * stream.standard_normal(len(mean))
+            sampled[rows] = -np.inf
+            rows.append(int(np.argmax(sampled)))
+        return candidates[rows]
+
+
+def kind_of(result: Result) -> Kind:
+    """From where the other came at the closest approach, and whether each moved."""
+    angle = measure(result, "approach_angle")
+    sector = -1 if isnan(angle) else round(angle / (2.0 * np.pi) * SECTORS) % SECTORS
+    return sector, measure(result, "ego_speed") > STANDING, measure(result, "other_speed") > STANDING
+
+
+def _candidates(region: Region, stream: Generator) -> Floats:
+    """(CANDIDATES, d) points of a region's box, which is longer in genes of which the model forgets slowly."""
+    size = len(region.centre)
+    shape = region.lengths / np.exp(np.log(region.lengths).mean())
+    step = region.side * shape * (stream.random((CANDIDATES, size)) - 0.5)
+    moved = stream.random((CANDIDATES, size)) < min(1.0, MOVED / size)
+    moved[np.arange(CANDIDATES), stream.integers(size, size=CANDIDATES)] = True
+    return np.clip(region.centre + step * moved, 0.0, 1.0)
+
+
+# -- the model ---------------------------------------------------------------------------------------------------------
+
+
+def normal_scores(values: Floats) -> Floats:
+    """(n,) what a normal number of the same rank is: what is far off bends no model. Equal values have one score."""
+    from scipy.special import ndtri
+
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    middle = np.cumsum(counts) - 0.5 * counts
+    return np.asarray(ndtri(middle[place] / len(values)))
+
+
+def covariance(one: Floats, other: Floats, lengths: Floats) -> Floats:
+    """(n, m) Matern 5/2."""
+    from scipy.spatial.distance import cdist
+
+    way = np.sqrt(5.0) * cdist(one / lengths, other / lengths)
+    return (1.0 + way + way**2 / 3.0) * np.exp(-way)
+
+
+def _factor(points: Floats, lengths: Floats) -> Floats:
+    return np.linalg.cholesky(covariance(points, points, lengths) + NOISE * np.eye(len(points)))
+
+
+def likelihood(points: Floats, values: Floats, lengths: Floats) -> float:
+    """The logarithm of the marginal one, but for a constant."""
+    from scipy.linalg import solve_triangular
+
+    factor = _factor(points, lengths)
+    white = solve_triangular(factor, values, lower=True)
+    return float(-0.5 * white @ white - np.log(np.diag(factor)).sum())
+
+
+def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -> Floats:
+    """Lengths that explain the values better than those given, where one of a few changes does."""
+    best = likelihood(points, values, lengths)
+    for genes in _subsets(len(lengths), stream):
+        for factor in (0.5, 2.0):
+            tried = lengths.copy()
+            tried[genes] = np.clip(tried[genes] * factor, SHORTEST, LONGEST)
+            worth = likelihood(points, values, tried)
+            if worth > best:
+                best, lengths = worth, tried
+                break
+    return lengths
+
+
+def _subsets(size: int, stream: Generator) -> list[Ints]:
+    """All genes, then single ones."""
+    return [np.arange(size), *(np.array([gene]) for gene in stream.integers(size, size=TRIALS).tolist())]
+
+
+def predicted(points: Floats, values: Floats, lengths: Floats, queries: Floats) -> tuple[Floats, Floats]:
+    """(m,) mean and standard deviation of the value at each query."""
+    from scipy.linalg import solve_triangular
+
+    factor = _factor(points, lengths)
+    across = solve_triangular(factor, covariance(points, queries, lengths), lower=True)
+    mean = across.T @ solve_triangular(factor, values, lower=True)
+    return mean, np.sqrt(np.maximum(1.0 - (across**2).sum(axis=0), 1e-12))
