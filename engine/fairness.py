@@ -41,7 +41,7 @@ def fair_starts(program: Program, starts: Requested, config: SimulationConfig, j
 
 def undecided(verdict: Ints, variant: Ints, values: Floats, keys: Ints) -> Requested:
     """Starts of which nothing has been decided outside."""
-    return Requested(verdict, variant, values, keys, np.zeros((len(verdict), 0, 0)))
+    return Requested(verdict, variant.astype(np.int64), values, keys, np.zeros((len(verdict), 0, 0)))
 
 
 def draw_until_fair(

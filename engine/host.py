@@ -166,7 +166,7 @@ def memory(program: Program, samples: int) -> Run:
 
 def lanes(program: Program, samples: int, count: int) -> Run:
     """Memory for so many runs side by side, as `memory` makes it for one."""
-    return Run(*(np.tile(array, (count, *[1] * array.ndim)) for array in memory(program, samples)))
+    return Run._make(np.tile(array, (count, *[1] * array.ndim)) for array in memory(program, samples))
 
 
 def requested(program: Program, scenes: Scenes) -> Requested:
@@ -181,7 +181,7 @@ def requested(program: Program, scenes: Scenes) -> Requested:
     return Requested(
         actions=_numbers(actions),
         verdict=_integers(scenes.verdict),
-        variant=_integers(scenes.variant),
+        variant=np.require(scenes.variant, np.int64, PLAIN),  # as wide as what Python passes
         values=_numbers(scenes.values),
         keys=np.require(scenes.keys, np.int64, PLAIN),
     )

@@ -51,7 +51,7 @@ class Runs:
 
     def mechanisms(self, actors: Sequence[str]) -> list[str]:
         """Of the failures, in their order: whom the ego met and on which side of itself; in a crowd whom alone."""
-        partners = [(actors[self.pair[row] + 1], Side(self.side[row])) for row in np.flatnonzero(self.failed)]
+        partners = [(str(actors[int(self.pair[row]) + 1]), Side(self.side[row])) for row in np.flatnonzero(self.failed)]
         return [name if len(actors) > CROWD else f"{name} {side.name.lower()}" for name, side in partners]
 
     def cells(self, actors: Sequence[str]) -> list[tuple[str, int, int]]:

@@ -51,4 +51,5 @@ def _crossed(spec: RoadSpec) -> int:
 def _arguments(spec: RoadSpec) -> str:
     """As `map intersection(...)` takes them."""
     values = ((field.name, getattr(spec, field.name)) for field in fields(spec))
-    return ", ".join(f"{name}={value} {UNITS.get(name, '')}".rstrip() for name, value in values)
+    said = ((name, value) for name, value in values if value is not None)
+    return ", ".join(f"{name}={value} {UNITS.get(name, '')}".rstrip() for name, value in said)

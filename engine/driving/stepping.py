@@ -198,7 +198,7 @@ def _no_scenes(program: Program, count: int) -> Requested:
     width = len(program.code.output_register[0])
     return Requested(
         verdict=np.full(count, int(Verdict.EXHAUSTED), dtype=np.int32),
-        variant=np.zeros(count, dtype=np.int32),
+        variant=np.zeros(count, dtype=np.int64),
         values=np.zeros((count, width)),
         keys=np.zeros((count, 6), dtype=np.int64),
         actions=np.zeros((count, 0, sum(len(each.actions) for each in program.controls))),

@@ -16,8 +16,6 @@ up to `engine.kernels.perception`.
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from engine.kernels.approach import first_contact
 from engine.kernels.fault import EGO, STANDING, fault_of
 from engine.kernels.geometry import Box, outline_at
@@ -174,7 +172,7 @@ def blame_rows(
     """The `Blame` of each valid scene from row `first` to `last` (exclusive). `reach`: how far each ego sees [m]."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+            case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
             out[row] = _blame(plan, run, case, outlines, path, _sees(driver, min(driver.reach, reach[row])))
 
 

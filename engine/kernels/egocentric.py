@@ -44,8 +44,8 @@ def look_around(plan: Plan, lanes: Run, actor: int, paths: Ints, reach: Floats, 
         sample = int(run.status[Status.SAMPLE])
         out[lane, :] = 0.0
         if run.states[sample, actor, State.PRESENT] != 0.0:
-            _observe_itself(plan, run, sample, actor, paths[lane], out[lane])
-            _observe_others(plan, run, sample, actor, reach[lane], out[lane])
+            _observe_itself(plan, run, sample, actor, int(paths[lane]), out[lane])
+            _observe_others(plan, run, sample, actor, float(reach[lane]), out[lane])
 
 
 @kernel

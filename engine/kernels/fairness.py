@@ -6,8 +6,6 @@ start while the ego moves, unless the other comes from behind: who is struck fro
 there. The first contact decides.
 """
 
-import numpy as np
-
 from engine.kernels.approach import first_contact
 from engine.kernels.avoidance import LONGEST, Case, in_its_car, pressed, put
 from engine.kernels.fault import STANDING
@@ -40,7 +38,7 @@ def fair_rows(
     """Whether each valid scene from row `first` to `last` (exclusive) is a fair start: 1 or 0."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            case = Case(np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+            case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
             out[row] = 1 if _is_fair(plan, run, case, outlines, path, driver) else 0
 
 

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from engine.kernels.encroachment import Span, encroachment_gap, stay
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.rollout import advance, begin
@@ -32,7 +30,7 @@ def gap_rows(
     """
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+            begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
             note_outlines(plan, run, outlines)
             advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
             samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)

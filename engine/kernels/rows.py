@@ -4,8 +4,6 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
 from engine.kernels.jit import inlined, kernel, shared
@@ -102,7 +100,7 @@ def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: F
     """Whether the run is over and valid, and so measured."""
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
     if run.status[Status.PAUSED] == 0:
-        begin(plan, run, np.int64(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
     if run.status[Status.PAUSED] == 1:
         return False

@@ -40,7 +40,7 @@ class Record:
     """NaN unless stopped or finished."""
     spent: float
     """Until the last generation was written [s]."""
-    actions: Mapping[bytes, Floats] = field(default_factory=dict)
+    actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
     """What controllers decided, (turns, numbers) by the bytes of a scene's key, where it is kept."""
 
     def past(self) -> list[Evaluations]:

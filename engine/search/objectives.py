@@ -25,7 +25,7 @@ from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import map_arrays, take
 from engine.search.protocol import SOUGHT, Sought, function_name
-from engine.tables import Bools, Floats
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import OBJECTIVES, Sense
 
 MOST_MARGIN = 4.0
@@ -122,8 +122,8 @@ def _least_gaps(runs: Runs) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         otherwise = np.where(closing > 0.0, runs.outcomes.min_distance / closing, FARTHEST)
     gaps = np.where(np.isfinite(gaps), gaps, otherwise)
-    others = np.arange(1, gaps.shape[1] + 1)
-    touched = runs.outcomes.collided[:, np.newaxis] & (runs.outcomes.contact_actors[:, 1:] == others)
+    others: Ints = np.arange(1, gaps.shape[1] + 1, dtype=np.int64)
+    touched: Bools = runs.outcomes.collided[:, np.newaxis] & (runs.outcomes.contact_actors[:, 1:] == others)
     return np.where(touched | np.isnan(gaps), FARTHEST, gaps).min(axis=1, initial=FARTHEST)
 
 

@@ -50,7 +50,7 @@ def test_ids_are_registered(file: Path) -> None:
     env.close()
     many = gymnasium.make_vec(ID, num_envs=3, scenario=file)
     seen, _ = many.reset(seed=1)
-    assert seen.shape == (3, *many.single_observation_space.shape)
+    assert seen.shape == (3, *(many.single_observation_space.shape or ()))
     ended = 0
     for _ in range(30):
         seen, rewards, terminated, truncated, _ = many.step(np.zeros((3, 3)))

@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, isnan
+from typing import cast
 
 import numpy as np
 from numpy.random import Generator
@@ -201,7 +202,7 @@ def covariance(one: Floats, other: Floats, lengths: Floats) -> Floats:
 
 
 def _factor(points: Floats, lengths: Floats) -> Floats:
-    return np.linalg.cholesky(covariance(points, points, lengths) + NOISE * np.eye(len(points)))
+    return cast("Floats", np.linalg.cholesky(covariance(points, points, lengths) + NOISE * np.eye(len(points))))
 
 
 def likelihood(points: Floats, values: Floats, lengths: Floats) -> float:

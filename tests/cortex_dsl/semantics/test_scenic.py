@@ -5,6 +5,7 @@ import math
 import pytest
 
 from cortex_dsl import compile_text, ir
+from engine.maps import RoadSpec
 from engine.vocabulary import Column, Command
 from tests.cortex_dsl.semantics.conftest import findings, scenario
 
@@ -97,6 +98,7 @@ def test_one_note_each_for_map_and_model() -> None:
 def test_the_default_map_suits_what_the_file_asks_for(text: str, ways: int, lanes: int, approach: float) -> None:
     """T-junctions, neighbouring lanes, and room to be far from the intersection."""
     road = scenario(MODEL + "ego = new Car on road\n" + text).road
+    assert isinstance(road, RoadSpec)
     assert (road.ways, road.lanes, road.approach) == (ways, lanes, approach)
     (note,) = (d for d in findings(MODEL + "ego = new Car on road\n" + text) if d.code == "SCN442")
     assert f"ways={ways}, lanes={lanes}" in note.cure
@@ -149,6 +151,7 @@ terminate when (distance to standPt) > 60
 def test_a_script_with_scenics_constructs_runs() -> None:
     """It compiles without an error, draws scenes, and the ego ends in the lane to the right of where it began."""
     loaded = compile_text(WHOLE)
+    assert isinstance(loaded.program.road_spec, RoadSpec)
     assert loaded.program.road_spec.lanes == 2
     scenes = loaded.sample(20, seed=1)
     assert scenes.valid.any()

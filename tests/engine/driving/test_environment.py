@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engine.test_driving import cruising, scenario_of
 
 import cortex_dsl as cx
 from engine.errors import ControllerError
 from engine.vocabulary import EndReason
+from tests.engine.driving.test_blocks import cruising, scenario_of
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 
 import cortex_dsl as cx
 from engine.driving import stacks
-from engine.driving.blocks import drive
+from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
 from engine.errors import ControllerError
 from engine.vocabulary import Verdict
@@ -64,7 +64,7 @@ def half(seen: np.ndarray) -> np.ndarray:
     return np.tile([0.5, 0.0, 0.0], (len(seen), 1))
 
 
-def driven(scenario: cx.Scenario, name: str, count: int = 4) -> object:
+def driven(scenario: cx.Scenario, name: str, count: int = 4) -> Driven:
     driver = named_driver(name, block=4)
     return driver.drive(scenario.program, scenario.sample(count, seed=1), scenario.config.simulation)
 

@@ -267,8 +267,9 @@ def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, e
 def test_an_index_decides_nothing() -> None:
     """A program with bands has the digest of one without."""
     road = road_tables(MANY_EDGES[0])
-    space = ParamSpace((), (), *(np.zeros(0) for _ in range(4)), np.zeros((0, 2)), np.zeros(0), (), ())
+    none, whole = np.zeros(0), np.zeros(0, dtype=np.int32)
+    space = ParamSpace((), (), whole, none, none, whole, np.zeros((0, 2)), none, (), ())
     bare = road._replace(band_edges=np.zeros((0, 4)))
-    code = CodeTables(*(np.zeros(1) for _ in CodeTables._fields))
+    code = CodeTables._make(np.zeros(1) for _ in CodeTables._fields)
     one, other = (program_digest(space, code, each, Settings()) for each in (road, bare))
     assert one == other
