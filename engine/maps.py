@@ -1,7 +1,7 @@
 """What a `map` line asks for: one type for each kind of road, in SI units. `engine.road` builds a network from it."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, field
 from hashlib import blake2b
 from pathlib import Path, PurePath
 from typing import Any, ClassVar
@@ -64,7 +64,7 @@ class MapFile:
     kind: ClassVar[str] = "opendrive"
     file: str
     """As it is named where it is asked for."""
-    path: str
+    path: str = field(repr=False)
     """Where it was found."""
     digest: str
     """Of its contents: another file is another road."""

@@ -191,7 +191,7 @@ SLIPS: dict[str, tuple[Callable[[Scenario, OpenedRun], object], type[Exception],
     "aggregate": (lambda s, r: cx.search(s, aggregate="x"), ValueError, "aggregate: expected mean"),
     "profile": (lambda s, r: cx.search(s, profile="x"), ValueError, "profile: `x` is none of paper"),
     "nothing to study": (lambda s, r: cx.study([], "ga"), ValueError, "needs a scenario and a method"),
-    "study what": (lambda s, r: cx.study(3), TypeError, "files: expected Iterable, got int"),  # type: ignore[arg-type]
+    "study what": (lambda s, r: cx.study(3), TypeError, "files: expected one name, or several in a list, got int"),  # type: ignore[arg-type]
     "runs": (lambda s, r: cx.study(s, "ga", 0), ValueError, "runs: expected 1 or more, got 0"),
     "study profile": (lambda s, r: cx.study(s, "ga", profile="x"), ValueError, "profile: expected one of paper"),
     "empty folder": (lambda s, r: cx.study(EXAMPLES.parent / ".ci"), ValueError, "there is no scenario"),

@@ -134,12 +134,13 @@ def test_contact_counts_for_the_egos_pair_alone() -> None:
 
 def test_what_was_not_valid_scores_minus_one() -> None:
     """Whatever the reason; nothing else of such a row means anything."""
-    run = outcomes(*([(FAR,)] * 5))
-    broken = replace(run, verdict=np.array(list(Verdict), np.int32), min_distance=np.full((5, 1), np.nan))
+    rows, others = len(Verdict), len(Verdict) - 1
+    run = outcomes(*([(FAR,)] * rows))
+    broken = replace(run, verdict=np.array(list(Verdict), np.int32), min_distance=np.full((rows, 1), np.nan))
     risk = assess(broken)
-    assert risk.score.tolist() == [0, -1, -1, -1, -1]
-    assert risk.continuous.tolist()[1:] == [-1.0] * 4
-    assert risk.pair.tolist() == [0, -1, -1, -1, -1]
+    assert risk.score.tolist() == [0] + [-1] * others
+    assert risk.continuous.tolist()[1:] == [-1.0] * others
+    assert risk.pair.tolist() == [0] + [-1] * others
 
 
 def test_an_ego_alone_has_no_risk() -> None:

@@ -18,7 +18,6 @@ from cortex_dsl.semantics.quantities.algebra import Term, path_length, path_proj
 from cortex_dsl.semantics.quantities.units import ANGLE, TIME
 from cortex_dsl.spelling import did_you_mean
 from engine.control import Action, Control
-from engine.opcodes import Op
 from engine.vocabulary import ActorKind, Command
 
 PEDALS, SPEED = "pedals", "speed"
@@ -55,7 +54,7 @@ def _following(job: Job, path: Term, first: int) -> ir.Block:
 
 
 def _decided(job: Job, number: int) -> Term:
-    return job.ev.algebra.apply(Op.ACTION, immediates=(number,))
+    return job.ev.algebra.decided_outside(number)
 
 
 # -- who decides what --------------------------------------------------------------------------------------------------

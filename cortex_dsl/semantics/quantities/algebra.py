@@ -193,6 +193,9 @@ class Algebra:
         noticed = () if reach is None else (reach,)
         return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
 
+    def decided_outside(self, number: int) -> Term:
+        return self.apply(Op.ACTION, immediates=(number,))
+
     def velocity(self, actor: int) -> tuple[Term, ...]:
         """Of an object's rear axle as its body moves [m/s]: x and y."""
         return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=2), 2)
@@ -255,8 +258,7 @@ class Algebra:
         return where(index < float(first + half), lower, upper)
 
     def _interned(self, key: tuple[object, ...], kind: Callable[..., Made], *fields: object, depth: int = 0) -> Made:
-        known = self._known.get(key)
-        if known is None:
+        if (known := self._known.get(key)) is None:
             known = self._known[key] = self._own(kind(self.span, *fields), depth)
         return known
 
@@ -269,10 +271,9 @@ def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
     """Logic and selection with a known operand; truths are 1.0 or 0.0, so no bit changes."""
     if op == Op.SELECT and isinstance(arguments[0], Constant):
         return arguments[1] if arguments[0].value else arguments[2]
-    if op in (Op.AND, Op.OR):
-        for one, other in (arguments, arguments[::-1]):
-            if isinstance(one, Constant):
-                return one if bool(one.value) == (op == Op.OR) else other
+    for one, other in (arguments, arguments[::-1]) if op in (Op.AND, Op.OR) else ():
+        if isinstance(one, Constant):
+            return one if bool(one.value) == (op == Op.OR) else other
     return None
 
 
@@ -321,9 +322,8 @@ region_distance, region_contains = map(_function, (Op.REGION_DISTANCE, Op.REGION
 """`(region, x, y)`."""
 region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
-region_depth, region_box_depth = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH))
-box_distance = _function(Op.BOX_DISTANCE)
-"""Between two outlines [m]."""
+region_depth, region_box_depth, box_distance = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH, Op.BOX_DISTANCE))
+"""`box_distance`: between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)
 """`in_view(view, outline)` at the start, a view being packed x, y, heading, angle, reach, the viewer's number or -1."""
 

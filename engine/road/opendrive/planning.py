@@ -15,7 +15,7 @@ from engine.opendrive.read import read_opendrive
 from engine.road.network import Lines
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.linking import THROUGH, FileLane, Links, Way
-from engine.road.opendrive.surfaces import NoSurfaceError, border, ring_of, strip_between, union
+from engine.road.opendrive.surfaces import NoSurface, border, ring_of, strip_between, union
 from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
@@ -73,7 +73,7 @@ def plan_of(path: str, _digest: str) -> Plan:
         inside[network.roads[lane.road].junction].append(ring)
     try:
         surface, kerbs = union(rings)
-    except NoSurfaceError:
+    except NoSurface:
         cure = "give its lanes a <width> above 0 m"
         raise InterchangeError("no lane in it has a width", cure, Path(path).name) from None
     left_hand = any(road.left_hand for road in network.roads.values())

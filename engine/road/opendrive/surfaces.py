@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import Signal
 from engine.extras import needed
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.opendrive.fitting import Stretch
@@ -30,7 +31,7 @@ LEAST_WIDTH = 0.1
 NOTHING = 1e-9
 
 
-class NoSurfaceError(ValueError):
+class NoSurface(Signal):
     """Lanes without a width cover nothing."""
 
 
@@ -85,7 +86,7 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     whole = shapely.set_precision(whole, PRECISION)
     polygons = [each for each in getattr(whole, "geoms", [whole]) if each.area > SPECK]
     if not polygons:
-        raise NoSurfaceError
+        raise NoSurface
     lines = [np.array(line.coords) for each in polygons for line in (each.exterior, *each.interiors)]
     tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
     triangles = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms])
