@@ -100,7 +100,7 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
-COMPILING = "compiling kernels (once, a minute or two) …"
+COMPILING = "compiling kernels (once, about a minute) …"
 
 
 def announce_compilation(terminal: Terminal) -> bool:

@@ -109,7 +109,7 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
 
 
-# -- kernels, compiled while the user types, since the very first time takes a minute or two ---------------------------
+# -- kernels, compiled while the user types, since the very first time takes about a minute ---------------------------
 
 TINY = """map intersection(ways=4)
 param V = Range(1, 9) m/s
