@@ -173,7 +173,8 @@ def checked(control: Control, given: object, active: Bools, times: Floats) -> Fl
             lane, unit = int(wrong[0]), f" {action.unit}" if action.unit else ""
             raise ControllerError(
                 f"{who} gave {action.name} = {values[lane]:g}{unit} in lane {lane} at {times[lane]:.2f} s",
-                f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: `numpy.clip` holds it there",
+                f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
+                + ("look for what makes it no number" if np.isnan(values[lane]) else "`numpy.clip` holds it there"),
             )
     return actions
 

@@ -193,6 +193,7 @@ def test_wrong_shapes_are_told() -> None:
 def test_nan_is_told() -> None:
     error = refused(lambda seen: np.full((len(seen), 3), np.nan))
     assert error.message == "the controller `ego` gave throttle = nan in lane 0 at 0.00 s"
+    assert error.cure == "throttle lies in 0 .. 1: look for what makes it no number"
 
 
 def test_out_of_range_is_told() -> None:
