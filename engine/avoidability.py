@@ -120,7 +120,7 @@ def avoidability(
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
-    run, outlines, path = _room(program, config)
+    run, outlines, path = room(program, config, samples_of(config) + 1)
     reach = weather_sight(program, scenes)
 
     def answer(row: int) -> Avoidability | None:
@@ -146,15 +146,17 @@ def blame(
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
     def drive(first: int, last: int) -> None:
-        blame_rows(shared, rows, reach, first, last, *_room(program, config), R157, said)
+        blame_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), R157, said)
 
     in_parts(len(scenes), jobs, drive)
     return said
 
 
-def _room(program: Program, config: SimulationConfig) -> tuple[Run, Floats, Floats]:
-    """Memory for one drive after another: of the run, of outlines, and of the ego's path."""
-    run = memory(program, samples_of(config) + 1 + math.ceil(LONGEST / config.time_step))
+def room(program: Program, config: SimulationConfig, samples: int) -> tuple[Run, Floats, Floats]:
+    """Memory for one drive after another: of the run of so many samples and `LONGEST` more, of outlines, and of the
+    ego's path.
+    """
+    run = memory(program, samples + math.ceil(LONGEST / config.time_step))
     return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
 
 

@@ -5,7 +5,7 @@ asked for, and nothing about who answers.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from engine.frozen import frozen
@@ -45,9 +45,14 @@ def turns(time: float, time_step: float) -> int:
     return math.ceil(time / time_step - 1e-9)
 
 
+def numbers_decided(controls: Iterable[Control]) -> int:
+    """How many numbers are decided in a turn."""
+    return sum(len(each.actions) for each in controls)
+
+
 def columns(controls: Sequence[Control]) -> tuple[slice, ...]:
     """Where the numbers of each control stand among those of all."""
-    ends = [sum(len(each.actions) for each in controls[: number + 1]) for number in range(len(controls))]
+    ends = [numbers_decided(controls[: number + 1]) for number in range(len(controls))]
     return tuple(slice(end - len(each.actions), end) for each, end in zip(controls, ends, strict=True))
 
 

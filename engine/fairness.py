@@ -5,17 +5,14 @@ runs into nobody by braking at once along the ego's path (`engine.kernels.fairne
 start is not; a weighing of requirements says how many are not.
 """
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
-from engine.avoidability import R157
+from engine.avoidability import R157, room
 from engine.config import SimulationConfig
-from engine.host import in_parts, memory, plan
-from engine.kernels.avoidance import LONGEST
+from engine.host import in_parts, plan
 from engine.kernels.fairness import fair_rows
-from engine.kernels.perception import PATH_COLUMNS
 from engine.kernels.recipe import Ledger
 from engine.kernels.rows import Requested
 from engine.program import Program
@@ -29,11 +26,9 @@ MOST = 50
 def fair_starts(program: Program, starts: Requested, config: SimulationConfig, jobs: int = 1) -> Bools:
     """(n,) whether each valid start is fair; one that is not valid is not."""
     shared, said = plan(program, config), np.zeros(len(starts.verdict), dtype=np.int32)
-    samples = 2 + math.ceil(LONGEST / config.time_step)
 
     def drive(first: int, last: int) -> None:
-        run, outlines = memory(program, samples), np.zeros((len(program.actors), 3))
-        fair_rows(shared, starts, first, last, run, outlines, np.zeros((samples, PATH_COLUMNS)), R157, said)
+        fair_rows(shared, starts, first, last, *room(program, config, 2), R157, said)
 
     in_parts(len(said), jobs, drive)
     return said != 0

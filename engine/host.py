@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
+from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
@@ -160,7 +161,7 @@ def memory(program: Program, samples: int) -> Run:
         beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
-        actions=np.zeros((samples if program.controls else 0, sum(len(each.actions) for each in program.controls))),
+        actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
     )
 
 
@@ -174,7 +175,7 @@ def requested(program: Program, scenes: Scenes) -> Requested:
 
     Raises ControllerError where a program has controllers that have not driven the scenes.
     """
-    numbers = sum(len(control.actions) for control in program.controls)
+    numbers = numbers_decided(program.controls)
     if numbers and scenes.actions.shape[2] != numbers and scenes.valid.any():
         raise undriven(program)
     actions = scenes.actions if scenes.actions.size else np.zeros((len(scenes), 0, numbers))
@@ -189,7 +190,7 @@ def requested(program: Program, scenes: Scenes) -> Requested:
 
 def coasting(program: Program, scenes: Scenes) -> Scenes:
     """The scenes as if whoever is driven from outside decided nothing but zeros."""
-    return replace(scenes, actions=np.zeros((len(scenes), 1, sum(len(each.actions) for each in program.controls))))
+    return replace(scenes, actions=np.zeros((len(scenes), 1, numbers_decided(program.controls))))
 
 
 def undriven(program: Program) -> ControllerError:

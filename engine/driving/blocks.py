@@ -8,7 +8,7 @@ runs them, the reference driver is held against them, they replay and export, an
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -19,10 +19,11 @@ from engine.driving.controllers import Seat, seats_of
 from engine.driving.stacks import StackLostError
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ControllerError
-from engine.host import empty_results, outcomes, requested
+from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
+from engine.search.assessment import take
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
@@ -45,8 +46,6 @@ class Driven:
 
     scenes: Scenes
     outcomes: Outcomes
-    reproducible: bool = True
-    """Whether a block that was driven twice was driven alike."""
     remarks: tuple[str, ...] = ()
     """How often a process was lost, and why."""
 
@@ -64,6 +63,7 @@ class Driver:
     digest: str = ""
     """SHA-256 of the file that defines it; "" where there is none."""
     anew: bool = True
+    """Whether it can be asked about scenes that nobody has driven."""
 
     def drive(
         self,
@@ -95,20 +95,16 @@ def drive(
     contact: ContactConfig = CONTACT,
     block: int = BLOCK,
     jobs: int = 1,
-    twice: bool = False,
 ) -> Driven:
-    """Drive all valid scenes by one controller, or a mapping from names to controllers.
-
-    `twice`: the first block is driven again, to see whether the controller does the same.
-    """
+    """Drive all valid scenes by one controller, or a mapping from names to controllers."""
     seats = seats_of(program, driver)
-    undecided = _undecided(program, scenes)
+    undecided = coasting(program, scenes)
     results = empty_results(program, requested(program, undecided))
     parts: list[Floats] = []
     lanes = Lanes(program, block, config, contact, jobs=jobs)
     for seat in seats:
         seat.meet(block, observed(program), config.time_step)
-    alike, remarks = True, Remarks()
+    remarks: list[str] = []
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))
         part = _padded(scenes, rows, block)
@@ -116,25 +112,16 @@ def drive(
         for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
             array[rows] = found[: len(rows)]
         parts.append(decided.actions[: len(rows)])
-        if twice and first == 0:
-            again = _patiently(lanes, part, seats, remarks)
-            alike = bool(np.array_equal(decided.actions, again.actions))
     actions = np.concatenate(parts) if parts else undecided.actions
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    return Driven(scenes, outcomes(results), alike, tuple(remarks.said))
-
-
-def _undecided(program: Program, scenes: Scenes) -> Scenes:
-    """The same scenes before anybody has driven."""
-    return replace(scenes, actions=np.zeros((len(scenes), 0, sum(len(c.actions) for c in program.controls))))
+    return Driven(scenes, outcomes(results), tuple(remarks))
 
 
 def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
     """A block of scenes; what is left of it repeats the last one, and is not valid."""
     chosen = np.concatenate([rows, np.full(block - len(rows), rows[-1])])
-    names = ("genomes", "keys", "verdict", "variant", "values", "draws", "attempts", "tested", "failed")
-    taken = replace(scenes, **{name: getattr(scenes, name)[chosen] for name in names}, actions=np.zeros((0, 0, 0)))
+    taken = take(replace(scenes, actions=np.zeros((len(scenes), 0, 0))), chosen)
     taken.verdict[len(rows) :] = RESTING
     return taken
 
@@ -147,25 +134,16 @@ class _Block:
     results: tuple[NDArray[Any], ...]
 
 
-@dataclass
-class Remarks:
-    """What is to be told of processes that were lost."""
-
-    said: list[str] = field(default_factory=list)
-
-
-def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: Remarks) -> _Block:
+def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: list[str]) -> _Block:
     """Drive a block. Where a process is lost over it twice, each half of its scenes is driven alone, until one scene is
     left over which it is always lost: that one has the verdict CONTROLLER.
     """
     rows = np.flatnonzero(scenes.valid)
-    lost = ""
     for _ in range(TWICE):
         try:
             return _Block(_drive_block(lanes, scenes, seats), lanes.copied())
         except StackLostError as error:
-            lost = error.message
-            remarks.said.append(lost)
+            remarks.append(error.message)
     if len(rows) <= 1:
         return _lost(lanes, scenes, rows)
     halves = [_patiently(lanes, _only(scenes, part), seats, remarks) for part in np.array_split(rows, 2)]
@@ -178,7 +156,7 @@ def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: Rem
 
 def _lost(lanes: Lanes, scenes: Scenes, rows: Ints) -> _Block:
     """Scenes over which a process is lost."""
-    results = empty_results(lanes.program, requested(lanes.program, _undecided(lanes.program, scenes)))
+    results = empty_results(lanes.program, requested(lanes.program, coasting(lanes.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
     return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), blank)

@@ -75,7 +75,7 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
             "give the ego a controller: `with behavior ExternalBehavior()`",
         )
     several = isinstance(given, Mapping)
-    drivers = cast("Mapping[str, object]", given) if several else {_meant(program): given}
+    drivers = cast("Mapping[str, object]", given) if several else {meant(program): given}
     for name in drivers:
         if name not in names:
             near = nearest(name, names)
@@ -90,10 +90,9 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     return tuple(controller_of(name, drivers[name]) for name in names)
 
 
-def _meant(program: Program) -> str:
+def meant(program: Program) -> str:
     """The controller that is meant where no name is said: the ego's, or the first."""
-    controls = sorted(program.controls, key=lambda control: control.actor)
-    return controls[0].controller
+    return min(program.controls, key=lambda control: control.actor).controller
 
 
 # -- questions and answers ---------------------------------------------------------------------------------------------

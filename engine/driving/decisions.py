@@ -11,6 +11,7 @@ import numpy as np
 
 from engine.batch import simulate
 from engine.config import Config, ContactConfig, Drives, SimulationConfig
+from engine.control import numbers_decided
 from engine.driving.blocks import BLOCK, Driven
 from engine.errors import ControllerError
 from engine.host import samples_of
@@ -51,7 +52,7 @@ class KeptActions:
         Raises:
             ControllerError: those of a valid one are not.
         """
-        actions = np.zeros((len(scenes), samples_of(config) + 1, sum(len(each.actions) for each in program.controls)))
+        actions = np.zeros((len(scenes), samples_of(config) + 1, numbers_decided(program.controls)))
         for row in np.flatnonzero(scenes.valid).tolist():
             kept = self.actions.get(scenes.keys[row].tobytes())
             if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):

@@ -8,14 +8,14 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from engine.config import Config
 from engine.control import Action, Control
-from engine.driving.controllers import Seat, checked, seats_of
+from engine.driving.controllers import Seat, checked, meant, seats_of
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ArgumentError, nearest
 from engine.host import outcomes
@@ -53,7 +53,7 @@ class Episodes:
     ) -> None:
         self.program, self.config = program, config
         self.lanes = Lanes(program, n, config.simulation, config.contact, observe == "records", config.search.jobs)
-        self.agents = tuple(agents) or (_first(program),)
+        self.agents = tuple(agents) or (meant(program),)
         self._numbers = [_number(program, name) for name in self.agents]
         self._others = _seats(program, self.agents, others or {})
         self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
@@ -141,7 +141,7 @@ class Episodes:
         if self._scenes is None:
             self._scenes = drawn
         else:
-            for name in ("genomes", "keys", "verdict", "variant", "values", "draws", "attempts", "tested", "failed"):
+            for name in (each.name for each in fields(Scenes) if each.name != "actions"):
                 getattr(self._scenes, name)[lanes] = getattr(drawn, name)
         self.lanes.place(lanes, drawn)
 
@@ -287,13 +287,6 @@ class Environment:
 
 
 # -- who drives --------------------------------------------------------------------------------------------------------
-
-
-def _first(program: Program) -> str:
-    """The controller of the ego, or else the first."""
-    if not program.controls:
-        return ""
-    return min(program.controls, key=lambda control: control.actor).controller
 
 
 def _number(program: Program, name: str) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
-from engine.control import Control, columns, turns
+from engine.control import Control, columns, numbers_decided, turns
 from engine.errors import ArgumentError
 from engine.host import CHUNK, empty_results, in_parts, lanes, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
@@ -201,7 +201,7 @@ def _no_scenes(program: Program, count: int) -> Requested:
         variant=np.zeros(count, dtype=np.int64),
         values=np.zeros((count, width)),
         keys=np.zeros((count, 6), dtype=np.int64),
-        actions=np.zeros((count, 0, sum(len(each.actions) for each in program.controls))),
+        actions=np.zeros((count, 0, numbers_decided(program.controls))),
     )
 
 

@@ -17,7 +17,7 @@ from cortex_dsl.semantics.names.builtins import TOP_SPEED
 from cortex_dsl.semantics.quantities.algebra import Term, path_length, path_project
 from cortex_dsl.semantics.quantities.units import ANGLE, TIME
 from cortex_dsl.spelling import did_you_mean
-from engine.control import Action, Control
+from engine.control import Action, Control, numbers_decided
 from engine.vocabulary import ActorKind, Command
 
 PEDALS, SPEED = "pedals", "speed"
@@ -69,7 +69,7 @@ def _controlled(job: Job, actions: tuple[Action, ...]) -> int:
     if known != control:
         raise CONTROLLED_TWICE.mistake(span, name=name)
     before = list(job.ev.file.controls).index(name)
-    return sum(len(each.actions) for each in list(job.ev.file.controls.values())[:before])
+    return numbers_decided(list(job.ev.file.controls.values())[:before])
 
 
 def _pedals(job: Job) -> tuple[Action, ...]:

@@ -10,7 +10,8 @@ import pytest
 import cortex_dsl as cx
 from engine import batch
 from engine.control import columns
-from engine.driving.blocks import Driven, drive
+from engine.driving.blocks import Driven, Driver, drive
+from engine.driving.decisions import is_reproducible
 from engine.driving.stepping import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.outcomes import Outcomes
@@ -243,9 +244,9 @@ def test_who_differs_the_second_time_is_marked() -> None:
     def moody(seen: Floats) -> Floats:
         return np.stack([stream.random(len(seen)), np.zeros(len(seen)), np.zeros(len(seen))], axis=1)
 
-    scenes = scenario.sample(8)
-    assert drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8, twice=True).reproducible
-    assert not drive(scenario.program, scenes, moody, scenario.config.simulation, block=8, twice=True).reproducible
+    steady, changing = (scenario.driven_by(Driver(who, block=8)) for who in (cruising, moody))
+    assert is_reproducible(steady.program, steady.sample, steady.config)
+    assert not is_reproducible(changing.program, changing.sample, changing.config)
 
 
 def test_no_valid_scene_is_no_work() -> None:
