@@ -91,6 +91,11 @@ _LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
 _OBEY = Parameter("obey_signals", default="False")
 _OPPOSITE = Parameter("is_oppositeTraffic", default="False")
 _LANE = Parameter("laneToFollow", default="the lane it is on")
+_SIGHT = (
+    Parameter("range", LENGTH, "as far as one sees", low=0.0),
+    Parameter("field_of_view", ANGLE, "360 deg", low=0.0),
+    Parameter("latency", TIME, "0 s", low=0.0),
+)
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 _ROWS = (
@@ -186,13 +191,22 @@ _ROWS = (
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
                _LATERAL, _OBEY),
+    _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
+               _SPEED, Parameter("trajectory", default="the lane it is on"),
+               Parameter("time_headway", TIME, "1.6 s", low=0.0),
+               Parameter("min_gap", LENGTH, "2 m", low=0.0),
+               Parameter("max_acceleration", ACCELERATION, "3 m/s^2", low=0.01),
+               Parameter("comfortable_deceleration", ACCELERATION, "3 m/s^2", low=0.01),
+               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY, *_SIGHT),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
                Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5)),
     _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
                Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
                Parameter("brake", PURE, "1", 0.0, 1.0),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
-               Parameter("delay", TIME, "0.35 s", low=0.0)),
+               Parameter("delay", TIME, "0.35 s", low=0.0),
+               Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
+               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT),
     _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
                Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),
