@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
-from engine.kernels.crossing import Foresight, crossing
+from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
@@ -163,7 +163,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.ACTION:
             registers[dst] = run.actions[_now(run) // plan.layout.hold, a]
         elif op == Op.CROSSING:
-            _foresee(plan, run, row - 1)
+            foresee(plan, run, _now(run), row - 1)
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -239,31 +239,6 @@ def _draw(run: Run) -> float:
 def _reach(plan: Plan, run: Run, row: int) -> float:
     """Of `Op.TTC`: how far those are noticed that count, or -1 where all do."""
     return run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
-
-
-@kernel
-def _foresee(plan: Plan, run: Run, row: int) -> None:
-    """`Op.CROSSING`"""
-    registers, code = run.registers, plan.code
-    dst, at = int(code[row, 1]), int(code[row, 4])
-    look = Foresight(
-        int(registers[at]),
-        registers[at + 1],
-        registers[at + 2],
-        registers[at + 3],
-        registers[at + 4],
-        registers[at + 5],
-        registers[at + 6],
-    )
-    found = crossing(plan, run, _now(run), int(code[row, 2]), int(code[row, 3]), look)
-    registers[dst], registers[dst + 1], registers[dst + 2] = found.enter, found.leave, found.arrives
-    registers[dst + 3], registers[dst + 4], registers[dst + 5] = found.clears, found.their_enter, found.their_leave
-    registers[dst + 6], registers[dst + 7], registers[dst + 8] = (
-        found.earliest,
-        found.their_arrival,
-        found.their_clearing,
-    )
-    registers[dst + 9] = found.along
 
 
 @kernel

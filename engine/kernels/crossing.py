@@ -55,7 +55,7 @@ class Foresight(NamedTuple):
     angle: float
     """… and in which sector about my heading [rad]."""
     latency: float
-    """How old what I see is [s]."""
+    """How old what I see is, of myself too [s]."""
     target: float
     """Speed that I am to go at [m/s] …"""
     acceleration: float
@@ -114,7 +114,7 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     states = run.states
     if seen < 0 or states[seen, me, State.PRESENT] == 0.0 or states[seen, other, State.PRESENT] == 0.0:
         return _nothing()
-    mine = _way(plan, run, sample, me, look.path)
+    mine = _way(plan, run, seen, me, look.path)
     theirs = _way(plan, run, seen, other, -1)
     primitives = plan.road.primitives
     if math.hypot(mine.x - theirs.x, mine.y - theirs.y) > 2.0 * REACH:
@@ -133,6 +133,19 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     arrival, clearing = _times(primitives, theirs, theirs.speed, 0.0, their_enter, their_leave)
     along = math.cos(theirs.heading - _foot_heading(primitives, mine, theirs.x, theirs.y))
     return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along)
+
+
+@kernel
+def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
+    """`Op.CROSSING`, at a row of step code."""
+    code, registers = plan.code, run.registers
+    at = registers[int(code[row, 4]) :]
+    look = Foresight(int(at[0]), at[1], at[2], at[3], at[4], at[5], at[6])
+    found = crossing(plan, run, sample, int(code[row, 2]), int(code[row, 3]), look)
+    dst = registers[int(code[row, 1]) :]
+    dst[0], dst[1], dst[2], dst[3], dst[4] = found.enter, found.leave, found.arrives, found.clears, found.their_enter
+    dst[5], dst[6], dst[7] = found.their_leave, found.earliest, found.their_arrival
+    dst[8], dst[9] = found.their_clearing, found.along
 
 
 @inlined

@@ -32,6 +32,7 @@ from cortex_dsl.semantics.acting.following import follow_lane
 from cortex_dsl.semantics.acting.foreseeing import (
     GAP,
     LINE,
+    Conflict,
     Sight,
     braking_helps,
     can_stop,
@@ -89,10 +90,34 @@ def emergency_brake(job: Job) -> ir.Block:
         raise WRONG_KIND.mistake(
             span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
         )
-    partners, sight = others(job.ev, job.actor), Sight.of(job)
-    close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
-    on = job.ev.algebra.any_of([_stays_close(job, each, sight) for each in partners]) | _blocked(job)
+    if job.flag("foresees", default=True):
+        partners, sight = others(job.ev, job.actor), Sight.of(job)
+        close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
+        on = job.ev.algebra.any_of([_stays_close(job, each, sight) for each in partners]) | _blocked(job)
+    else:
+        close = _collision_is_close(job)
+        on = _on_collision_course(job) | _blocked(job)
     return (ir.TryInterrupt(job.call.span, job.inline(call), ((close, (_full_brake(job, on),)),)),)
+
+
+def _on_collision_course(job: Job) -> Term:
+    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < CLEAR)
+
+
+def _collision_is_close(job: Job) -> Term:
+    if job.given("threshold") is not None:
+        close = job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < job.number("threshold")
+    else:
+        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
+    return _moves(job) & close
+
+
+def _within_reference(job: Job, other: Actor) -> Term:
+    """TTC < v_rel / (2 b) + delay."""
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
+    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
+    return is_present(job.ev, other) & (time < threshold)
 
 
 def _works(job: Job) -> Term:
@@ -107,20 +132,17 @@ def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
     """
     still = job.ev.algebra.literal(0.0)
     conflict = foreseen(job, -1.0, other, sight, job.speed(), still)
-    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
-    speed, closing = job.speed(), job.speed() - state(job.ev, other, State.SPEED) * conflict.along
+    speed, closing = job.speed(), _closing(job, other, conflict)
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
     delay = job.number("delay", REFERENCE_DELAY)
     if job.given("threshold") is not None:
         threshold = job.number("threshold")
         last = maximum(conflict.arrives, conflict.their_arrival) < threshold
-        in_lane = (time < threshold) | (conflict.enter < closing * threshold)
+        in_lane = conflict.enter < closing * threshold
     else:
         last = conflict.enter < speed * (speed / braking + delay) + LINE
         # TTC < v_rel / (2 b) + delay
-        in_lane = (time < _relative_speed(job, other) / braking + delay) | (
-            (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
-        )
+        in_lane = (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
     crossing = conflict.crosses & conflict.coincides(MARGIN) & last
     crossing = crossing & (can_stop(job, conflict) | braking_helps(job, conflict))
     following = (conflict.is_ahead | conflict.comes) & conflict.exists & in_lane
@@ -130,13 +152,18 @@ def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
 def _stays_close(job: Job, other: Actor, sight: Sight) -> Term:
     """Whether to go on braking, or to wait: before an area until one who drives on is through before the other."""
     conflict = foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
-    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
     last = where(conflict.leave < math.inf, conflict.clears, conflict.arrives) + GAP
     waits = conflict.crosses & (conflict.enter > 0.0) & (last >= conflict.their_arrival)
     waits = waits & (can_stop(job, conflict) | braking_helps(job, conflict))
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
-    follows = (conflict.is_ahead | conflict.comes | inside) & conflict.exists & _moves(job) & (time < CLEAR)
-    return is_present(job.ev, other) & (waits | follows)
+    closes = conflict.enter < _closing(job, other, conflict) * CLEAR
+    follows = (conflict.is_ahead | conflict.comes) & conflict.exists & closes
+    return is_present(job.ev, other) & (waits | ((follows | inside) & _moves(job)))
+
+
+def _closing(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """How fast the gap to another shrinks that is on one's way [m/s]."""
+    return job.speed() - hypot(*_velocity(job, other)) * conflict.along
 
 
 def _blocked(job: Job) -> Term:

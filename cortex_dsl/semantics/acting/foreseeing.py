@@ -6,6 +6,7 @@ leave it before the other comes?
 """
 
 import math
+from dataclasses import fields
 
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
@@ -14,6 +15,7 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.vocabulary import State
 
 LINE = 1.0
@@ -99,7 +101,8 @@ def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: T
     algebra = job.ev.algebra
     mine = path if isinstance(path, Term) else algebra.literal(path)
     look = algebra.pack(mine, sight.reach, sight.angle, sight.latency, target, acceleration, _theirs(job, other))
-    return Conflict(*algebra.crossing(job.actor.index, other.index, look))
+    actors, numbers = (job.actor.index, other.index), len(fields(Conflict))
+    return Conflict(*algebra.items(algebra.apply(Op.CROSSING, look, immediates=actors, width=numbers), numbers))
 
 
 def _theirs(job: Job, other: Actor) -> Term:

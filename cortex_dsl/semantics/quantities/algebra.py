@@ -208,10 +208,6 @@ class Algebra:
         """Whether nothing hides one actor from another within a reach [m]."""
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
-    def crossing(self, actor: int, other: int, look: Term) -> tuple[Term, ...]:
-        """Where the ways of two objects cross and when they are there: `engine.kernels.crossing.Crossing`."""
-        return self.items(self.apply(Op.CROSSING, look, immediates=(actor, other), width=10), 10)
-
     def touches(self, actor: int = -1) -> Term:
         """Whether the ego has touched an actor, or anybody (-1)."""
         return self.apply(Op.TOUCHES, immediates=(actor,))
