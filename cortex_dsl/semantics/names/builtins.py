@@ -2,7 +2,7 @@
 classes of `new`.
 
 A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
-`random_values`, `following` and `caution` hold what the rows do.
+`random_values`, `following`, `caution` and `giving_way` hold what the rows do.
 """
 
 from collections.abc import Mapping
