@@ -23,11 +23,15 @@ from cortex_dsl.semantics.acting.foreseeing import (
     throttle,
 )
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job
-from cortex_dsl.semantics.evaluation.geometry import others
+from cortex_dsl.semantics.evaluation.geometry import others, state
+from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
+from engine.vocabulary import State
 
 MERGING_GAP = 1.5
 """By how much it comes before another into a way that both go on [s]; *ours*: a short time gap."""
+JOINING_SPEED = 5.0
+"""With which it is taken to turn into another's way [m/s]: that of a bend of 8 m radius."""
 STOP_PREVIEW = 0.25
 """How far ahead the plan of a stop is read [s]: the lag of the speed controller."""
 HARD = -10.0
@@ -47,7 +51,7 @@ def give_way(job: Job) -> ir.Block:
     brakes, goes = [], []
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
-        must, stops = conflict.crosses & ~_goes_before(conflict), can_stop(job, conflict)
+        must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict)
         helps = braking_helps(job, conflict)
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
@@ -56,9 +60,15 @@ def give_way(job: Job) -> ir.Block:
     return (*acts, job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed)))
 
 
-def _goes_before(conflict: Conflict) -> Term:
-    crossing, joining = conflict.clears + GAP, conflict.arrives + MERGING_GAP
-    return where(conflict.leave < math.inf, crossing, joining) < conflict.earliest
+def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """Whether it is through before another; where ways join, also fast enough not to be run into: while it gains dv by
+    its acceleration a, the other comes nearer by dv^2 / 2 a.
+    """
+    theirs = maximum(state(job.ev, other, State.SPEED), 1.0)
+    slower = maximum(theirs - JOINING_SPEED, 0.0)
+    caught_up = slower * slower / (2.0 * throttle(job) * theirs)
+    joining = conflict.arrives + (MERGING_GAP + caught_up)
+    return where(conflict.leave < math.inf, conflict.clears + GAP, joining) < conflict.earliest
 
 
 def _approach(job: Job, room: Term) -> Term:
