@@ -58,6 +58,29 @@ class LoneRoad:
 
 
 @frozen
+class Roundabout:
+    """`map roundabout(...)`: a ring that arms lead into; who is in the ring goes first."""
+
+    kind: ClassVar[str] = "roundabout"
+    arms: int = 4
+    lanes: int = 1
+    """Lanes a direction of the arms, and of the ring."""
+    radius: float = 20.0
+    """Of the outer edge of the ring [m]."""
+    corner_radius: float = 12.0
+    """Of the kerbs between the arms and the ring [m]."""
+    approach: float = 50.0
+    """Length of every arm from its line to the end of the road [m]."""
+    lane_width: float = 3.5
+    left_hand: bool = False
+
+    @property
+    def intersections(self) -> int:
+        """Where an arm meets the ring."""
+        return int(self.arms)
+
+
+@frozen
 class MapFile:
     """`map opendrive(...)`: the roads of a file."""
 
@@ -71,8 +94,8 @@ class MapFile:
     intersections: int
 
 
-MapSpec = RoadSpec | LoneRoad | MapFile
-KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, MapFile)}
+MapSpec = RoadSpec | LoneRoad | Roundabout | MapFile
+KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, Roundabout, MapFile)}
 """By the word behind `map`."""
 
 

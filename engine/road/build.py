@@ -9,11 +9,12 @@ from itertools import chain
 from typing import Any
 
 from engine.frozen import frozen
-from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec
+from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
 from engine.road.grid_network import grid_network
 from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_numbers
 from engine.road.network import Network
 from engine.road.opendrive.network import file_network
+from engine.road.roundabout import roundabout, wrong_roundabout, wrong_roundabout_numbers
 from engine.road.specification import RoadError, wrong_alone, wrong_together
 
 
@@ -37,6 +38,7 @@ def _nothing(_: MapSpec) -> Iterator[RoadError]:
 MAKERS: Mapping[type[MapSpec], Maker] = {
     RoadSpec: Maker(grid_network, wrong_alone, wrong_together),
     LoneRoad: Maker(lone_road, wrong_lone_road_numbers, wrong_lone_road),
+    Roundabout: Maker(roundabout, wrong_roundabout_numbers, wrong_roundabout),
     MapFile: Maker(file_network, _nothing, _nothing),
 }
 

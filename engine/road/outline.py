@@ -46,7 +46,7 @@ def outline(network: Network) -> Outline:
             _border(road.backward.lanes[-1], kerb=False) for road in network.roads if road.backward.lanes
         ),
         lane_lines=tuple(_border(lane, kerb=True) for lane in road_lanes if lane.number > 1),
-        stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.maneuvers),
+        stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.ends_at_line),
         intersections=tuple(network.regions.shape(each.region).edges[:, :2] for each in network.intersections),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
@@ -61,7 +61,7 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
         kerbs=drawn.kerbs,
         middle_lines=drawn.middle,
         lane_lines=drawn.between,
-        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.maneuvers),
+        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.ends_at_line),
         intersections=(),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),

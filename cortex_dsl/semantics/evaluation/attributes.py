@@ -330,6 +330,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "laneSection": "The lane section.",
         "laneGroup": "The lanes side by side with it that go the same way.",
         "oppositeLaneGroup": "The lanes that come the other way.",
+        "routeTo": "Lanes from it to another lane by the shortest way, both included: a trajectory.",
         "sections": "Its sections; here it has one.",
         "sectionAt": "The section at a point.",
         "group": "The lanes side by side with it that go the same way.",

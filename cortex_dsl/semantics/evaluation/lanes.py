@@ -36,6 +36,7 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.frozen import frozen
+from engine.road.linking import shortest_way
 from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
 from engine.road.sections import (
     LaneSection,
@@ -49,7 +50,6 @@ from engine.road.sections import (
 NOBODY = -1.0
 """Index of a lane that is not there."""
 
-
 Getter = Callable[[Evaluator, Lane, Span], Value]
 
 
@@ -61,6 +61,22 @@ def _neighbour(name: str, find: Callable[[Lane], Lane | None], *, must: bool) ->
         return None if found is None else LaneSection(found)
 
     return get
+
+
+def _route(ev: Evaluator, lane: Lane, end: Value) -> tuple[Lane, ...]:
+    """The lanes from one to another one, by the shortest way.
+
+    Raises:
+        Mistake: what it should lead to is no lane that is known now.
+        Rejection: no way leads there.
+    """
+    to = end.lane if isinstance(end, LaneSection) else end
+    if not isinstance(to, Lane):
+        what = "what a route leads to"
+        raise WRONG_KIND.mistake(ev.algebra.span, what=what, expected="a lane", actual=kind_name(to), cure="")
+    if not (way := shortest_way(lane, to)):
+        raise Rejection(f"no way leads from `{lane.name}` to `{to.name}`", ev.algebra.span)
+    return way
 
 
 def _neighbour_getters() -> dict[str, Getter]:
@@ -76,6 +92,7 @@ OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
     "road": lambda _, lane: road_of(lane),
     "isForward": lambda ev, lane: Truth(ev.algebra.truth(lane.forward)),
     "adjacentLanes": lambda _, lane: tuple(filter(None, (to_left(lane), to_right(lane)))),
+    "routeTo": lambda ev, lane: Closure(("lane",), lambda end: _route(ev, lane, end)),
 }
 """What a lane can be asked beside its geometry."""
 

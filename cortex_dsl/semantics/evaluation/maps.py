@@ -34,7 +34,7 @@ MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """By the word behind `map`."""
-WHOLE = frozenset({"ways", "lanes", "rows", "cols"})
+WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
 TRUTHS = frozenset({"left_hand", "one_way"})
 ANGLES = frozenset({"bend"})
 """What the arguments are; the others are lengths."""
@@ -144,7 +144,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
 
 
 _ROOMY: Mapping[str, Mapping[str, float | bool]] = MappingProxyType(
-    {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}}
+    {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}, "roundabout": {"approach": 500.0}}
 )
 """In the place of lengths that could not be read: nothing is too far on it."""
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
-from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
+from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes
 from engine.interchange.xml import Element, child, xml_text
 from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
@@ -96,9 +96,18 @@ def add_buildings(road: Element, places: Sequence[Beside]) -> None:
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
     """The junctions at a road's ends; at the border of the network there is none."""
     link = child(element, "link")
-    for end, lanes in (("predecessor", road.backward), ("successor", road.forward)):
-        if lanes and lanes[0].intersection is not None:
-            child(link, end, elementType="junction", elementId=roads.junction_id(lanes[0].intersection.id))
+    for end, to, back in (("predecessor", road.backward, road.forward), ("successor", road.forward, road.backward)):
+        junction = _leads_to(to) or _comes_from(back)
+        if junction is not None:
+            child(link, end, elementType="junction", elementId=roads.junction_id(junction.id))
+
+
+def _leads_to(lanes: Sequence[Lane]) -> Intersection | None:
+    return lanes[0].intersection if lanes else None
+
+
+def _comes_from(lanes: Sequence[Lane]) -> Intersection | None:
+    return lanes[0].predecessors[0].intersection if lanes and lanes[0].predecessors else None
 
 
 def _add_lane(group: Element, number: int, lane: Lane) -> None:
@@ -209,7 +218,7 @@ def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:
 
 
 def _group(junction: Intersection, phase: int) -> SignalGroup:
-    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if phase_of(leg.name) == phase]
+    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if leg.phase == phase and leg.incoming_lanes]
     return SignalGroup(
         phase=phase,
         intersection=junction.id,

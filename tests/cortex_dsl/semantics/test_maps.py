@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
-from engine.maps import LoneRoad, MapFile, RoadSpec
+from engine.maps import LoneRoad, MapFile, RoadSpec, Roundabout
 
 ROADS = Path(__file__).parents[3] / "examples" / "roads"
 VILLAGE = 'map opendrive("village.xodr")\n'
@@ -44,6 +44,38 @@ def test_lone_roads(text: str, spec: LoneRoad) -> None:
     assert compiled(f"{text}\n{EGO}").program.road_spec == spec
 
 
+def test_roundabouts() -> None:
+    """The arguments are the fields of the specification, in SI."""
+    text = "map roundabout(arms=5, lanes=2, radius=40 m, corner_radius=9 m, approach=1 km, left_hand=True)\n"
+    spec = Roundabout(5, 2, 40.0, 9.0, 1000.0, left_hand=True)
+    assert compiled(text + EGO).program.road_spec == spec
+
+
+@pytest.mark.parametrize("arm", range(1, 4))
+def test_routes_through_a_roundabout(arm: int) -> None:
+    """From the first arm to each other one: in, past the arms between, and out."""
+    text = (
+        "map roundabout()\n"
+        "start = network.roads[0].forwardLanes.lanes[0]\n"
+        f"way = start.routeTo(network.roads[{arm}].backwardLanes.lanes[0])\n"
+        f"require len(way) == {3 + 2 * (4 - arm)} and way[0] is start and len(start.routeTo(start)) == 1\n" + EGO
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+@pytest.mark.parametrize(
+    ("route", "code"),
+    [
+        ("network.lanes[1].routeTo(network.lanes[0])", "SCN504"),
+        ("network.lanes[0].routeTo(3)", "SCN303"),
+        ("network.lanes[0].routeTo()", "SCN308"),
+    ],
+)
+def test_routes_that_there_are_not(route: str, code: str) -> None:
+    """A way that no road has, and an end that is no lane."""
+    assert code in codes(f"map roundabout()\nego = new Car before network.intersections[0] by 5 m along {route}\n")
+
+
 def test_what_a_lone_road_can_be_asked() -> None:
     """One road, its lanes and groups, and neither intersection nor maneuver."""
     text = (
@@ -71,6 +103,11 @@ def test_what_a_lone_road_can_be_asked() -> None:
         ('map opendrive("a.xodr", "b.xodr")', "SCN427"),
         ('map opendrive("nowhere.xodr")', "SCN438"),
         ('map opendrive("overtaking.scn")', "SCN439"),
+        ("map roundabout(arms=2)", "SCN411"),
+        ("map roundabout(radius=9 m, lanes=2)", "SCN411"),
+        ("map roundabout(radius=0/0)", "SCN401"),
+        ("map roundabout(arms=4.5)", "SCN510"),
+        ("map roundabout(ways=4)", "SCN205"),
         (VILLAGE + VILLAGE, "SCN413"),
         ("map road()\nrequire (distance from ego to intersection) < 5", "SCN448"),
     ],

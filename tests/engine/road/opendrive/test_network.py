@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from engine.interchange.contract import InterchangeError
 from engine.interchange.opendrive import write_opendrive
-from engine.maps import LoneRoad, MapSpec, map_content, map_from
+from engine.maps import LoneRoad, MapSpec, Roundabout, map_content, map_from
 from engine.opendrive.curves import Pose, clothoid
 from engine.road import Lane, LaneRole, Network, build_network
 from engine.road.opendrive.fitting import TOLERANCE, biarc
@@ -49,8 +49,12 @@ def nearest(network: Network, x: float, y: float, heading: float) -> Lane:
     return min(network.lanes, key=off)
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(spec=specs() | st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0])))
+lone = st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0]))
+round_ones = st.builds(Roundabout, st.integers(3, 5), st.integers(1, 2), st.just(30.0), left_hand=st.booleans())
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(spec=specs() | lone | round_ones)
 def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
     """The same lanes where they lay, with the same neighbours, ways on and conflicts."""
     ours, theirs = build_network(spec), reread(spec, tmp_path)
