@@ -29,6 +29,8 @@ class RoadSpec:
     left_hand: bool = False
     buildings: float | None = None
     """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
+    speed_limit: float | None = None
+    """What signs allow [m/s]; None: there are none."""
 
     @property
     def intersections(self) -> int:
@@ -51,6 +53,7 @@ class LoneRoad:
     lane_width: float = 3.5
     one_way: bool = False
     left_hand: bool = False
+    speed_limit: float | None = None
 
     @property
     def intersections(self) -> int:
@@ -73,6 +76,7 @@ class Roundabout:
     """Length of every arm from its line to the end of the road [m]."""
     lane_width: float = 3.5
     left_hand: bool = False
+    speed_limit: float | None = None
 
     @property
     def intersections(self) -> int:
@@ -110,8 +114,9 @@ def digest_of(path: Path) -> str:
 
 
 def map_content(spec: MapSpec) -> dict[str, Any]:
-    """A specification as JSON can hold it."""
-    return {"kind": spec.kind, **asdict(spec)}
+    """A specification as JSON can hold it; without a speed limit as before there were any."""
+    said = {name: value for name, value in asdict(spec).items() if name != "speed_limit" or value is not None}
+    return {"kind": spec.kind, **said}
 
 
 def map_from(content: Mapping[str, Any]) -> MapSpec:

@@ -15,7 +15,7 @@ from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_nu
 from engine.road.network import Network
 from engine.road.opendrive.network import file_network
 from engine.road.roundabout import roundabout, wrong_roundabout, wrong_roundabout_numbers
-from engine.road.specification import RoadError, wrong_alone, wrong_together
+from engine.road.specification import SPEED_LIMITS, RoadError, wrong_alone, wrong_length, wrong_together
 
 
 @frozen
@@ -43,6 +43,13 @@ MAKERS: Mapping[type[MapSpec], Maker] = {
 }
 
 
+def wrong_numbers(spec: MapSpec) -> Iterator[RoadError]:
+    """Every number that no road of its kind has, whatever the others are."""
+    yield from MAKERS[type(spec)].wrong_numbers(spec)
+    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+        yield from wrong_length("speed_limit", spec.speed_limit, *SPEED_LIMITS, unit="m/s")
+
+
 def build_network(spec: MapSpec) -> Network:
     """The network of a specification.
 
@@ -51,7 +58,10 @@ def build_network(spec: MapSpec) -> Network:
 
     """
     maker = MAKERS[type(spec)]
-    error = next(chain(maker.wrong_numbers(spec), maker.wrong(spec)), None)
+    error = next(chain(wrong_numbers(spec), maker.wrong(spec)), None)
     if error is not None:
         raise error
-    return maker.make(spec)
+    network = maker.make(spec)
+    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+        network.speed_limits = {lane.id: spec.speed_limit for lane in network.lanes}
+    return network

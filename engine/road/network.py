@@ -77,6 +77,11 @@ class Lane:
         return None if index is None else self.network.intersections[index]
 
     @property
+    def speed_limit(self) -> float | None:
+        """What signs allow [m/s]; None where they say nothing."""
+        return self.network.speed_limits.get(self.id)
+
+    @property
     def ends_at_line(self) -> bool:
         """Whether traffic waits at its end, at a line on the road: not in the ring of a roundabout."""
         return bool(self.maneuvers) and (self.network.links.gives_way is None or self.role is LaneRole.INCOMING)
@@ -322,6 +327,8 @@ class Network:
     """What to draw of lanes that do not keep their width; None: their borders are drawn."""
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
+    speed_limits: Mapping[int, float] = field(default_factory=dict)
+    """Of the lanes that have one, by id [m/s]."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""
 

@@ -342,6 +342,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "fasterLane": "The lane beside it that is further from the edge.",
         "slowerLane": "The lane beside it that is nearer to the edge.",
         "opposite": "The lanes that come the other way.",
+        "speedLimit": "What signs allow there; `None`, and during the run infinite, where they say nothing.",
         "forwardLanes": "Lanes that go the way in which the road is drawn.",
         "backwardLanes": "Lanes that go against it.",
         "is1Way": "Whether all lanes go the same way.",

@@ -59,6 +59,7 @@ def add_mark(lane: Element, kind: str, lane_change: str) -> None:
 def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
     element = child(document, "road", id=road.id, name=road.name, length=road.length, junction="-1", rule=rule(roads))
     _add_junctions(element, roads, road)
+    add_speed_limit(element, road.lanes[0])
     add_plan(element, road.road.middle)
     section = child(child(element, "lanes"), "laneSection", s=0)
     numbered = {roads.places[lane.id].lane: lane for lane in road.lanes}
@@ -96,18 +97,15 @@ def add_buildings(road: Element, places: Sequence[Beside]) -> None:
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
     """The junctions at a road's ends; at the border of the network there is none."""
     link = child(element, "link")
-    for end, to, back in (("predecessor", road.backward, road.forward), ("successor", road.forward, road.backward)):
-        junction = _leads_to(to) or _comes_from(back)
+    for end, junction in (("predecessor", road.junctions[0]), ("successor", road.junctions[1])):
         if junction is not None:
             child(link, end, elementType="junction", elementId=roads.junction_id(junction.id))
 
 
-def _leads_to(lanes: Sequence[Lane]) -> Intersection | None:
-    return lanes[0].intersection if lanes else None
-
-
-def _comes_from(lanes: Sequence[Lane]) -> Intersection | None:
-    return lanes[0].predecessors[0].intersection if lanes and lanes[0].predecessors else None
+def add_speed_limit(road: Element, lane: Lane) -> None:
+    """What signs allow on all of its lanes."""
+    if lane.speed_limit is not None:
+        child(child(road, "type", s=0, type="unknown"), "speed", max=lane.speed_limit, unit="m/s")
 
 
 def _add_lane(group: Element, number: int, lane: Lane) -> None:
@@ -138,6 +136,7 @@ def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
     link = child(element, "link")
     _add_end(link, "predecessor", roads, maneuver.start_lane, at_end=True)
     _add_end(link, "successor", roads, maneuver.end_lane, at_end=False)
+    add_speed_limit(element, lane)
     add_plan(element, roads.network.paths.primitives(lane.path))
     _add_lanes(child(element, "lanes"), roads, maneuver)
     return element

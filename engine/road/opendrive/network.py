@@ -69,6 +69,9 @@ class _Builder:
         assert network.regions.add(plan.surface) == ROAD_REGION
         areas = {junction: network.regions.add(plan.areas[junction]) for junction in plan.junctions}
         network.lanes = tuple(self.lane(index, each) for index, each in enumerate(plan.lanes))
+        network.speed_limits = {
+            index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
+        }
         roads = [self.road(road) for road in dict.fromkeys(each.lane.road for each in plan.lanes)]
         network.roads = tuple(road for road in roads if road.lanes[0].role is not LaneRole.CONNECTING)
         network.connecting_roads = tuple(road for road in roads if road.lanes[0].role is LaneRole.CONNECTING)

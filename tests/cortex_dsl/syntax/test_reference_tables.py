@@ -26,7 +26,7 @@ from engine.maps import LoneRoad, RoadSpec, Roundabout
 from engine.named_results import NAMED_RESULTS
 from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
 from engine.road.roundabout import ARMS, CORNERS, RADII
-from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
@@ -94,9 +94,12 @@ def allowed(parameter: Parameter) -> str:
 # -- the road, the lights, the run ------------------------------------------------------------------------------------
 
 
+LIMIT = {"speed_limit": limits(*SPEED_LIMITS, "m/s")}
+
+
 def map_arguments() -> Rows:
     words, spec = kept("map"), RoadSpec()
-    whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`"}
+    whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`", **LIMIT}
     for name in MAP_ARGUMENTS["intersection"]:
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in LENGTHS else f"{value}"
@@ -111,6 +114,7 @@ def road_arguments() -> Rows:
         "length": limits(SHORTEST, LONGEST, "m"),
         "curve": f"length, up to {FLATTEST:,.0f} m",
         "bend": f"angle, up to {math.degrees(MOST_BENT):g} deg",
+        **LIMIT,
     }
     for name in MAP_ARGUMENTS["road"]:
         value = getattr(spec, name)
@@ -127,10 +131,11 @@ def roundabout_arguments() -> Rows:
         "radius": limits(*RADII, "m"),
         "corner_radius": limits(*CORNERS, "m"),
         "left_hand": "`True` or `False`",
+        **LIMIT,
     }
     for name in MAP_ARGUMENTS["roundabout"]:
         value = getattr(spec, name)
-        default = f"{value:g} m" if isinstance(value, float) else f"{value}"
+        default = "none" if value is None else f"{value:g} m" if isinstance(value, float) else f"{value}"
         yield f"`{name}`", default, ranges.get(name) or range_of(name), words.get(f"`{name}`", "")
 
 

@@ -49,8 +49,11 @@ def nearest(network: Network, x: float, y: float, heading: float) -> Lane:
     return min(network.lanes, key=off)
 
 
-lone = st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0]))
-round_ones = st.builds(Roundabout, st.integers(3, 5), st.integers(1, 2), st.just(30.0), left_hand=st.booleans())
+limits = {"speed_limit": st.sampled_from([None, 50.0 / 3.6])}
+lone = st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0]), **limits)
+round_ones = st.builds(
+    Roundabout, st.integers(3, 5), st.integers(1, 2), st.just(30.0), left_hand=st.booleans(), **limits
+)
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -68,6 +71,7 @@ def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
             mine, other = (n.paths.pose(x.path, share * x.length) for n, x in ((ours, lane), (theirs, found)))
             assert (mine.x, mine.y) == pytest.approx((other.x, other.y), abs=1e-5)
         assert found.width == pytest.approx(lane.width)
+        assert found.speed_limit == lane.speed_limit
         assert theirs.regions.area(found.region) == pytest.approx(ours.regions.area(lane.region), rel=2e-2)
     assert len({lane.id for lane in same.values()}) == len(ours.lanes)
     for lane in ours.lanes:
@@ -220,6 +224,28 @@ def test_a_lane_of_no_width(tmp_path: Path) -> None:
     path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace('a="3"', 'a="0"') + "</OpenDRIVE>")
     with pytest.raises(InterchangeError, match="has a width"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("road", "lane", "limit"),
+    [
+        ("", "", None),
+        ('<type s="0" type="town"><speed max="55" unit="mph"/></type>', "", 55 * 0.44704),
+        ('<type s="0" type="town"><speed max="50" unit="km/h"/></type>', "", 50 / 3.6),
+        ('<type s="0" type="town"><speed max="13"/></type><type s="8" type="rural"/>', "", 13.0),
+        ('<type s="0" type="town"><speed max="13"/></type>', '<speed sOffset="0" max="9"/>', 9.0),
+        ('<type s="0" type="town"><speed max="no limit"/></type>', "", None),
+        ('<type s="0" type="town"><speed max="-3"/></type>', '<speed sOffset="0" max="nan"/>', None),
+        ('<type s="0" type="town"><speed max="3" unit="knots"/></type>', "", None),
+        ('<type s="0" type="town"/>', '<speed sOffset="6" max="9"/>', None),
+    ],
+)
+def test_speed_limits(road: str, lane: str, limit: float | None, tmp_path: Path) -> None:
+    """A lane's own comes before its road's; in the middle of the lane; what is no speed says nothing."""
+    path = tmp_path / "limits.xodr"
+    text = DRIVEN.format(link=road).replace("</lane>", f"{lane}</lane>")
+    path.write_text(f"<OpenDRIVE>{text}</OpenDRIVE>")
+    assert read(path).lanes[0].speed_limit == (None if limit is None else pytest.approx(limit))
 
 
 poses = st.builds(Pose, st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-1.2, 1.2))
