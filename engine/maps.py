@@ -29,7 +29,7 @@ class RoadSpec:
     left_hand: bool = False
     buildings: float | None = None
     """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
-    speed_limit: float | None = None
+    speed_limit: float | None = field(default=None, repr=False)
     """What signs allow [m/s]; None: there are none."""
 
     @property
@@ -53,7 +53,7 @@ class LoneRoad:
     lane_width: float = 3.5
     one_way: bool = False
     left_hand: bool = False
-    speed_limit: float | None = None
+    speed_limit: float | None = field(default=None, repr=False)
 
     @property
     def intersections(self) -> int:
@@ -76,7 +76,7 @@ class Roundabout:
     """Length of every arm from its line to the end of the road [m]."""
     lane_width: float = 3.5
     left_hand: bool = False
-    speed_limit: float | None = None
+    speed_limit: float | None = field(default=None, repr=False)
 
     @property
     def intersections(self) -> int:

@@ -19,7 +19,7 @@ from engine.opendrive.curves import Pose, clothoid
 from engine.road import Lane, LaneRole, Network, build_network
 from engine.road.opendrive.fitting import TOLERANCE, biarc
 from engine.road.opendrive.network import map_file
-from engine.road.outline import outline
+from engine.road.outline import near, outline
 from engine.road.paths import PathBook
 from engine.road.sections import faster, group_of, road_of, to_left, to_right
 from engine.vocabulary import ManeuverType
@@ -158,6 +158,21 @@ def test_surfaces_hold_the_lanes(village: Network) -> None:
     assert drawn.kerbs
     assert len(drawn.stop_lines) == 3
     assert len(drawn.widths) == len(village.lanes)
+
+
+@pytest.mark.parametrize("reach", [5.0, 30.0, 1000.0])
+def test_what_is_near_is_drawn_whole(village: Network, reach: float) -> None:
+    """Every point of a line that lies there is still drawn, and no line that does not come there."""
+    drawn, middle = outline(village), np.array([village.intersections[0].center])
+    part = near(drawn, middle, reach)
+    for name in ("kerbs", "middle_lines", "lane_lines", "stop_lines", "center_lines"):
+        whole, kept = (np.vstack([*getattr(each, name), np.zeros((0, 2))]) for each in (drawn, part))
+        inside = whole[np.all(np.abs(whole - middle) <= reach, axis=1)]
+        assert {tuple(point) for point in inside.tolist()} <= {tuple(point) for point in kept.tolist()}
+        assert len(kept) <= len(whole) + len(getattr(part, name))
+    assert len(part.center_lines) == len(part.widths)
+    assert (len(part.center_lines) == len(drawn.center_lines)) is (reach > 500.0)
+    assert all(np.abs(line - middle).min(axis=0).max() < 200.0 for line in part.kerbs)
 
 
 def test_another_file_is_another_road(tmp_path: Path) -> None:
