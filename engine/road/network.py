@@ -327,7 +327,7 @@ class Network:
     """What to draw of lanes that do not keep their width; None: their borders are drawn."""
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
-    speed_limits: Mapping[int, float] = field(default_factory=dict)
+    speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])
     """Of the lanes that have one, by id [m/s]."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""

@@ -299,10 +299,9 @@ class _Builder:
         return lane
 
     def road(self, name: str, forward: Sequence[Lane], backward: Sequence[Lane], middle: Primitive) -> Road:
-        groups = (
-            LaneGroup(self.network, name, way, tuple(lanes)) for way, lanes in ((True, forward), (False, backward))
-        )
-        return Road(self.network, name, *groups, (middle,))
+        ways = ((True, forward), (False, backward))
+        there, back = (LaneGroup(self.network, name, way, tuple(lanes)) for way, lanes in ways)
+        return Road(self.network, name, there, back, (middle,))
 
     def maneuver(self, index: int, arm: int, start: Lane, connecting: Lane, end: Lane) -> Maneuver:
         kind = maneuver_type(start, connecting, end)
