@@ -28,7 +28,7 @@ def found(path: str, points: list[list[float]]) -> dict:
         "at": [-1 if lane is None else number[id(lane)] for lane in lanes],
         "inside": [network.intersectionAt(place) is not None for place in places],
         "heading": [
-            None if lane is None else lane.orientation.value(place).yaw + 0.5 * math.pi
+            None if lane is None else lane.orientation.value(place) + 0.5 * math.pi
             for lane, place in zip(lanes, places, strict=True)
         ],
     }

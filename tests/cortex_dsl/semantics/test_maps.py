@@ -141,6 +141,28 @@ def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
 
 
+def test_what_lies_at_a_point() -> None:
+    """Scenic's `roadAt` and its like, of points and of objects whose lane is known; None where nothing is."""
+    text = (
+        "map intersection()\n"
+        "lane = network.lanes[0]\n"
+        "require network.roadAt((1.75 m, 30 m)) is network.roads[0] and network.roadAt(90 @ 90) is None\n"
+        "require network.intersectionAt((0 m, 0 m)) is intersection and network.intersectionAt((1, 30)) is None\n"
+        "require network.laneGroupAt(-1.75 @ 30).lanes[0] is lane\n"
+        "ego = new Car in lane.centerline\n"
+        "require network.roadAt(ego) is lane.road and len(network.laneGroupAt(ego).lanes) == 1\n"
+        "require network.intersectionAt(ego) is None\n"
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+@pytest.mark.parametrize("name", ["roadAt", "laneGroupAt", "intersectionAt"])
+def test_what_lies_where_only_the_run_knows(name: str) -> None:
+    """It cannot be listed then, and a lane is no place."""
+    assert "SCN630" in codes(f"ego = new Car at (Range(0, 1) m, 30 m)\nrequire network.{name}(ego) is None\n")
+    assert "SCN303" in codes(f"require network.{name}(network.lanes[0]) is None\n{EGO}")
+
+
 def test_what_a_file_can_be_asked() -> None:
     """Scenic's names mean the same there."""
     text = VILLAGE + (
