@@ -32,6 +32,8 @@ LONGEST = 600.0
 """That Scenic may take for a file [s]."""
 EDGE = 0.25
 """From a lane's border, places nearer to it are not compared: both draw borders by chords [m]."""
+TURNED = math.radians(2.0)
+"""Scenic's directions are those of chords [rad]."""
 SEED = 1
 
 
@@ -45,14 +47,15 @@ class Report:
     ours: tuple[int, int, int] = (0, 0, 0)
     """Lanes, intersections, maneuvers."""
     scenics: tuple[int, int, int] | None = None
-    types_differ: bool = False
+    other_types: int = 0
+    """By how many maneuvers the counts of types differ."""
     line: float = math.nan
     """How far Scenic's centre lines leave ours at most [m]."""
     points: int = 0
     """Compared."""
     other_lane: int = 0
-    direction: float = math.nan
-    """How far directions of traffic differ outside intersections, at most [deg]."""
+    other_ways: int = 0
+    """Points outside intersections at which directions of traffic differ by more than `TURNED`."""
     refused: str = ""
     scenic_refused: str = ""
 
@@ -81,7 +84,7 @@ def main(words: Sequence[str] | None = None) -> int:
 def differs(report: Report) -> bool:
     if report.refused:
         return not report.scenic_refused
-    return report.scenics is not None and (report.scenics != report.ours or report.types_differ)
+    return report.scenics is not None and (report.scenics != report.ours or report.other_types > 0)
 
 
 def sentence(report: Report) -> str:
@@ -92,10 +95,10 @@ def sentence(report: Report) -> str:
     if report.scenics is None:
         return f"{text}; Scenic does not read it: {report.scenic_refused}"
     same = "as Scenic" if report.scenics == report.ours else f"Scenic {' / '.join(map(str, report.scenics))}"
-    kinds = "other types of maneuvers" if report.types_differ else "the same types"
+    kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
     return (
         f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm; another lane at "
-        f"{report.other_lane} of {report.points:,} points; directions within {report.direction:.2f} deg"
+        f"{report.other_lane} of {report.points:,} points, another direction at {report.other_ways}"
     )
 
 
@@ -135,14 +138,14 @@ def scattered(network: Network, count: int) -> Floats:
 
 def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> None:
     report.scenics = theirs["lanes"], theirs["intersections"], theirs["maneuvers"]
-    report.types_differ = dict(Counter(each.type.name for each in network.maneuvers)) != theirs["types"]
+    kinds = Counter(each.type.name for each in network.maneuvers)
+    report.other_types = sum((kinds - Counter(theirs["types"])).values())
     same = {index: _same_lane(network, np.array(line)) for index, line in enumerate(theirs["lines"])}
     paths = network.paths
     report.line = max(
         float(paths.feet(same[index].path, *np.array(line).T).distance.max())
         for index, line in enumerate(theirs["lines"])
     )
-    turned = [0.0]
     for (x, y), at, inside, heading in zip(places, theirs["at"], theirs["inside"], theirs["heading"], strict=True):
         if at < 0:
             continue
@@ -154,8 +157,7 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
         report.other_lane += lane not in there
         if not inside:
             pose = paths.pose(lane.path, paths.project(lane.path, x, y))
-            turned.append(abs(math.remainder(pose.heading - heading, math.tau)))
-    report.direction = math.degrees(max(turned))
+            report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > TURNED
 
 
 def _same_lane(network: Network, line: Floats) -> Lane:
