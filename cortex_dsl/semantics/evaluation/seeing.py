@@ -12,8 +12,8 @@ from cortex_dsl.syntax import nodes
 from engine.vehicles import VIEW_DISTANCE
 
 
-def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether one object sees a part of another's outline."""
+def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
+    """Whether an object, or an oriented point, sees a part of another's outline."""
     return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
 
 
