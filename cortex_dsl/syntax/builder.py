@@ -233,7 +233,7 @@ class StatementBuilder:
         return nodes.Assert(self.expression(parts[0]), self.optional(parts[1]), span=span)
 
     def return_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Return(self.optional(parts[0]), span=span)
+        return nodes.Return(self.optional(parts[0]) if parts else None, span=span)
 
     def try_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         body, *handlers = parts

@@ -102,11 +102,12 @@ FASTER_THAN_TOP = Problem(
 NO_PLACE = Problem(
     "SCN407",
     "this {name} has no place",
-    cure="say where: `at (x, y)`, `in lane.centerline`, `on road`, `ahead of x by d`",
+    "people stand on sidewalks and crossings, which this road has not",
+    "say where: `at (x, y)`, `right of x by d`, `on road`",
     page=Page(
         "object without a place",
-        "An object is somewhere when the scene begins, and only a specifier can say where.",
-        "ego = new Car with speed 3 m/s\n",
+        "Vehicles without a place are anywhere on the road; people would be on its sidewalks.",
+        "ego = new Car on road\nnew Pedestrian\n",
         "ego = new Car on road, with speed 3 m/s\n",
     ),
 )

@@ -125,7 +125,7 @@ _SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
     "name": lambda _, light: light.name,
 }
 
-_ITEMS: dict[str, Callable[[Evaluator, Items], Value]] = {"append": lists.append}
+_OF_LISTS: dict[str, Callable[[Evaluator, Items], Value]] = {"append": lists.append}
 
 _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (LaneSection, lanes.OF_SECTION),
@@ -137,11 +137,15 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Intersection, _INTERSECTION),
     (Network, _NETWORK),
     (Centerline, _CENTERLINE),
-    (SimulationNow, over_run.OF_SIMULATION),
-    (Items, _ITEMS),
     (Vector, _VECTOR),
     (Pose, _POSE),
 )
+
+_BESIDE: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
+    (SimulationNow, over_run.OF_SIMULATION),
+    (Items, _OF_LISTS),
+)
+"""What has attributes and is neither a thing of the road nor a place."""
 
 _STATES: dict[str, tuple[State, ir.Dimension]] = {
     "speed": (State.SPEED, SPEED),
@@ -203,8 +207,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return lanes.of_lane_now(ev, value, name, span)
     if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
         return lanes.OF_SECTION_BESIDE[name](ev, value.lane, span)
-    for kind, table in _TABLES:
-        if isinstance(value, kind):
+    for kind, table in (*_TABLES, *_BESIDE):
+        if isinstance(value, kind) and (name in table or kind is not Items):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
