@@ -32,7 +32,7 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.names.tree import bound_name, everything_in, speaks_of_run
+from cortex_dsl.semantics.names.tree import assigned, bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -74,8 +74,8 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
             return (target,)
         case nodes.ClassDefinition(name=name):
             return (name,)
-        case nodes.For(targets=targets, body=body):
-            return (*targets, *(name for each in body for name in _targets(each)))
+        case nodes.For() | nodes.If() | nodes.While():
+            return tuple(assigned((statement,)))
         case nodes.Import() if (name := bound_name(statement)) is not None:
             return (name,)
         case nodes.ImportFrom(names=names):

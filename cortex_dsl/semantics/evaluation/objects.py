@@ -41,6 +41,8 @@ class Sorted:
     places: list[nodes.Specifier] = field(default_factory=list)
     facings: list[nodes.Facing] = field(default_factory=list)
     properties: list[nodes.With] = field(default_factory=list)
+    sights: list[nodes.InSight] = field(default_factory=list)
+    """Who must see it, where another specifier says where it is."""
     settled: Term | None = None
     """The heading, where it had to be known before the place."""
 
@@ -83,6 +85,10 @@ def _sorted(node: nodes.New) -> Sorted:
             result.facings.append(specifier)
         else:
             result.places.append(specifier)
+    if len(result.places) > 1:
+        # Beside another place, as in Scenic, `visible` says who must see it there.
+        result.sights = [each for each in result.places if isinstance(each, nodes.InSight)]
+        result.places = [each for each in result.places if not isinstance(each, nodes.InSight)] or result.sights
     _at_most_one(TWO_PLACES, node, result.places)
     _at_most_one(TWO_HEADINGS, node, result.facings)
     return result
@@ -191,13 +197,19 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
     ev.run.built.actors.append(actor)
     _require_of(ev, actor, placed[0], node)
+    for sight in found.sights:
+        seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
+        _require_of(ev, actor, seen, node)
+            ev, actor, Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen)), node
+        )
     return actor
 
 
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
     """What the specifiers ask of an object beside its place: the region that holds it, and who sees it."""
     line = ev.file.line(node.span)
-    for region in (placement.contained, actor.properties.get("regionContainedIn")):
+    own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
+    for region in (placement.contained, own):
         if region is not None:
             inside = geometry.inside(ev, actor, ROAD if isinstance(region, Network) else region, node.span)
             name = f"{actor.name} lies in {kind_name(region).removeprefix('a ')}"

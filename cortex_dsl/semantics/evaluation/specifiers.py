@@ -15,7 +15,7 @@ from cortex_dsl.semantics.errors.objects import (
     TOO_FAR,
 )
 from cortex_dsl.semantics.errors.values import WRONG_KIND
-from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation import geometry, seeing
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
 from cortex_dsl.semantics.evaluation.relations import follow
@@ -178,7 +178,10 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
     reference = ev.evaluate(node.reference)
     if (pose := geometry.pose_of(ev, reference)) is None:
         # Beside a plain point: which side is which follows from how the object itself heads.
-        point = geometry.position(ev, reference, node.reference.span, f"what something is {node.side} of")
+        what = f"what something is {node.side} of"
+        if isinstance(reference, Lane | Centerline):
+            geometry.oriented(ev, reference, node.reference.span, what)
+        point = geometry.position(ev, reference, node.reference.span, what)
         pose = Pose(point.x, point.y, extent.heading())
     along = node.side in ("ahead", "behind")
     own = extent.length if along else extent.width
@@ -223,11 +226,7 @@ def _beyond(ev: Evaluator, node: nodes.Beyond, _extent: Extent) -> Placement:
 
 def _in_sight(ev: Evaluator, node: nodes.InSight, extent: Extent) -> Placement:
     """Anywhere in view, or out of view, in the region that the object must lie in anyway."""
-    viewer: Value = (
-        geometry.ego_of(ev, node.span, "what is visible") if node.viewer is None else ev.evaluate(node.viewer)
-    )
-    if not isinstance(viewer, Actor):
-        viewer = geometry.oriented(ev, viewer, node.span if node.viewer is None else node.viewer.span, "what sees")
+    viewer = seeing.observer(ev, node)
     if extent.region is not None:
         return replace(within(ev, extent.region), observed=(viewer, node.seen))
     if not node.seen:

@@ -57,6 +57,17 @@ def not_supported(context: ErrorContext) -> Diagnostic | None:
     return None
 
 
+def beyond_along(context: ErrorContext) -> Diagnostic | None:
+    """`beyond intersection by 10 m along way`: what lies behind it on a way is `after` it."""
+    if context.found.text != "along" or not any(word.text == "beyond" for word in context.words[: context.place]):
+        return None
+    return errors.UNEXPECTED.at(
+        context.found.span,
+        "`beyond` is on a line of sight, not on a way",
+        cure="write `after` instead of `beyond`, as in `after intersection by 10 m along trajectory`",
+    )
+
+
 def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
     message = f"not supported yet: {what}"
     return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.why, cure=cure)

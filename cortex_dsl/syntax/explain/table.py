@@ -41,6 +41,7 @@ MISTAKES = (
     Mistake("terminate when ego collides with truck", "SCN101", phrasing.contact),
     Mistake("b = new Car ahead ego", "SCN101", joints.side_without_of),
     Mistake("class Taxi(Car):\n    def drive():\n        pass", "SCN126", phrasing.function_in_a_class),
+    Mistake("a = new Car beyond b by 3 m along way", "SCN101", habits.beyond_along),
     Mistake("x = altitude of y", "SCN115", habits.not_supported),
     Mistake("require allways x > 3", "SCN101", joints.misspelt_second_word),
     Mistake("require a untill b", "SCN101", joints.misspelt_joint),
