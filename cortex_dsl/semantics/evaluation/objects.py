@@ -200,8 +200,6 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     for sight in found.sights:
         seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
         _require_of(ev, actor, seen, node)
-            ev, actor, Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen)), node
-        )
     return actor
 
 
