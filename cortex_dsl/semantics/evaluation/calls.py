@@ -90,10 +90,10 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
 def _function_arguments(function: Function, given: Sequence[Given], span: Span) -> dict[str, Value]:
     """Arguments by name; `*rest` takes those that are left over."""
     rest = next((p.name for p in function.parameters if p.rest), None)
-    own = [p for p in function.parameters if not p.rest]
-    slots = [Slot(p.name, p.default is not None) for p in own]
+    slots = [Slot(p.name, p.default is not None) for p in function.parameters if not p.rest]
+    before = next((i for i, p in enumerate(function.parameters) if p.rest), len(slots))
     positional = [g for g in given if g.name is None]
-    further = positional[len(own) :] if rest is not None else []
+    further = positional[before:] if rest is not None else []
     signature = f"{function.name}({', '.join(p.name for p in function.parameters)})"
     bound = bind(function.name, signature, slots, [g for g in given if g not in further], span)
     values = {name: argument.value for name, argument in bound.items()}

@@ -25,7 +25,9 @@ def rows(text: str, count: int = 1) -> np.ndarray:
     scenario = compile_text(text)
     scenes = scenario.sample(count, seed=5)
     assert scenes.valid.all()
-    return np.asarray(scenes.values).reshape(count, -1, len(Column))
+    values = np.asarray(scenes.values)
+    actors = values.shape[1] // len(Column)
+    return values[:, : actors * len(Column)].reshape(count, actors, len(Column))
 
 
 def errors(text: str) -> list[str]:
