@@ -210,11 +210,12 @@ def _follow(node: nodes.Follow) -> Written:
 
 
 def _side_of(node: nodes.SideOf) -> Written:
-    return f"{node.side} of {_measured(node.of)}", Level.MEASURE
+    # In brackets, as after the comma of a `new` it would be a specifier.
+    return f"({node.side} of {_measured(node.of)})", Level.ATOM
 
 
 def _visible_part(node: nodes.VisiblePart) -> Written:
-    return f"{'' if node.seen else 'not '}visible {write_value(node.region, Level.SUM)}", Level.MEASURE
+    return f"({'' if node.seen else 'not '}visible {write_value(node.region, Level.SUM)})", Level.ATOM
 
 
 def _slice(node: nodes.Slice) -> Written:
