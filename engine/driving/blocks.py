@@ -100,8 +100,8 @@ def drive(
     seats = seats_of(program, driver)
     undecided = coasting(program, scenes)
     results = empty_results(program, requested(program, undecided))
-    parts: list[Floats] = []
     lanes = Lanes(program, block, config, contact, jobs=jobs)
+    actions = np.zeros((len(scenes), lanes.turns, lanes.numbers))
     for seat in seats:
         seat.meet(block, observed(program), config.time_step)
     remarks: list[str] = []
@@ -111,8 +111,7 @@ def drive(
         decided = _patiently(lanes, part, seats, remarks)
         for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
             array[rows] = found[: len(rows)]
-        parts.append(decided.actions[: len(rows)])
-    actions = np.concatenate(parts) if parts else undecided.actions
+        actions[rows] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
     return Driven(scenes, outcomes(results), tuple(remarks))
