@@ -18,6 +18,7 @@ from engine.control import Control, columns, numbers_decided, turns
 from engine.errors import ArgumentError
 from engine.host import CHUNK, empty_results, in_parts, lanes, memory, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
+from engine.kernels.lanes import EMPTY
 from engine.kernels.rows import Requested, begin_lanes, judge_rows, simulate_rows
 from engine.kernels.stage import RUNNING, Run, Status
 from engine.program import Program
@@ -170,6 +171,11 @@ class Lanes:
             parts = {name: array[first:last] for name, array in arrays.items() if name.startswith("lane_")}
             self._parts[first, last] = memory(self.program, self.plan.layout.last_sample + 1)._replace(**parts)
         return self._parts[first, last]
+
+    def lose(self, chosen: Bools) -> None:
+        """Let the chosen lanes rest: what their controller decides cannot be driven."""
+        self.results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
+        self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
         """(lanes,) where the control of this number is asked at the current sample."""
