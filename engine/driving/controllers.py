@@ -213,7 +213,7 @@ def undrivable(control: Control, actions: Floats, active: Bools, times: Floats) 
         f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
         + ("look for what makes it no number" if np.isnan(value) else "`numpy.clip` holds it there"),
     )
-    return Wrong(wrong.any(axis=1), error)
+    return Wrong(np.asarray(wrong.any(axis=1)), error)
 
 
 def _wanted(control: Control) -> str:

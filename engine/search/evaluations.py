@@ -169,21 +169,14 @@ def goal_of(rollouts: Assessment) -> Floats:
 
 def results(evaluations: Evaluations) -> list[Result]:
     """Return what a searcher's `tell` gets, one result a row."""
-    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.found
+    status = map(_status, evaluations.verdict.tolist(), evaluations.reused.tolist(), evaluations.fitness.tolist())
+    columns = evaluations.fitness, evaluations.verdict, evaluations.continuous, evaluations.found
     each = np.arange(len(evaluations)), evaluations.worst_rollout
     sought = evaluations.rollouts.sought[each].tolist()
-    rows = zip(*(column.tolist() for column in columns), _measures(evaluations), sought, strict=True)
+    rows = zip(status, *(column.tolist() for column in columns), _measures(evaluations), sought, strict=True)
     return [
-        Result(
-            _status(verdict, reused, fitness),
-            fitness,
-            Verdict(verdict),
-            continuous,
-            found,
-            tuple(measures),
-            tuple(values),
-        )
-        for verdict, fitness, reused, continuous, found, measures, values in rows
+        Result(state, fitness, Verdict(verdict), continuous, found, tuple(measures), tuple(values))
+        for state, fitness, verdict, continuous, found, measures, values in rows
     ]
 
 
