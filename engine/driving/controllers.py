@@ -72,7 +72,8 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     if not names:
         raise ControllerError(
             f"nobody in {program.name} is driven from outside, so that no controller is asked",
-            "give the ego a controller: `with behavior ExternalBehavior()`",
+            "give the ego `with behavior ExternalBehavior(trajectory=…)` in place of its own, on the same trajectory; "
+            "without one it goes along its lane",
         )
     several = isinstance(given, Mapping)
     drivers = cast("Mapping[str, object]", given) if several else {meant(program): given}

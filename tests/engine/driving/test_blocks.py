@@ -327,6 +327,22 @@ def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureF
     assert "raised ZeroDivisionError in `act`: no gap" in caplog.text
 
 
+def test_a_search_looks_for_scenes_over_which_a_controller_fails() -> None:
+    """By `controller` such scenes are its finds, with the most that there is of what is sought; else they are invalid."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+
+    def picky(seen: Floats) -> Floats:
+        return np.where(seen[:, [SPEED]] > 15.0, np.nan, cruising(seen))
+
+    how = {"generations": 3, "population": 16, "seed": 1}
+    for name, best in (("controller", 1.0), ("risk", None)):
+        found = scenario.driven_by(picky, block=16).search("ga", objective=name, **how).evaluations
+        lost = found.rollouts.verdict[:, 0] == Verdict.CONTROLLER
+        assert lost.any()
+        assert np.array_equal(found.found, lost if best else found.collided)
+        assert (found.fitness[lost] == best).all() if best else np.isnan(found.fitness[lost]).all()
+
+
 def test_who_never_drives_ends_the_command() -> None:
     """After some scenes, and not after all."""
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
@@ -345,6 +361,13 @@ def test_who_never_drives_ends_the_command() -> None:
 def test_no_controller_is_told() -> None:
     assert "is no function" in refused_kind(7)
     assert refused({"eg": cruising}).cure == "did you mean `ego`?"
+
+
+def test_a_file_without_a_place_for_a_driver_is_told() -> None:
+    scenario = cx.load(ROOT / "examples" / "left_turn.scn")
+    with pytest.raises(ControllerError, match=r"nobody in .* is driven from outside") as caught:
+        scenario.driven_by(cruising).sample(1)
+    assert "ExternalBehavior(trajectory=…)` in place of its own" in caught.value.cure
 
 
 def refused_kind(driver: object) -> str:
