@@ -328,7 +328,7 @@ def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureF
 
 
 def test_a_search_looks_for_scenes_over_which_a_controller_fails() -> None:
-    """By `controller` such scenes are its finds, with the most that there is of what is sought; else they are invalid."""
+    """By `controller` such scenes are its finds, and have the most of what is sought; else they are invalid."""
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
 
     def picky(seen: Floats) -> Floats:
