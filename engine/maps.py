@@ -29,6 +29,8 @@ class RoadSpec:
     left_hand: bool = False
     buildings: float | None = None
     """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
+    speed_limit: float | None = field(default=None, repr=False)
+    """What signs allow [m/s]; None: there are none."""
 
     @property
     def intersections(self) -> int:
@@ -51,10 +53,35 @@ class LoneRoad:
     lane_width: float = 3.5
     one_way: bool = False
     left_hand: bool = False
+    speed_limit: float | None = field(default=None, repr=False)
 
     @property
     def intersections(self) -> int:
         return 0
+
+
+@frozen
+class Roundabout:
+    """`map roundabout(...)`: a ring that arms lead into; who is in the ring goes first."""
+
+    kind: ClassVar[str] = "roundabout"
+    arms: int = 4
+    lanes: int = 1
+    """Lanes a direction of the arms, and of the ring."""
+    radius: float = 20.0
+    """Of the outer edge of the ring [m]."""
+    corner_radius: float = 12.0
+    """Of the kerbs between the arms and the ring [m]."""
+    approach: float = 50.0
+    """Length of every arm from its line to the end of the road [m]."""
+    lane_width: float = 3.5
+    left_hand: bool = False
+    speed_limit: float | None = field(default=None, repr=False)
+
+    @property
+    def intersections(self) -> int:
+        """Where an arm meets the ring."""
+        return int(self.arms)
 
 
 @frozen
@@ -71,8 +98,8 @@ class MapFile:
     intersections: int
 
 
-MapSpec = RoadSpec | LoneRoad | MapFile
-KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, MapFile)}
+MapSpec = RoadSpec | LoneRoad | Roundabout | MapFile
+KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, Roundabout, MapFile)}
 """By the word behind `map`."""
 
 
@@ -87,8 +114,9 @@ def digest_of(path: Path) -> str:
 
 
 def map_content(spec: MapSpec) -> dict[str, Any]:
-    """A specification as JSON can hold it."""
-    return {"kind": spec.kind, **asdict(spec)}
+    """A specification as JSON can hold it; without a speed limit as before there were any."""
+    said = {name: value for name, value in asdict(spec).items() if name != "speed_limit" or value is not None}
+    return {"kind": spec.kind, **said}
 
 
 def map_from(content: Mapping[str, Any]) -> MapSpec:

@@ -248,6 +248,65 @@ def test_time_to_collision_in_a_condition() -> None:
     assert time[-1] == pytest.approx((110.0 - 0.5 * CAR_LENGTH - 0.5) / 10.0 - 3.0, abs=0.06)
 
 
+# -- roundabouts ------------------------------------------------------------------------------------------------------
+
+RING = """
+map roundabout(arms=4, radius=18 m, approach=80 m)
+south = network.intersections[2]
+way = south.incomingLanes[0].routeTo(network.roads[0].backwardLanes.lanes[0])
+other = network.roads[{start}].forwardLanes.lanes[0].routeTo(network.roads[{end}].backwardLanes.lanes[0])
+ego = new Car before south by 40 m along way, with speed 8 m/s,
+    with behavior GapAcceptanceBehavior(8 m/s, way)
+new Car before network.intersections[{start}] by {away} m along other, with speed 6 m/s,
+    with behavior FollowTrajectoryBehavior(6 m/s, other)
+terminate after 20 s
+"""
+WEST, EAST_ARM, SOUTH = 3, 1, 2
+
+
+def least_speed_before_the_line(**places: float) -> float:
+    """Of the ego on its arm, which ends 25.7 m south of the middle: sqrt(30^2 - 15.5^2) m [m/s]."""
+    _, run = states(RING.format(**places))
+    ego = run[:, 0]
+    before = ego[:, State.Y] + 0.5 * CAR_LENGTH < -math.sqrt(30.0**2 - 15.5**2)
+    assert np.hypot(*(run[:, 1, :2] - ego[:, :2]).T).min() > CAR_LENGTH
+    return float(ego[before, State.SPEED].min())
+
+
+def test_the_ring_goes_first() -> None:
+    """Whoever comes round past the arm is waited for."""
+    assert least_speed_before_the_line(start=WEST, end=EAST_ARM, away=22) < 0.5
+
+
+FAR_AWAY = {"start": WEST, "end": SOUTH, "away": 60}
+LEAVES_BEFORE = {"start": EAST_ARM, "end": 0, "away": 10}
+
+
+@pytest.mark.parametrize("places", [FAR_AWAY, LEAVES_BEFORE])
+def test_nobody_waits_for_who_does_not_come(places: dict[str, float]) -> None:
+    """One who is far away, and one who leaves before."""
+    assert least_speed_before_the_line(**places) > 2.0
+
+
+# -- speed limits -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("limit", "respected", "speed"), [("", "True", 20.0), ("12 m/s", "False", 20.0), ("12 m/s", "True", 12.0)]
+)
+@pytest.mark.parametrize("behaviour", ["FollowLaneBehavior", "FollowTrajectoryBehavior"])
+def test_drivers_respect_signs_where_asked_to(limit: str, respected: str, speed: float, behaviour: str) -> None:
+    """On a road without signs, and without being asked, they drive their target speed."""
+    sign = f", speed_limit={limit}" if limit else ""
+    way = "[lane], " if "Trajectory" in behaviour else ""
+    _, run = states(
+        f"map road(length=1 km{sign})\nlane = network.lanes[0]\n"
+        "ego = new Car following roadDirection from lane.centerline[0] for 200 m, with speed 15 m/s,\n"
+        f"    with behavior {behaviour}(20 m/s, {way}respect_speed_limit={respected})\nterminate after 8 s\n"
+    )
+    assert run[-1, 0, State.SPEED] == pytest.approx(speed, abs=0.05)
+
+
 # -- lights -----------------------------------------------------------------------------------------------------------
 
 LIGHTS = """

@@ -37,10 +37,10 @@ def test_draws_add_up_and_runs_are_kept_once(tmp_path: Path) -> None:
     assert whole.read_text() == parts.read_text()
     path = tmp_path / "runs.jsonl"
     comparison.compare([name], ["random"], "conflict", 1, 200, 1, 60.0, path)
-    comparison.compare([name], ["random", "trust_regions"], "conflict", 1, 200, 1, 60.0, path)
+    comparison.compare([name], ["random", "best_first"], "conflict", 1, 200, 1, 60.0, path)
     found = comparison.kept(path)
-    assert [each.method for each in found] == ["random", "trust_regions"]
+    assert [each.method for each in found] == ["random", "best_first"]
     assert all(each.valid == 200 for each in found)
     known = truth.kept(whole)
-    assert "| cut_in | trust_regions | 1 |" in comparison.table(found, known)
+    assert "| cut_in | best_first | 1 |" in comparison.table(found, known)
     assert "| cut_in | judge | 8 | 600 |" in truth.table(known)

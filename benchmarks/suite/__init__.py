@@ -1,7 +1,7 @@
 """Twelve scenarios with competent egos, fair starts and known rates of failure: which searcher finds what is rare?
 
     python -m benchmarks.suite --truth --count 200000            # more plain draws, added to truth.json
-    python -m benchmarks.suite --methods random,ga,trust_regions --runs 30 --budget 3000
+    python -m benchmarks.suite --methods random,ga,best_first --runs 30 --budget 3000
     python -m benchmarks.suite                                   # the tables of what is kept
 
 In every file the ego brakes for whatever is about to be struck, and gives way or keeps its distance; others that could

@@ -7,7 +7,7 @@ from benchmarks.suite import __doc__ as about
 from benchmarks.suite import comparison, truth
 from benchmarks.suite.scenarios import named
 
-METHODS = "random,ga,map_elites,differential_evolution,niching,cmaes,trust_regions"
+METHODS = "random,ga,map_elites,differential_evolution,niching,cmaes,best_first"
 
 
 def main() -> None:

@@ -170,7 +170,8 @@ def _head(scenario: ir.Scenario) -> Iterator[str]:
     yield f"scenario {scenario.name}"
     if scenario.description:
         yield f"{INDENT}{scenario.description.splitlines()[0]}"
-    yield f"road {scenario.road}"
+    limit = getattr(scenario.road, "speed_limit", None)
+    yield f"road {scenario.road}" + (f", speed limit {limit:g} m/s" if limit else "")
     settings = ", ".join(f"{name}={value!r}" for name, value in scenario.settings.deciding().items())
     yield f"settings Settings({settings})"
     for i, gene in enumerate(scenario.genes):

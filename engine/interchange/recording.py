@@ -66,11 +66,6 @@ ARMS = ("north", "east", "south", "west")
 PHASES = 2
 
 
-def phase_of(arm: str) -> int:
-    """Whose turn an arm's light has: 0, the first, of north and south; 1 of east and west."""
-    return ARMS.index(arm) % PHASES
-
-
 @dataclass(frozen=True)
 class SignalTimes:
     """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.evaluation.signals`.
@@ -97,9 +92,9 @@ class SignalTimes:
         """After how long the plan starts again [s]."""
         return PHASES * self.slot
 
-    def begins(self, arm: str) -> float:
-        """An instant at which the arm's light turns green [s]; negative where that was before the run."""
-        return phase_of(arm) * self.slot - self.offset
+    def begins(self, phase: int) -> float:
+        """An instant at which the lights of a phase turn green [s]; negative where that was before the run."""
+        return phase * self.slot - self.offset
 
 
 @dataclass(frozen=True)

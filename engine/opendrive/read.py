@@ -19,6 +19,7 @@ from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.curves import Piece, Pose, read_piece
 from engine.opendrive.links import OdrConnection, OdrEnd, connections, lane_end, road_end
+from engine.opendrive.speeds import SpeedFrom, lane_speeds, road_speeds
 from engine.tables import Floats
 
 MOST_LANES = 100
@@ -54,6 +55,7 @@ class OdrLane:
     predecessor: int | None = None
     """The lane before it, of the section or road before this one."""
     successor: int | None = None
+    speeds: tuple[SpeedFrom, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ class OdrRoad:
     place: str
     predecessor: OdrEnd | None = None
     successor: OdrEnd | None = None
+    speeds: tuple[SpeedFrom, ...] = ()
+    """Of all lanes that have none of their own."""
 
     def section(self, s: float) -> OdrSection:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
@@ -232,6 +236,7 @@ def _read_road(node: Node) -> OdrRoad:
         place=node.place,
         predecessor=road_end(node, "predecessor"),
         successor=road_end(node, "successor"),
+        speeds=road_speeds(node),
     )
 
 
@@ -291,7 +296,7 @@ def _read_lane(node: Node, start: float) -> OdrLane:
     widths = _cubics(node.every("width"), "sOffset", start)
     borders = () if widths else _cubics(node.every("border"), "sOffset", start)
     ends = lane_end(node, "predecessor"), lane_end(node, "successor")
-    return OdrLane(node.integer("id"), node.text("type", "none"), widths, borders, *ends)
+    return OdrLane(node.integer("id"), node.text("type", "none"), widths, borders, *ends, lane_speeds(node, start))
 
 
 def _cubics(nodes: Sequence[Node], key: str, start: float) -> tuple[Cubic, ...]:

@@ -9,12 +9,13 @@ from itertools import chain
 from typing import Any
 
 from engine.frozen import frozen
-from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec
+from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
 from engine.road.grid_network import grid_network
 from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_numbers
 from engine.road.network import Network
 from engine.road.opendrive.network import file_network
-from engine.road.specification import RoadError, wrong_alone, wrong_together
+from engine.road.roundabout import roundabout, wrong_roundabout, wrong_roundabout_numbers
+from engine.road.specification import SPEED_LIMITS, RoadError, wrong_alone, wrong_length, wrong_together
 
 
 @frozen
@@ -37,8 +38,16 @@ def _nothing(_: MapSpec) -> Iterator[RoadError]:
 MAKERS: Mapping[type[MapSpec], Maker] = {
     RoadSpec: Maker(grid_network, wrong_alone, wrong_together),
     LoneRoad: Maker(lone_road, wrong_lone_road_numbers, wrong_lone_road),
+    Roundabout: Maker(roundabout, wrong_roundabout_numbers, wrong_roundabout),
     MapFile: Maker(file_network, _nothing, _nothing),
 }
+
+
+def wrong_numbers(spec: MapSpec) -> Iterator[RoadError]:
+    """Every number that no road of its kind has, whatever the others are."""
+    yield from MAKERS[type(spec)].wrong_numbers(spec)
+    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+        yield from wrong_length("speed_limit", spec.speed_limit, *SPEED_LIMITS, unit="m/s")
 
 
 def build_network(spec: MapSpec) -> Network:
@@ -49,7 +58,10 @@ def build_network(spec: MapSpec) -> Network:
 
     """
     maker = MAKERS[type(spec)]
-    error = next(chain(maker.wrong_numbers(spec), maker.wrong(spec)), None)
+    error = next(chain(wrong_numbers(spec), maker.wrong(spec)), None)
     if error is not None:
         raise error
-    return maker.make(spec)
+    network = maker.make(spec)
+    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+        network.speed_limits = {lane.id: spec.speed_limit for lane in network.lanes}
+    return network

@@ -4,6 +4,10 @@ And to whom a maneuver gives way: per lane, between which arc lengths others are
 """
 
 import math
+from collections import defaultdict
+from collections.abc import Mapping
+from heapq import heappop, heappush
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -13,6 +17,9 @@ from engine.road.network import Lane, LaneRole, Links, Maneuver, Network
 from engine.road.paths import PathBook
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
+
+Beside = Mapping[int, tuple[int | None, int | None]]
+"""Per lane those to its left and right."""
 
 
 def link(network: Network, junction: Junction) -> Links:
@@ -80,6 +87,139 @@ def meeting_turns(turns: tuple[Turn, ...]) -> list[tuple[int, ...]]:
     return [tuple(j for j in range(len(turns)) if meet(min(i, j), max(i, j))) for i in range(len(turns))]
 
 
+# -- networks of any shape ---------------------------------------------------------------------------------------------
+
+TURN_THRESHOLD = math.radians(20.0)
+"""A way through a junction that turns by less leads straight on, as in Scenic."""
+ROUTE = 1000.0
+"""A driver without a plan is led so far [m], and to the end of the lane there."""
+
+
+def maneuver_type(start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
+    """Back on the same road is a U-turn; else by how much the connecting lane turns, as in Scenic."""
+    if start.road == end.road:
+        return ManeuverType.U_TURN
+    paths = connecting.network.paths
+    first, last = paths.pose(connecting.path, 0.0), paths.pose(connecting.path, connecting.length)
+    turn = math.remainder(last.heading - first.heading, math.tau)
+    if abs(turn) < TURN_THRESHOLD:
+        return ManeuverType.STRAIGHT
+    return ManeuverType.LEFT_TURN if turn > 0.0 else ManeuverType.RIGHT_TURN
+
+
+def link_by_ways(network: Network, successors: Mapping[int, int], beside: Beside | None = None) -> float:
+    """Link lanes by the maneuvers of a network, and by which lane goes on in which one without an intersection.
+
+    Return how far apart ends lie that nobody drives on over [m].
+    """
+    none: list[tuple[int, ...]] = [() for _ in network.lanes]
+    links = network.links = Links(
+        maneuvers=list(none),
+        intersection=[None for _ in none],
+        successors=list(none),
+        predecessors=list(none),
+        default_route=[lane.path for lane in network.lanes],
+        conflicts=conflicts_of(network),
+        beside=beside,
+    )
+    for maneuver in network.maneuvers:
+        links.maneuvers[maneuver.start] += (maneuver.id,)
+        links.intersection[maneuver.start] = links.intersection[maneuver.connecting] = maneuver.intersection_id
+        _follow(links, maneuver.start, maneuver.connecting)
+    for before, after in successors.items():
+        _follow(links, before, after)
+    apart = [0.0]
+    for lane in network.lanes:
+        route = _route(lane, successors, apart)
+        links.default_route[lane.id] = network.paths.join([network.lanes[i].path for i in route])
+    return max(apart)
+
+
+def _follow(links: Links, before: int, after: int) -> None:
+    if after not in links.successors[before]:
+        links.successors[before] += (after,)
+        links.predecessors[after] += (before,)
+
+
+def _route(lane: Lane, successors: Mapping[int, int], apart: list[float]) -> list[int]:
+    """The lanes that a driver without a plan takes: straight on where that can be."""
+    network, route, length = lane.network, [lane.id], lane.length
+    while length < ROUTE:
+        here = network.lanes[route[-1]]
+        onward = _onward(here, successors)
+        if not onward or any(index in route for index in onward):
+            break
+        chain = [here, *(network.lanes[index] for index in onward)]
+        if not all(network.paths.continues(a.path, b.path) for a, b in pairwise(chain)):
+            apart.append(_gap(chain[0], chain[1]))
+            break
+        route += onward
+        length += sum(network.lanes[index].length for index in onward)
+    return route
+
+
+def _gap(before: Lane, after: Lane) -> float:
+    paths = before.network.paths
+    end, start = paths.pose(before.path, before.length), paths.pose(after.path, 0.0)
+    return math.hypot(end.x - start.x, end.y - start.y)
+
+
+def _onward(lane: Lane, successors: Mapping[int, int]) -> list[int]:
+    near = ManeuverType.LEFT_TURN if lane.network.left_hand else ManeuverType.RIGHT_TURN
+    ranking = {ManeuverType.STRAIGHT: 0, near: 1}
+    if lane.maneuvers:
+        chosen = min(lane.maneuvers, key=lambda maneuver: ranking.get(maneuver.type, 2))
+        return [chosen.connecting, chosen.end]
+    following = successors.get(lane.id)
+    return [] if following is None else [following]
+
+
+def conflicts_of(network: Network) -> list[tuple[int, ...]]:
+    """Per maneuver those of its intersection from other lanes whose centre lines meet its own."""
+    lines = {each.connecting: network.paths.points(each.connecting_lane.path, 0.01) for each in network.maneuvers}
+    found: list[list[int]] = [[] for _ in network.maneuvers]
+    by_place: dict[int, list[Maneuver]] = defaultdict(list)
+    for maneuver in network.maneuvers:
+        by_place[maneuver.intersection_id].append(maneuver)
+    for here in by_place.values():
+        for one, other in combinations(here, 2):
+            if one.start != other.start and _meet(one, other, lines):
+                found[one.id].append(other.id)
+                found[other.id].append(one.id)
+    return [tuple(sorted(others)) for others in found]
+
+
+def _meet(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
+    return one.end == other.end or polylines_cross(lines[one.connecting], lines[other.connecting])
+
+
+def shortest_way(start: Lane, end: Lane) -> tuple[Lane, ...]:
+    """The lanes from one to another one, both included, by which the way is shortest; () where no way leads there.
+
+    Source: Dijkstra, "A note on two problems in connexion with graphs", 1959.
+    """
+    lanes, paths = start.network.lanes, start.network.paths
+    best, before = {start.id: start.length}, dict[int, int]()
+    waiting = [(start.length, start.id)]
+    while waiting:
+        length, here = heappop(waiting)
+        if here == end.id:
+            return _traced(start, end, before)
+        for after in lanes[here].successors:
+            further = length + after.length
+            if further < best.get(after.id, math.inf) and paths.continues(lanes[here].path, after.path):
+                best[after.id], before[after.id] = further, here
+                heappush(waiting, (further, after.id))
+    return ()
+
+
+def _traced(start: Lane, end: Lane, before: Mapping[int, int]) -> tuple[Lane, ...]:
+    way = [end.id]
+    while way[-1] != start.id:
+        way.append(before[way[-1]])
+    return tuple(start.network.lanes[index] for index in reversed(way))
+
+
 def polylines_cross(first: Floats, second: Floats) -> bool:
     """Whether any segment of one crosses any of the other."""
     a, b = first[:-1, None], first[1:, None]
@@ -125,7 +265,7 @@ def windows(maneuver: Maneuver) -> tuple[Window, ...]:
     paths part.
     """
     found = [NOWHERE] * len(maneuver.intersection.network.lanes)
-    conflicts = maneuver.conflicting_maneuvers
+    conflicts = maneuver.gives_way_to
     for start in dict.fromkeys(other.start_lane for other in conflicts):
         mine = {other: _overlap(maneuver, other) for other in conflicts if other.start_lane is start}
         first = min(window.enter for window in mine.values())
@@ -133,7 +273,22 @@ def windows(maneuver: Maneuver) -> tuple[Window, ...]:
         for other in start.maneuvers:
             leave = mine[other].leave if other in mine else _parting(other, list(mine))
             found[other.connecting] = Window(mine[other].enter if other in mine else first, leave)
+        if maneuver.intersection.network.links.gives_way is not None:
+            _look_upstream(found, start, start.length + first)
     return tuple(found)
+
+
+UPSTREAM = 60.0
+"""How far back from where ways meet drivers look round a ring [m]: 5 s at 12 m/s."""
+
+
+def _look_upstream(found: list[Window], lane: Lane, ahead: float) -> None:
+    """Those too who are further back in the ring, or have just come into it."""
+    for before in lane.predecessors:
+        enter = before.length + ahead
+        if found[before.id] is NOWHERE and before.role is not LaneRole.INCOMING and ahead < UPSTREAM:
+            found[before.id] = Window(enter, math.inf)
+            _look_upstream(found, before, enter)
 
 
 def _points(paths: PathBook, lane: Lane) -> tuple[Floats, Floats]:

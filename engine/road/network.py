@@ -5,7 +5,7 @@ its maneuvers, those to their lanes), so each holds ids and looks the others up 
 only if they are the same one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -77,6 +77,16 @@ class Lane:
         return None if index is None else self.network.intersections[index]
 
     @property
+    def speed_limit(self) -> float | None:
+        """What signs allow [m/s]; None where they say nothing."""
+        return self.network.speed_limits.get(self.id)
+
+    @property
+    def ends_at_line(self) -> bool:
+        """Whether traffic waits at its end, at a line on the road: not in the ring of a roundabout."""
+        return bool(self.maneuvers) and (self.network.links.gives_way is None or self.role is LaneRole.INCOMING)
+
+    @property
     def successors(self) -> "tuple[Lane, ...]":
         return tuple(self.network.lanes[i] for i in self.network.links.successors[self.id])
 
@@ -136,6 +146,12 @@ class Maneuver:
     def conflicting_maneuvers(self) -> "tuple[Maneuver, ...]":
         """Maneuvers from other lanes whose connecting lane's centre line meets this one's: they cross or merge."""
         return tuple(self.network.maneuvers[i] for i in self.network.links.conflicts[self.id])
+
+    @property
+    def gives_way_to(self) -> "tuple[Maneuver, ...]":
+        """Those that have to pass first: of a roundabout as its signs say, elsewhere all that conflict."""
+        first = self.network.links.gives_way
+        return self.conflicting_maneuvers if first is None else tuple(self.network.maneuvers[i] for i in first[self.id])
 
     @property
     def reverse_maneuvers(self) -> "tuple[Maneuver, ...]":
@@ -266,6 +282,8 @@ class Links:
     """Per maneuver."""
     beside: Mapping[int, tuple[int | None, int | None]] | None = None
     """Per lane those to its left and right; None where their numbers say it."""
+    gives_way: Sequence[tuple[int, ...]] | None = None
+    """Per maneuver those that pass first; None where no sign says it."""
 
 
 @frozen
@@ -309,6 +327,8 @@ class Network:
     """What to draw of lanes that do not keep their width; None: their borders are drawn."""
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
+    speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])
+    """Of the lanes that have one, by id [m/s]."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""
 

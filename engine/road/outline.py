@@ -1,10 +1,13 @@
 """What to draw of a network, as polylines: pure data for terminals, figures and pages."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from engine.frozen import frozen
 from engine.road.network import Lane, LaneRole, Lines, Network
-from engine.tables import Floats
+from engine.tables import Bools, Floats
 
 
 @frozen
@@ -46,7 +49,7 @@ def outline(network: Network) -> Outline:
             _border(road.backward.lanes[-1], kerb=False) for road in network.roads if road.backward.lanes
         ),
         lane_lines=tuple(_border(lane, kerb=True) for lane in road_lanes if lane.number > 1),
-        stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.maneuvers),
+        stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.ends_at_line),
         intersections=tuple(network.regions.shape(each.region).edges[:, :2] for each in network.intersections),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
@@ -61,13 +64,43 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
         kerbs=drawn.kerbs,
         middle_lines=drawn.middle,
         lane_lines=drawn.between,
-        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.maneuvers),
+        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.ends_at_line),
         intersections=(),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=(),
     )
+
+
+def near(road: Outline, points: Floats, reach: float) -> Outline:
+    """What of a drawing lies within `reach` of the rectangle around some points (n, 2) [m]: of a town, where one is."""
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    kept = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
+    return replace(
+        road,
+        kerbs=_parts(road.kerbs, low, high),
+        middle_lines=_parts(road.middle_lines, low, high),
+        lane_lines=_parts(road.lane_lines, low, high),
+        stop_lines=_parts(road.stop_lines, low, high),
+        center_lines=tuple(road.center_lines[i] for i in kept),
+        widths=tuple(road.widths[i] for i in kept),
+    )
+
+
+def _passing(line: Floats, low: Floats, high: Floats) -> Bools:
+    """Per segment, whether the rectangle around it meets another one."""
+    least, most = np.minimum(line[:-1], line[1:]), np.maximum(line[:-1], line[1:])
+    return np.all((most >= low) & (least <= high), axis=1)
+
+
+def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, ...]:
+    """The stretches of lines that pass there."""
+    parts: list[Floats] = []
+    for line in lines:
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], _passing(line, low, high), [False]])))
+        parts += [line[first : last + 1] for first, last in edges.reshape(-1, 2).tolist()]
+    return tuple(parts)
 
 
 def _far_kerbs(network: Network) -> tuple[Floats, ...]:

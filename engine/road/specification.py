@@ -20,6 +20,9 @@ LENGTHS = {
 }
 """Limits of the lengths of a specification [m]."""
 
+SPEED_LIMITS = (1.0, 100.0)
+"""[m/s]"""
+
 
 class RoadError(CortexError):
     """A specification that no road fits."""
@@ -69,11 +72,11 @@ def _counts(spec: RoadSpec) -> Iterator[RoadError]:
             yield RoadError(message, argument, f"write `{argument}=1`")
 
 
-def wrong_length(argument: str, value: float, low: float, high: float) -> Iterator[RoadError]:
+def wrong_length(argument: str, value: float, low: float, high: float, unit: str = "m") -> Iterator[RoadError]:
     # Written so that NaN, for which every comparison is false, fails too.
     if not low <= value <= high or math.isinf(value):
         yield RoadError(
-            f"`{argument}` is {value:g} m, but must lie between {low:g} m and {high:g} m",
+            f"`{argument}` is {value:g} {unit}, but must lie between {low:g} {unit} and {high:g} {unit}",
             argument,
             "leave it out to get the default",
         )

@@ -20,6 +20,7 @@ from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
+from engine.maps import MapFile
 from engine.metrics import (
     Body,
     Metric,
@@ -35,7 +36,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
 from engine.road import build_network
-from engine.road.outline import Outline, outline
+from engine.road.outline import Outline, near, outline
 from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats
@@ -267,13 +268,25 @@ def replay_case(
         outcomes=run.outcomes,
         trajectory=run.trajectory,
         impacts=run.impacts,
-        road=outline(build_network(scenario.program.road_spec)),
+        road=_around(scenario.program, run.trajectory),
         score=int(risk.score[0]),
         parts=tuple(risk.parts[0].tolist()),
         pair=max(0, int(risk.pair[0])),
         files=scenario.concrete_files(scenes, remark=remark, name=name),
         held=held_params(scenario.compiled.module, scenario.overrides),
     )
+
+
+REACH = 100.0
+"""Of a town, so much is drawn beyond where the run takes place, and as much more as that place is long [m]."""
+
+
+def _around(program: Program, trajectory: Trajectory) -> Outline:
+    """The road to be drawn: all of it, but for the roads of a file, of which there may be a whole town."""
+    road, places = outline(build_network(program.road_spec)), tracks(trajectory)
+    if not isinstance(program.road_spec, MapFile) or not len(places):
+        return road
+    return near(road, places, REACH + float(np.ptp(places, axis=0).max()))
 
 
 def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:

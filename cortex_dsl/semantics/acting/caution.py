@@ -156,6 +156,8 @@ def _noticed_near(job: Job, other: Actor, limit: Term) -> Term:
 FAR_TURN_GAP = 4.1
 NEAR_TURN_GAP = 6.2
 STRAIGHT_GAP = 6.5
+ROUNDABOUT_GAP = 5.0
+"""Mean critical headway of roundabouts with one lane [s]: NCHRP Report 572, Transportation Research Board, 2007."""
 
 
 def accept_gap(job: Job) -> ir.Block:
@@ -175,7 +177,13 @@ def _entries(way: Trajectory) -> list[tuple[float, Maneuver]]:
     """Arc length of every stop line on a trajectory, and the maneuver behind it."""
     starts = accumulate((lane.length for lane in way.lanes[:-1]), initial=0.0)
     pairs = zip(starts, way.lanes, strict=True)
-    return [(start, maneuver_of(lane)) for start, lane in pairs if lane.role is LaneRole.CONNECTING and start > 0.0]
+    found = [(start, maneuver_of(lane)) for start, lane in pairs if lane.role is LaneRole.CONNECTING and start > 0.0]
+    return [(start, maneuver) for start, maneuver in found if _may_wait(maneuver)]
+
+
+def _may_wait(maneuver: Maneuver) -> bool:
+    """Whether there may be somebody to wait for; signs of a roundabout say that for some there never is."""
+    return maneuver.intersection.network.links.gives_way is None or bool(maneuver.gives_way_to)
 
 
 def _room(job: Job, path: Term, entry: float) -> Term:
@@ -200,6 +208,8 @@ def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
 
 
 def _base_gap(maneuver: Maneuver) -> float:
+    if maneuver.intersection.network.links.gives_way is not None:
+        return ROUNDABOUT_GAP
     if maneuver.type is ManeuverType.STRAIGHT:
         return STRAIGHT_GAP
     left_hand = maneuver.intersection.network.left_hand

@@ -8,7 +8,8 @@ from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
-from cortex_dsl.semantics.evaluation.geometry import size_of, state
+from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
+from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Value
 from cortex_dsl.semantics.model.wording import kind_name
@@ -72,7 +73,12 @@ class Job:
         return self.number("max_lateral", DEFAULT_LATERAL)
 
     def target_speed(self) -> Term:
-        return self.number("target_speed", DEFAULT_SPEED)
+        """Lowered to what signs allow where the actor is, if the call says so."""
+        speed = self.number("target_speed", DEFAULT_SPEED)
+        if not self.flag("respect_speed_limit"):
+            return speed
+        lane = index_of(self.ev, lane_at(self.ev, current_pose(self.ev, self.actor)))
+        return speed if lane is None else minimum(speed, limit_on(self.ev, lane))
 
     def must_steer(self) -> None:
         """Refuse actors without wheels."""

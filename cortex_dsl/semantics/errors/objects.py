@@ -100,7 +100,7 @@ NOT_CONNECTED = Problem(
     "SCN417",
     "lane {number} of the trajectory does not start where the one before it ends",
     "`{before}` leads to {follows}, not to `{after}`",
-    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`",
+    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`, or ask for the way: `a.routeTo(b)`",
     page=Page(
         "trajectory with a gap",
         "Each lane of a trajectory starts where the one before it ends.",

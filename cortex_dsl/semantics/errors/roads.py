@@ -20,8 +20,8 @@ UNKNOWN_MAP = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown map",
-        "A map is a grid of intersections, `map intersection(...)`, or a road without any, `map road(...)`.",
-        "map roundabout()\nego = new Car on road\n",
+        "A map is a grid of intersections, a road without any, a roundabout, or an OpenDRIVE file.",
+        "map motorway()\nego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
     ),
 )

@@ -2,7 +2,6 @@
 about everything that may follow a dot.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TypeVar
@@ -12,15 +11,14 @@ from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
 from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
-from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import driving, lanes, signals
+from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
     Centerline,
-    Closure,
     DirectionField,
     EnumValue,
     GlobalParameters,
@@ -98,8 +96,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     "roads": lambda _, network: network.roads,
     "laneGroups": lambda _, network: tuple(group for road in network.roads for group in road.groups),
     "laneSections": lambda _, network: lanes.all_sections(network),
-    "laneAt": lambda ev, _: Closure(("point",), lambda point: _lane_at(ev, point)),
-    "laneSectionAt": lambda ev, _: Closure(("point",), lambda point: lanes.as_section(_lane_at(ev, point))),
+    **AT_POINTS,
 }
 
 _CENTERLINE: dict[str, Callable[[Evaluator, Centerline], Value]] = {
@@ -224,19 +221,6 @@ def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
     return table[name]
 
 
-def _lane_at(ev: Evaluator, place: Value) -> Value:
-    """The lane at a point, whatever its direction, or on which an object or an oriented point lies."""
-    if isinstance(place, Actor):
-        return lanes.lane_at(ev, current_pose(ev, place))
-    if isinstance(place, Pose):
-        return lanes.lane_at(ev, place)
-    if isinstance(place, Vector):
-        return lanes.lane_at(ev, Pose(place.x, place.y, ev.algebra.literal(math.nan)))
-    raise WRONG_KIND.mistake(
-        ev.algebra.span, what="what is asked for its lane", expected="a place", actual=kind_name(place), cure=""
-    )
-
-
 def _of_scenario(ev: Evaluator, call: ScenarioCall, name: str, span: Span) -> Value:
     """A variable of a scenario that another one has started."""
     if call.instance is None:
@@ -257,7 +241,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
     if name in actor.properties:
         return property_value(actor.properties[name], name)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
-        return of_lane(_lane_at(ev, actor))
+        return of_lane(lane_under(ev, actor))
     if (of_object := driving.OF_OBJECTS.get(name)) is not None:
         return of_object(ev, actor, span)
     raise UNKNOWN_ATTRIBUTE.mistake(
@@ -303,6 +287,9 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "laneAt": "The lane at a point or under an object.",
         "laneSectionAt": "The lane section at a point or under an object.",
         # -- intersections and maneuvers
+        "roadAt": "The road at a point that is known before the run.",
+        "laneGroupAt": "The lane group at a point that is known before the run.",
+        "intersectionAt": "The intersection at a point that is known before the run; `None` outside of all.",
         "incomingLanes": "Lanes that end at the intersection.",
         "outgoingLanes": "Lanes that begin at the intersection.",
         "is3Way": "Whether three roads meet.",
@@ -330,6 +317,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "laneSection": "The lane section.",
         "laneGroup": "The lanes side by side with it that go the same way.",
         "oppositeLaneGroup": "The lanes that come the other way.",
+        "routeTo": "Lanes from it to another lane by the shortest way, both included: a trajectory.",
         "sections": "Its sections; here it has one.",
         "sectionAt": "The section at a point.",
         "group": "The lanes side by side with it that go the same way.",
@@ -341,6 +329,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "fasterLane": "The lane beside it that is further from the edge.",
         "slowerLane": "The lane beside it that is nearer to the edge.",
         "opposite": "The lanes that come the other way.",
+        "speedLimit": "What signs allow there; `None`, and during the run infinite, where they say nothing.",
         "forwardLanes": "Lanes that go the way in which the road is drawn.",
         "backwardLanes": "Lanes that go against it.",
         "is1Way": "Whether all lanes go the same way.",

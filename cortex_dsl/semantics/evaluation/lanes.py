@@ -4,6 +4,7 @@ trajectories, lists of lanes that follow one another, joined into one path.
 The lane on which an object is now is a number, the lane's index; what belongs to it is looked up in tables.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
@@ -32,10 +33,11 @@ from cortex_dsl.semantics.quantities.algebra import (
     lane_nearest,
     table,
 )
-from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.semantics.quantities.units import LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.frozen import frozen
+from engine.road.linking import shortest_way
 from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
 from engine.road.sections import (
     LaneSection,
@@ -48,7 +50,6 @@ from engine.road.sections import (
 
 NOBODY = -1.0
 """Index of a lane that is not there."""
-
 
 Getter = Callable[[Evaluator, Lane, Span], Value]
 
@@ -63,6 +64,27 @@ def _neighbour(name: str, find: Callable[[Lane], Lane | None], *, must: bool) ->
     return get
 
 
+def _speed_limit(ev: Evaluator, lane: Lane) -> Value:
+    return None if lane.speed_limit is None else Quantity(ev.algebra.literal(lane.speed_limit), SPEED)
+
+
+def limit_on(ev: Evaluator, lane: Term) -> Term:
+    """What signs allow on a lane of that index [m/s]; infinity where they say nothing."""
+    limits = [each.speed_limit or math.inf for each in network_of(ev).lanes]
+    return looked_up(ev, lane, limits, missing=math.inf)
+
+
+def _route(ev: Evaluator, lane: Lane, end: Value) -> tuple[Lane, ...]:
+    """The lanes from one to another one, by the shortest way; no scene where none leads there."""
+    to = end.lane if isinstance(end, LaneSection) else end
+    if not isinstance(to, Lane):
+        what = "what a route leads to"
+        raise WRONG_KIND.mistake(ev.algebra.span, what=what, expected="a lane", actual=kind_name(to), cure="")
+    if not (way := shortest_way(lane, to)):
+        raise Rejection(f"no way leads from `{lane.name}` to `{to.name}`", ev.algebra.span)
+    return way
+
+
 def _neighbour_getters() -> dict[str, Getter]:
     """Scenic's spelling with `_` gives None where there is no neighbour; the other one rejects the scene."""
     public = {name: _neighbour(name, find, must=True) for name, find in NEIGHBOURS.items()}
@@ -75,7 +97,9 @@ OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
     "group": lambda _, lane: group_of(lane),
     "road": lambda _, lane: road_of(lane),
     "isForward": lambda ev, lane: Truth(ev.algebra.truth(lane.forward)),
+    "speedLimit": _speed_limit,
     "adjacentLanes": lambda _, lane: tuple(filter(None, (to_left(lane), to_right(lane)))),
+    "routeTo": lambda ev, lane: Closure(("lane",), lambda end: _route(ev, lane, end)),
 }
 """What a lane can be asked beside its geometry."""
 
@@ -85,6 +109,7 @@ OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
     "group": lambda _, section: group_of(section.lane),
     "road": lambda _, section: road_of(section.lane),
     "isForward": lambda ev, section: Truth(ev.algebra.truth(section.lane.forward)),
+    "speedLimit": lambda ev, section: _speed_limit(ev, section.lane),
     "adjacentLanes": lambda _, section: tuple(
         LaneSection(lane) for lane in (to_left(section.lane), to_right(section.lane)) if lane is not None
     ),
@@ -103,6 +128,7 @@ OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
     "forwardLanes": lambda _, road: road.forward,
     "backwardLanes": lambda _, road: road.backward if road.backward.lanes else None,
     "laneGroups": lambda _, road: road.groups,
+    "speedLimit": lambda ev, road: _speed_limit(ev, road.lanes[0]),
     "is1Way": lambda ev, road: Truth(ev.algebra.truth(len(road.groups) == 1)),
     "name": lambda _, road: road.name,
 }
@@ -170,9 +196,12 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
         return LaneNow(looked_up(ev, lane.id, [_id(find(each)) for each in network.lanes]), section=True)
     if name in _NUMBERS:
         return Quantity(looked_up(ev, lane.id, [_NUMBERS[name](each) for each in network.lanes]), LENGTH)
+    if name == "speedLimit":
+        return Quantity(limit_on(ev, lane.id), SPEED)
     if name == "isForward":
         return Truth(looked_up(ev, lane.id, [float(each.forward) for each in network.lanes]))
-    known = ("lane", "sections", "sectionAt", "isForward", *_NUMBERS, *(NEIGHBOURS if lane.section else ()))
+    beside = NEIGHBOURS if lane.section else ()
+    known = ("lane", "sections", "sectionAt", "isForward", "speedLimit", *_NUMBERS, *beside)
     suggestion = LIGHT_OF_THE_RUN if name == "signal" else did_you_mean(name, known)
     raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
 

@@ -17,14 +17,14 @@ from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.evaluation.roads import network_for
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 from engine.errors import CortexError
 from engine.interchange.contract import InterchangeError
 from engine.maps import KINDS, MapFile, MapSpec
-from engine.road.build import MAKERS
+from engine.road.build import MAKERS, wrong_numbers
 
 FILE = MapFile.kind
 MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -34,9 +34,9 @@ MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """By the word behind `map`."""
-WHOLE = frozenset({"ways", "lanes", "rows", "cols"})
+WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
 TRUTHS = frozenset({"left_hand", "one_way"})
-ANGLES = frozenset({"bend"})
+DIMENSIONS = {"bend": ANGLE, "speed_limit": SPEED}
 """What the arguments are; the others are lengths."""
 
 
@@ -133,7 +133,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
             mistaken = True
     kind = KINDS[node.kind]
     spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
-    wrong = list(maker.wrong_numbers(spec)) or ([] if mistaken else list(maker.wrong(spec)))
+    wrong = list(wrong_numbers(spec)) or ([] if mistaken else list(maker.wrong(spec)))
     for error in wrong:
         ev.report(BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
     if mistaken or wrong:
@@ -144,7 +144,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
 
 
 _ROOMY: Mapping[str, Mapping[str, float | bool]] = MappingProxyType(
-    {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}}
+    {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}, "roundabout": {"approach": 500.0}}
 )
 """In the place of lengths that could not be read: nothing is too far on it."""
 
@@ -159,7 +159,7 @@ def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -
     """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
     kind = KINDS[node.kind]
     spec, maker = kind(**values), MAKERS[kind]  # type: ignore[arg-type]
-    if not list(maker.wrong_numbers(spec)) and not list(maker.wrong(spec)):
+    if not list(wrong_numbers(spec)) and not list(maker.wrong(spec)):
         ev.run.built.network = network_for(ev, spec, node.span)
 
 
@@ -194,7 +194,7 @@ def _value(ev: Evaluator, argument: Given, name: str) -> float | bool:
         return whole_number(ev, argument.value, argument.span, what)
     if name in TRUTHS:
         return known_truth(ev, argument.value, argument.span, what)
-    dimension = ANGLE if name in ANGLES else LENGTH
+    dimension = DIMENSIONS.get(name, LENGTH)
     expr = adopt(ev, argument.value, dimension, argument.span, what)
     value = ev.constant(Quantity(expr, dimension), argument.span, what)
     if not math.isfinite(value):

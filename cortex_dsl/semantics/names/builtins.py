@@ -89,6 +89,7 @@ TOP_SPEED = 200.0
 _SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
 _LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
 _OBEY = Parameter("obey_signals", default="False")
+_LIMIT = Parameter("respect_speed_limit", default="False")
 _OPPOSITE = Parameter("is_oppositeTraffic", default="False")
 _LANE = Parameter("laneToFollow", default="the lane it is on")
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
@@ -173,21 +174,23 @@ _ROWS = (
             Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
-               Parameter("trajectory"), _LATERAL, _OBEY),
+               Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
-               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
+               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT),
     _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
                _SPEED, Parameter("trajectory", default="the lane it is on"),
                Parameter("time_headway", TIME, "1.6 s", low=0.0),
                Parameter("min_gap", LENGTH, "2 m", low=0.0),
                Parameter("max_acceleration", ACCELERATION, "0.73 m/s^2", low=0.01),
                Parameter("comfortable_deceleration", ACCELERATION, "1.67 m/s^2", low=0.01),
-               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY),
+               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY,
+               _LIMIT),
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
-               _LATERAL, _OBEY),
+               _LATERAL, _OBEY, _LIMIT),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
-               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5)),
+               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5),
+               _LIMIT),
     _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
                Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
                Parameter("brake", PURE, "1", 0.0, 1.0),

@@ -173,15 +173,22 @@ class Ids:
     def intersection(self, site: int) -> int:
         return 1 + len(self.network.lanes) + site
 
-    def incoming(self, site: int, arm: str) -> int:
-        return self.intersection(len(self.network.intersections)) + len(ARMS) * site + ARMS.index(arm)
+    def incoming(self, site: int, arm: int) -> int:
+        return self.intersection(len(self.network.intersections)) + len(ARMS) * site + arm
 
-    def light(self, site: int, arm: str) -> int:
-        return self.incoming(len(self.network.intersections), ARMS[0]) + len(ARMS) * site + ARMS.index(arm)
+    def light(self, site: int, arm: int) -> int:
+        return self.incoming(len(self.network.intersections), 0) + len(ARMS) * site + arm
 
     def actor(self, index: int) -> int:
         """The ego, actor 0, is the planning problem."""
-        return self.light(len(self.network.intersections), ARMS[0]) + index
+        return self.light(len(self.network.intersections), 0) + index
+
+
+def arms_of(intersection: Intersection) -> Mapping[int, Leg]:
+    """Its arms by which traffic comes in, by number: clockwise, of a grid from the north, where a T has none."""
+    legs = intersection.legs
+    numbers = [ARMS.index(leg.name) if leg.name in ARMS else place for place, leg in enumerate(legs)]
+    return {number: leg for number, leg in zip(numbers, legs, strict=True) if leg.incoming_lanes}
 
 
 def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) -> None:
@@ -192,8 +199,8 @@ def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) 
         _add_lanelet(root, ids, lanelet, lights.get(lanelet.lane.id))
     if signals is not None:
         for intersection in network.intersections:
-            for leg in intersection.legs:
-                _add_light(root, ids, intersection, leg, cycle(signals, leg.name, step))
+            for arm, leg in arms_of(intersection).items():
+                _add_light(root, ids.light(intersection.id, arm), leg, cycle(signals, leg.phase, step))
     for intersection in network.intersections:
         _add_intersection(root, ids, intersection)
 
@@ -211,7 +218,7 @@ def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -
     _add_references(element, "successor", (ids.lanelet(other.id) for other in lane.successors))
     _add_neighbour(element, "adjacentLeft", ids, lanelet.beside_left)
     _add_neighbour(element, "adjacentRight", ids, lanelet.beside_right)
-    if lane.maneuvers:
+    if lane.ends_at_line:
         _add_stop_line(element, lanelet, light)
     add_text(element, "laneletType", LANELET_TYPES.get(lane.role, "urban"))
     add_text(element, "userOneWay", "vehicle")
@@ -262,16 +269,16 @@ def _add_stop_line(parent: Element, lanelet: Lanelet, light: int | None) -> None
 
 def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> None:
     element = child(root, "intersection", id=ids.intersection(intersection.id))
-    arms = [leg.name for leg in intersection.legs]
-    for leg in intersection.legs:
-        incoming = child(element, "incoming", id=ids.incoming(intersection.id, leg.name))
+    arms = arms_of(intersection)
+    for arm, leg in arms.items():
+        incoming = child(element, "incoming", id=ids.incoming(intersection.id, arm))
         _add_references(incoming, "incomingLanelet", (ids.lanelet(lane.id) for lane in leg.incoming_lanes))
         maneuvers = [maneuver for lane in leg.incoming_lanes for maneuver in lane.maneuvers]
         for tag, kind in SUCCESSORS.items():
             ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
             _add_references(incoming, tag, ways)
         # The name suggests the reverse, but commonroad-io reads it so: the incoming road on this one's left.
-        on_the_left = ARMS[(ARMS.index(leg.name) + 1) % len(ARMS)]
+        on_the_left = (arm + 1) % len(ARMS)
         if on_the_left in arms:
             child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))
 
@@ -282,9 +289,9 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
 def _lights(ids: Ids) -> dict[int, int]:
     """The light at the end of each incoming lane."""
     return {
-        lane.id: ids.light(intersection.id, leg.name)
+        lane.id: ids.light(intersection.id, arm)
         for intersection in ids.network.intersections
-        for leg in intersection.legs
+        for arm, leg in arms_of(intersection).items()
         for lane in leg.incoming_lanes
     }
 
@@ -301,9 +308,9 @@ class Cycle:
     """Whether no change had to be moved to a whole step."""
 
 
-def cycle(signals: SignalTimes, arm: str, step: float) -> Cycle:
-    """The plan of the light of one arm, each change at the nearest step."""
-    begin = signals.begins(arm)
+def cycle(signals: SignalTimes, phase: int, step: float) -> Cycle:
+    """The plan of the lights of one phase, each change at the nearest step."""
+    begin = signals.begins(phase)
     times = [0.0, signals.green, signals.green + signals.yellow, signals.cycle]
     exact = [time / step for time in times]
     whole = [round(time) for time in exact]
@@ -313,8 +320,8 @@ def cycle(signals: SignalTimes, arm: str, step: float) -> Cycle:
     return Cycle(tuple(colours), round(begin / step) % max(whole[-1], 1), moved < 1e-6)
 
 
-def _add_light(root: Element, ids: Ids, intersection: Intersection, leg: Leg, shown: Cycle) -> None:
-    light = child(root, "trafficLight", id=ids.light(intersection.id, leg.name))
+def _add_light(root: Element, number: int, leg: Leg, shown: Cycle) -> None:
+    light = child(root, "trafficLight", id=number)
     plan = child(light, "cycle")
     for colour, duration in shown.colours:
         element = child(plan, "cycleElement")

@@ -24,7 +24,7 @@ from engine.interchange.commonroad.road import (
 from engine.interchange.commonroad.steps import Course, Timeline, timeline
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
-from engine.interchange.recording import ARMS, RecordedActor, Recording
+from engine.interchange.recording import PHASES, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number, xml_text
 from engine.maps import MapFile, RoadSpec
 from engine.road import Network, build_network
@@ -129,7 +129,7 @@ def _signals(line: Timeline) -> Iterator[str]:
         return
     if signals.controlled:
         yield "behaviours or monitors may change the traffic lights, and the file has their fixed plan"
-    if not all(cycle(signals, arm, line.recording.step).is_exact for arm in ARMS):
+    if not all(cycle(signals, phase, line.recording.step).is_exact for phase in range(PHASES)):
         yield "traffic lights change at whole steps, as near to their plan as these allow"
 
 

@@ -7,7 +7,7 @@ that curves beside its reference line is longer or shorter, primitive by primiti
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.maps import MapSpec
-from engine.road import Lane, Maneuver, Network, Road, build_network
+from engine.road import Intersection, Lane, Maneuver, Network, Road, build_network
 
 
 class RoadPlace(NamedTuple):
@@ -78,6 +78,13 @@ class Carriageway:
     def length(self) -> float:
         return sum(each.length for each in self.road.middle)
 
+    @property
+    def junctions(self) -> tuple[Intersection | None, Intersection | None]:
+        """At its start and at its end; None at the border of the network."""
+        ways = ((self.backward, self.forward), (self.forward, self.backward))
+        start, end = (_leads_to(leaving) or _comes_from(entering) for leaving, entering in ways)
+        return start, end
+
     def place(self, lane: Lane) -> LanePlace:
         """One of its lanes, numbered from the middle outwards."""
         side = 1 if lane.network.left_hand else -1
@@ -92,6 +99,14 @@ class Carriageway:
         ends = [0.0, *accumulate(each.length for each in self.road.middle)]
         starts = lane.network.paths.starts(lane.path)
         return tuple(zip(starts, ends if lane.forward else ends[::-1], strict=True))
+
+
+def _leads_to(lanes: Sequence[Lane]) -> Intersection | None:
+    return lanes[0].intersection if lanes else None
+
+
+def _comes_from(lanes: Sequence[Lane]) -> Intersection | None:
+    return lanes[0].predecessors[0].intersection if lanes and lanes[0].predecessors else None
 
 
 @dataclass(frozen=True)

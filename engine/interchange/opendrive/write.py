@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
-from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
+from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes
 from engine.interchange.xml import Element, child, xml_text
 from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
@@ -59,6 +59,7 @@ def add_mark(lane: Element, kind: str, lane_change: str) -> None:
 def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
     element = child(document, "road", id=road.id, name=road.name, length=road.length, junction="-1", rule=rule(roads))
     _add_junctions(element, roads, road)
+    add_speed_limit(element, road.lanes[0])
     add_plan(element, road.road.middle)
     section = child(child(element, "lanes"), "laneSection", s=0)
     numbered = {roads.places[lane.id].lane: lane for lane in road.lanes}
@@ -96,9 +97,15 @@ def add_buildings(road: Element, places: Sequence[Beside]) -> None:
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
     """The junctions at a road's ends; at the border of the network there is none."""
     link = child(element, "link")
-    for end, lanes in (("predecessor", road.backward), ("successor", road.forward)):
-        if lanes and lanes[0].intersection is not None:
-            child(link, end, elementType="junction", elementId=roads.junction_id(lanes[0].intersection.id))
+    for end, junction in (("predecessor", road.junctions[0]), ("successor", road.junctions[1])):
+        if junction is not None:
+            child(link, end, elementType="junction", elementId=roads.junction_id(junction.id))
+
+
+def add_speed_limit(road: Element, lane: Lane) -> None:
+    """What signs allow on all of its lanes."""
+    if lane.speed_limit is not None:
+        child(child(road, "type", s=0, type="unknown"), "speed", max=lane.speed_limit, unit="m/s")
 
 
 def _add_lane(group: Element, number: int, lane: Lane) -> None:
@@ -129,6 +136,7 @@ def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
     link = child(element, "link")
     _add_end(link, "predecessor", roads, maneuver.start_lane, at_end=True)
     _add_end(link, "successor", roads, maneuver.end_lane, at_end=False)
+    add_speed_limit(element, lane)
     add_plan(element, roads.network.paths.primitives(lane.path))
     _add_lanes(child(element, "lanes"), roads, maneuver)
     return element
@@ -209,7 +217,7 @@ def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:
 
 
 def _group(junction: Intersection, phase: int) -> SignalGroup:
-    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if phase_of(leg.name) == phase]
+    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if leg.phase == phase and leg.incoming_lanes]
     return SignalGroup(
         phase=phase,
         intersection=junction.id,

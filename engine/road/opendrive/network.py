@@ -5,22 +5,19 @@ since a scenario joins paths of its own.
 """
 
 import math
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from pathlib import Path
 
 from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile, digest_of
 from engine.opendrive.read import OdrRoad
-from engine.road.linking import polylines_cross
+from engine.road.linking import link_by_ways, maneuver_type
 from engine.road.network import (
     Intersection,
     Lane,
     LaneGroup,
     LaneRole,
     Leg,
-    Links,
     Maneuver,
     Network,
     Road,
@@ -28,15 +25,10 @@ from engine.road.network import (
 from engine.road.opendrive.linking import THROUGH, Way
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
 from engine.road.paths import PathBook
-from engine.tables import ROAD_REGION, Floats
-from engine.vocabulary import ManeuverType
+from engine.tables import ROAD_REGION
 
 GAP, TURN = 0.5, 0.2
 """Lanes whose ends lie further apart, or differ more in heading, are not driven from one to the other [m, rad]."""
-TURN_THRESHOLD = math.radians(20.0)
-"""A way through a junction that turns by less leads straight on, as in Scenic."""
-ROUTE = 1000.0
-"""A driver without a plan is led so far [m], and to the end of the lane there."""
 
 
 def map_file(path: Path, name: str) -> MapFile:
@@ -77,6 +69,9 @@ class _Builder:
         assert network.regions.add(plan.surface) == ROAD_REGION
         areas = {junction: network.regions.add(plan.areas[junction]) for junction in plan.junctions}
         network.lanes = tuple(self.lane(index, each) for index, each in enumerate(plan.lanes))
+        network.speed_limits = {
+            index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
+        }
         roads = [self.road(road) for road in dict.fromkeys(each.lane.road for each in plan.lanes)]
         network.roads = tuple(road for road in roads if road.lanes[0].role is not LaneRole.CONNECTING)
         network.connecting_roads = tuple(road for road in roads if road.lanes[0].role is LaneRole.CONNECTING)
@@ -85,7 +80,9 @@ class _Builder:
         network.intersections = tuple(
             self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
         )
-        self.link()
+        beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
+        if (apart := link_by_ways(network, plan.links.successors, beside)) > GAP:
+            network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: nobody drives on over them",)
         return network
 
     def lane(self, index: int, each: LanePlan) -> Lane:
@@ -123,20 +120,9 @@ class _Builder:
 
     def maneuver(self, index: int, intersection: int, way: Way) -> Maneuver:
         start, connecting, end = (self.network.lanes[each] for each in way[1:])
-        kind = self.kind(start, connecting, end)
+        kind = maneuver_type(start, connecting, end)
         name = f"{start.name}-{end.name} {kind.name.lower()}"
         return Maneuver(self.network, index, name, kind, start.id, connecting.id, end.id, intersection)
-
-    def kind(self, start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
-        """Back on the same road is a U-turn; else by how much the connecting lane turns."""
-        if start.road == end.road:
-            return ManeuverType.U_TURN
-        paths = self.network.paths
-        first, last = paths.pose(connecting.path, 0.0), paths.pose(connecting.path, connecting.length)
-        turn = math.remainder(last.heading - first.heading, math.tau)
-        if abs(turn) < TURN_THRESHOLD:
-            return ManeuverType.STRAIGHT
-        return ManeuverType.LEFT_TURN if turn > 0.0 else ManeuverType.RIGHT_TURN
 
     def intersection(self, number: int, junction: str, area: int) -> Intersection:
         lanes, ways = self.network.lanes, self.plan.junctions[junction]
@@ -174,85 +160,3 @@ class _Builder:
         at_end = 0.0 if outgoing else lane.length
         heading = paths.pose(lane.path, at_end).heading + (0.0 if outgoing else math.pi)
         return math.remainder(heading, math.tau), road, lane.length, tuple(incoming), tuple(outgoing)
-
-    # -- references
-
-    def link(self) -> None:
-        network, plan = self.network, self.plan
-        count = len(network.lanes)
-        links = Links(
-            maneuvers=[() for _ in range(count)],
-            intersection=[None] * count,
-            successors=[() for _ in range(count)],
-            predecessors=[() for _ in range(count)],
-            default_route=[lane.path for lane in network.lanes],
-            conflicts=self.conflicts(),
-            beside={index: (each.left, each.right) for index, each in enumerate(plan.lanes)},
-        )
-        network.links = links
-        for maneuver in network.maneuvers:
-            links.maneuvers[maneuver.start] += (maneuver.id,)
-            links.intersection[maneuver.start] = links.intersection[maneuver.connecting] = maneuver.intersection_id
-            self.follow(maneuver.start, maneuver.connecting)
-        for before, after in plan.links.successors.items():
-            self.follow(before, after)
-        apart = [0.0]
-        for lane in network.lanes:
-            links.default_route[lane.id] = network.paths.join([network.lanes[i].path for i in self.route(lane, apart)])
-        if max(apart) > GAP:
-            network.remarks += (f"ends of lanes lie up to {max(apart):.2f} m apart: nobody drives on over them",)
-
-    def follow(self, before: int, after: int) -> None:
-        links = self.network.links
-        if after not in links.successors[before]:
-            links.successors[before] += (after,)
-            links.predecessors[after] += (before,)
-
-    def route(self, lane: Lane, apart: list[float]) -> list[int]:
-        """The lanes that a driver without a plan takes: straight on where that can be."""
-        network, route, length = self.network, [lane.id], lane.length
-        while length < ROUTE:
-            here = network.lanes[route[-1]]
-            onward = self.onward(here)
-            if not onward or any(index in route for index in onward):
-                break
-            chain = [here, *(network.lanes[index] for index in onward)]
-            if not all(network.paths.continues(a.path, b.path) for a, b in pairwise(chain)):
-                apart.append(self.gap(chain[0], chain[1]))
-                break
-            route += onward
-            length += sum(network.lanes[index].length for index in onward)
-        return route
-
-    def gap(self, before: Lane, after: Lane) -> float:
-        paths = self.network.paths
-        end, start = paths.pose(before.path, before.length), paths.pose(after.path, 0.0)
-        return math.hypot(end.x - start.x, end.y - start.y)
-
-    def onward(self, lane: Lane) -> list[int]:
-        near = ManeuverType.LEFT_TURN if self.plan.left_hand else ManeuverType.RIGHT_TURN
-        ranking = {ManeuverType.STRAIGHT: 0, near: 1}
-        if lane.maneuvers:
-            chosen = min(lane.maneuvers, key=lambda maneuver: ranking.get(maneuver.type, 2))
-            return [chosen.connecting, chosen.end]
-        following = self.plan.links.successors.get(lane.id)
-        return [] if following is None else [following]
-
-    def conflicts(self) -> list[tuple[int, ...]]:
-        """Per maneuver those of its intersection from other lanes whose centre lines meet its own."""
-        network = self.network
-        lines = {each.connecting: network.paths.points(each.connecting_lane.path, 0.01) for each in network.maneuvers}
-        found: list[list[int]] = [[] for _ in network.maneuvers]
-        by_place: dict[int, list[Maneuver]] = defaultdict(list)
-        for maneuver in network.maneuvers:
-            by_place[maneuver.intersection_id].append(maneuver)
-        for here in by_place.values():
-            for place, one in enumerate(here):
-                for other in here[place + 1 :]:
-                    if one.start != other.start and self.meet(one, other, lines):
-                        found[one.id].append(other.id)
-                        found[other.id].append(one.id)
-        return [tuple(sorted(others)) for others in found]
-
-    def meet(self, one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
-        return one.end == other.end or polylines_cross(lines[one.connecting], lines[other.connecting])

@@ -12,9 +12,10 @@ import numpy as np
 from engine.frozen import frozen
 from engine.interchange.contract import InterchangeError
 from engine.opendrive.read import read_opendrive
+from engine.opendrive.speeds import limit_at
 from engine.road.network import Lines
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
-from engine.road.opendrive.linking import THROUGH, FileLane, Links, Way
+from engine.road.opendrive.linking import THROUGH, FileLane, Links, Part, Way
 from engine.road.opendrive.surfaces import NoSurface, border, ring_of, strip_between, union
 from engine.road.paths import Primitive
 from engine.road.regions import Shape
@@ -37,6 +38,8 @@ class LanePlan:
     name: str
     left: int | None
     right: int | None
+    speed_limit: float | None
+    """Where the lane is longest, in the middle [m/s]."""
 
 
 @frozen
@@ -123,7 +126,14 @@ def _lane_plans(
             name,
             left,
             right,
+            _speed_limit(links, lane, longest),
         )
+
+
+def _speed_limit(links: Links, lane: FileLane, at: Part) -> float | None:
+    sections = links.sections[lane.road]
+    row, end = sections.rows[at.section]
+    return limit_at(0.5 * (row.start + end), row.lanes[at.lane].speeds, sections.road.speeds)
 
 
 def _length(links: Links, lane: FileLane, section: int) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from engine.config import Config
+from engine.search.methods.best_first import BestFirst
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
@@ -102,6 +103,14 @@ SEARCHERS: dict[str, SearcherEntry] = {
             build=_plain(NichingSearch),
             title="niching genetic algorithm",
             style="green",
+        ),
+        SearcherEntry(
+            name="best_first",
+            summary="climbs many slopes while they rise: rare failures",
+            build=_plain(BestFirst),
+            title="best-first search",
+            style="green",
+            alias="bf",
         ),
         SearcherEntry(
             name="trust_regions",

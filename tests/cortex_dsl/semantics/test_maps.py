@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
-from engine.maps import LoneRoad, MapFile, RoadSpec
+from engine.maps import LoneRoad, MapFile, RoadSpec, Roundabout
 
 ROADS = Path(__file__).parents[3] / "examples" / "roads"
 VILLAGE = 'map opendrive("village.xodr")\n'
@@ -44,6 +44,38 @@ def test_lone_roads(text: str, spec: LoneRoad) -> None:
     assert compiled(f"{text}\n{EGO}").program.road_spec == spec
 
 
+def test_roundabouts() -> None:
+    """The arguments are the fields of the specification, in SI."""
+    text = "map roundabout(arms=5, lanes=2, radius=40 m, corner_radius=9 m, approach=1 km, left_hand=True)\n"
+    spec = Roundabout(5, 2, 40.0, 9.0, 1000.0, left_hand=True)
+    assert compiled(text + EGO).program.road_spec == spec
+
+
+@pytest.mark.parametrize("arm", range(1, 4))
+def test_routes_through_a_roundabout(arm: int) -> None:
+    """From the first arm to each other one: in, past the arms between, and out."""
+    text = (
+        "map roundabout()\n"
+        "start = network.roads[0].forwardLanes.lanes[0]\n"
+        f"way = start.routeTo(network.roads[{arm}].backwardLanes.lanes[0])\n"
+        f"require len(way) == {3 + 2 * (4 - arm)} and way[0] is start and len(start.routeTo(start)) == 1\n" + EGO
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+@pytest.mark.parametrize(
+    ("route", "code"),
+    [
+        ("network.lanes[1].routeTo(network.lanes[0])", "SCN504"),
+        ("network.lanes[0].routeTo(3)", "SCN303"),
+        ("network.lanes[0].routeTo()", "SCN308"),
+    ],
+)
+def test_routes_that_there_are_not(route: str, code: str) -> None:
+    """A way that no road has, and an end that is no lane."""
+    assert code in codes(f"map roundabout()\nego = new Car before network.intersections[0] by 5 m along {route}\n")
+
+
 def test_what_a_lone_road_can_be_asked() -> None:
     """One road, its lanes and groups, and neither intersection nor maneuver."""
     text = (
@@ -71,6 +103,11 @@ def test_what_a_lone_road_can_be_asked() -> None:
         ('map opendrive("a.xodr", "b.xodr")', "SCN427"),
         ('map opendrive("nowhere.xodr")', "SCN438"),
         ('map opendrive("overtaking.scn")', "SCN439"),
+        ("map roundabout(arms=2)", "SCN411"),
+        ("map roundabout(radius=9 m, lanes=2)", "SCN411"),
+        ("map roundabout(radius=0/0)", "SCN401"),
+        ("map roundabout(arms=4.5)", "SCN510"),
+        ("map roundabout(ways=4)", "SCN205"),
         (VILLAGE + VILLAGE, "SCN413"),
         ("map road()\nrequire (distance from ego to intersection) < 5", "SCN448"),
     ],
@@ -102,6 +139,28 @@ def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     """Nobody searches on another road than the one that lies there."""
     (tmp_path / "village.xodr").write_text("<OpenDRIVE>")
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
+
+
+def test_what_lies_at_a_point() -> None:
+    """Scenic's `roadAt` and its like, of points and of objects whose lane is known; None where nothing is."""
+    text = (
+        "map intersection()\n"
+        "lane = network.lanes[0]\n"
+        "require network.roadAt((1.75 m, 30 m)) is network.roads[0] and network.roadAt(90 @ 90) is None\n"
+        "require network.intersectionAt((0 m, 0 m)) is intersection and network.intersectionAt((1, 30)) is None\n"
+        "require network.laneGroupAt(-1.75 @ 30).lanes[0] is lane\n"
+        "ego = new Car in lane.centerline\n"
+        "require network.roadAt(ego) is lane.road and len(network.laneGroupAt(ego).lanes) == 1\n"
+        "require network.intersectionAt(ego) is None\n"
+    )
+    assert set(codes(text)) == {ALWAYS_TRUE}
+
+
+@pytest.mark.parametrize("name", ["roadAt", "laneGroupAt", "intersectionAt"])
+def test_what_lies_where_only_the_run_knows(name: str) -> None:
+    """It cannot be listed then, and a lane is no place."""
+    assert "SCN630" in codes(f"ego = new Car at (Range(0, 1) m, 30 m)\nrequire network.{name}(ego) is None\n")
+    assert "SCN303" in codes(f"require network.{name}(network.lanes[0]) is None\n{EGO}")
 
 
 def test_what_a_file_can_be_asked() -> None:

@@ -22,10 +22,11 @@ from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, P
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
-from engine.maps import LoneRoad, RoadSpec
+from engine.maps import LoneRoad, RoadSpec, Roundabout
 from engine.named_results import NAMED_RESULTS
 from engine.road.lone_road import FLATTEST, LONGEST, MOST_BENT, SHORTEST
-from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
+from engine.road.roundabout import ARMS, CORNERS, RADII
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES, SPEED_LIMITS
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
@@ -93,9 +94,12 @@ def allowed(parameter: Parameter) -> str:
 # -- the road, the lights, the run ------------------------------------------------------------------------------------
 
 
+LIMIT = {"speed_limit": limits(*SPEED_LIMITS, "m/s")}
+
+
 def map_arguments() -> Rows:
     words, spec = kept("map"), RoadSpec()
-    whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`"}
+    whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`", **LIMIT}
     for name in MAP_ARGUMENTS["intersection"]:
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in LENGTHS else f"{value}"
@@ -110,12 +114,29 @@ def road_arguments() -> Rows:
         "length": limits(SHORTEST, LONGEST, "m"),
         "curve": f"length, up to {FLATTEST:,.0f} m",
         "bend": f"angle, up to {math.degrees(MOST_BENT):g} deg",
+        **LIMIT,
     }
     for name in MAP_ARGUMENTS["road"]:
         value = getattr(spec, name)
         default = "none" if value is None else f"{value:g} m" if name in ("length", "lane_width") else f"{value}"
         words_for = words.get(f"`{name}`", "")
         yield f"`{name}`", default, ranges.get(name) or range_of(name) or "`True` or `False`", words_for
+
+
+def roundabout_arguments() -> Rows:
+    words, spec = kept("map_roundabout"), Roundabout()
+    ranges = {
+        "arms": f"{ARMS[0]} to {ARMS[-1]}",
+        "lanes": f"1 to {MAX_LANES}",
+        "radius": limits(*RADII, "m"),
+        "corner_radius": limits(*CORNERS, "m"),
+        "left_hand": "`True` or `False`",
+        **LIMIT,
+    }
+    for name in MAP_ARGUMENTS["roundabout"]:
+        value = getattr(spec, name)
+        default = "none" if value is None else f"{value:g} m" if isinstance(value, float) else f"{value}"
+        yield f"`{name}`", default, ranges.get(name) or range_of(name), words.get(f"`{name}`", "")
 
 
 def range_of(name: str) -> str:
@@ -226,6 +247,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "constants": (("constant", "is"), lambda: of_kind(Kind.CONSTANT)),
     "distributions": (("distribution", "draws"), lambda: of_kind(Kind.DISTRIBUTION)),
     "map": (("argument", "default", "may be", "meaning"), map_arguments),
+    "map_roundabout": (("argument", "default", "may be", "meaning"), roundabout_arguments),
     "map_road": (("argument", "default", "may be", "meaning"), road_arguments),
     "attributes": (("attribute", "of", "is"), road_attributes),
     "environment": (("argument", "may be", "meaning"), environment),

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 
 from engine.interchange.contract import InterchangeError
 from engine.interchange.opendrive import write_opendrive
-from engine.maps import LoneRoad, MapSpec, map_content, map_from
+from engine.maps import LoneRoad, MapSpec, Roundabout, map_content, map_from
 from engine.opendrive.curves import Pose, clothoid
 from engine.road import Lane, LaneRole, Network, build_network
 from engine.road.opendrive.fitting import TOLERANCE, biarc
 from engine.road.opendrive.network import map_file
-from engine.road.outline import outline
+from engine.road.outline import near, outline
 from engine.road.paths import PathBook
 from engine.road.sections import faster, group_of, road_of, to_left, to_right
 from engine.vocabulary import ManeuverType
@@ -49,8 +49,15 @@ def nearest(network: Network, x: float, y: float, heading: float) -> Lane:
     return min(network.lanes, key=off)
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(spec=specs() | st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0])))
+limits = {"speed_limit": st.sampled_from([None, 50.0 / 3.6])}
+lone = st.builds(LoneRoad, st.integers(1, 3), st.just(150.0), st.sampled_from([None, 90.0, -300.0]), **limits)
+round_ones = st.builds(
+    Roundabout, st.integers(3, 5), st.integers(1, 2), st.just(30.0), left_hand=st.booleans(), **limits
+)
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(spec=specs() | lone | round_ones)
 def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
     """The same lanes where they lay, with the same neighbours, ways on and conflicts."""
     ours, theirs = build_network(spec), reread(spec, tmp_path)
@@ -64,6 +71,7 @@ def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
             mine, other = (n.paths.pose(x.path, share * x.length) for n, x in ((ours, lane), (theirs, found)))
             assert (mine.x, mine.y) == pytest.approx((other.x, other.y), abs=1e-5)
         assert found.width == pytest.approx(lane.width)
+        assert found.speed_limit == lane.speed_limit
         assert theirs.regions.area(found.region) == pytest.approx(ours.regions.area(lane.region), rel=2e-2)
     assert len({lane.id for lane in same.values()}) == len(ours.lanes)
     for lane in ours.lanes:
@@ -152,6 +160,21 @@ def test_surfaces_hold_the_lanes(village: Network) -> None:
     assert len(drawn.widths) == len(village.lanes)
 
 
+@pytest.mark.parametrize("reach", [5.0, 30.0, 1000.0])
+def test_what_is_near_is_drawn_whole(village: Network, reach: float) -> None:
+    """Every point of a line that lies there is still drawn, and no line that does not come there."""
+    drawn, middle = outline(village), np.array([village.intersections[0].center])
+    part = near(drawn, middle, reach)
+    for name in ("kerbs", "middle_lines", "lane_lines", "stop_lines", "center_lines"):
+        whole, kept = (np.vstack([*getattr(each, name), np.zeros((0, 2))]) for each in (drawn, part))
+        inside = whole[np.all(np.abs(whole - middle) <= reach, axis=1)]
+        assert {tuple(point) for point in inside.tolist()} <= {tuple(point) for point in kept.tolist()}
+        assert len(kept) <= len(whole) + len(getattr(part, name))
+    assert len(part.center_lines) == len(part.widths)
+    assert (len(part.center_lines) == len(drawn.center_lines)) is (reach > 500.0)
+    assert all(np.abs(line - middle).min(axis=0).max() < 200.0 for line in part.kerbs)
+
+
 def test_another_file_is_another_road(tmp_path: Path) -> None:
     """A specification keeps the digest of the file; it survives JSON."""
     path = tmp_path / "here.xodr"
@@ -216,6 +239,28 @@ def test_a_lane_of_no_width(tmp_path: Path) -> None:
     path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace('a="3"', 'a="0"') + "</OpenDRIVE>")
     with pytest.raises(InterchangeError, match="has a width"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("road", "lane", "limit"),
+    [
+        ("", "", None),
+        ('<type s="0" type="town"><speed max="55" unit="mph"/></type>', "", 55 * 0.44704),
+        ('<type s="0" type="town"><speed max="50" unit="km/h"/></type>', "", 50 / 3.6),
+        ('<type s="0" type="town"><speed max="13"/></type><type s="8" type="rural"/>', "", 13.0),
+        ('<type s="0" type="town"><speed max="13"/></type>', '<speed sOffset="0" max="9"/>', 9.0),
+        ('<type s="0" type="town"><speed max="no limit"/></type>', "", None),
+        ('<type s="0" type="town"><speed max="-3"/></type>', '<speed sOffset="0" max="nan"/>', None),
+        ('<type s="0" type="town"><speed max="3" unit="knots"/></type>', "", None),
+        ('<type s="0" type="town"/>', '<speed sOffset="6" max="9"/>', None),
+    ],
+)
+def test_speed_limits(road: str, lane: str, limit: float | None, tmp_path: Path) -> None:
+    """A lane's own comes before its road's; in the middle of the lane; what is no speed says nothing."""
+    path = tmp_path / "limits.xodr"
+    text = DRIVEN.format(link=road).replace("</lane>", f"{lane}</lane>")
+    path.write_text(f"<OpenDRIVE>{text}</OpenDRIVE>")
+    assert read(path).lanes[0].speed_limit == (None if limit is None else pytest.approx(limit))
 
 
 poses = st.builds(Pose, st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-1.2, 1.2))

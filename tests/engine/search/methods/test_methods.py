@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from engine.extras import MissingExtraError
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
 from engine.search.campaign import Campaign
+from engine.search.methods.best_first import BestFirst, rarity
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.ga import GeneticAlgorithm
@@ -41,13 +43,23 @@ METHODS: dict[str, Build] = {
     "annealing": lambda box, population, streams: Annealing(box, population, CONFIG.generations, streams),
     "differential_evolution": DifferentialEvolution,
     "niching": NichingSearch,
+    "best_first": BestFirst,
     "trust_regions": TrustRegions,
     "cmaes": CovarianceAdaptation,
     "nsga2": NonDominatedSorting,
     "map_elites": partial(Illumination, method="map_elites"),
     "cma_me": partial(Illumination, method="cma_me"),
 }
-LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching", "trust_regions", "cmaes")
+LEARNING = (
+    "ga",
+    "cross_entropy",
+    "annealing",
+    "differential_evolution",
+    "niching",
+    "best_first",
+    "trust_regions",
+    "cmaes",
+)
 
 
 def search(
@@ -248,6 +260,39 @@ def test_objectives_keep_what_is_invalid_out() -> None:
     table = objectives([near, invalid])
     np.testing.assert_array_equal(table[0], [0.5, -12.0])
     assert (table[1] > 1e6).all()
+
+
+# -- best-first search -------------------------------------------------------------------------------------------------
+
+
+@given(st.lists(st.sampled_from([-3.0, -1.5, 0.0, 0.25, 7.0]), min_size=1, max_size=30))
+def test_what_is_rarer_promises_more(values: list[float]) -> None:
+    """The promise is the logarithm of how rare a value is: larger values have more of it, equal ones the same."""
+    promise = rarity(np.array(values))
+    for one, other in product(range(len(values)), repeat=2):
+        assert (promise[one] > promise[other]) == (values[one] > values[other])
+    better = [sum(v > w for v in values) + 0.5 * values.count(w) for w in values]
+    np.testing.assert_allclose(promise, -np.log(np.array(better) / len(values)))
+
+
+def test_best_first_search_leaves_a_slope_that_ends(
+    spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]
+) -> None:
+    """A broad slope ends below a failure, a narrow one leads to it: its top is reached, as random draws never do."""
+    space, wrong, right = spaces([0.0] * 5, [1.0] * 5), np.full(5, 0.7), np.array([0.3, 0.2, 0.45, 0.6, 0.2])
+
+    def two_slopes(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        broad = 10.0 + 8.0 * np.linalg.norm(genomes - wrong, axis=1)
+        return rows(
+            np.zeros(len(keys), dtype=np.int32), np.minimum(broad, 40.0 * np.linalg.norm(genomes - right, axis=1))
+        )
+
+    config = SearchConfig(generations=20, population=100, probes=0)
+    away = {
+        method: np.linalg.norm(search(method, space, two_slopes, config).evaluations.genomes - right, axis=1).min()
+        for method in ("best_first", "random")
+    }
+    assert away["best_first"] < 0.02 < 0.08 < away["random"]
 
 
 # -- trust regions -----------------------------------------------------------------------------------------------------

@@ -1,0 +1,1 @@
+"""Are the roads of OpenDRIVE files what Scenic makes of them?"""

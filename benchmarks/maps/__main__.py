@@ -1,0 +1,185 @@
+"""Are the roads of OpenDRIVE files what Scenic makes of them? And how long does it take to read and build them?
+
+    python -m benchmarks.maps FOLDER [--points 10000] [--python PYTHON] [--json]
+
+Each `.xodr` file of the folder is read and built. Then Scenic's own network of it is asked for counts, types of
+maneuvers and centre lines, and at random points for the lane and for the direction of traffic. Our strip of the same
+lane has to hold the point, and outside intersections the directions have to agree. PYTHON is one that has Scenic;
+without it the one of `make validate` is set up. A file that either does not read is named, and why.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.validation import environments
+from engine.errors import CortexError
+from engine.road import Lane, Network, build_network
+from engine.road.opendrive.network import map_file
+from engine.tables import ROAD_REGION, Floats
+
+ASK = Path(__file__).with_name("ask_scenic.py")
+LONGEST = 600.0
+"""That Scenic may take for a file [s]."""
+EDGE = 0.25
+"""From a lane's border, places nearer to it are not compared: both draw borders by chords [m]."""
+TURNED = math.radians(2.0)
+"""Scenic's directions are those of chords [rad]."""
+SEED = 1
+
+
+@dataclass
+class Report:
+    """What was found of one file."""
+
+    file: str
+    seconds: float = math.nan
+    """Of reading and building."""
+    ours: tuple[int, int, int] = (0, 0, 0)
+    """Lanes, intersections, maneuvers."""
+    scenics: tuple[int, int, int] | None = None
+    other_types: int = 0
+    """By how many maneuvers the counts of types differ."""
+    line: float = math.nan
+    """How far Scenic's centre lines leave ours at most [m]."""
+    points: int = 0
+    """Compared."""
+    other_lane: int = 0
+    other_ways: int = 0
+    """Points outside intersections at which directions of traffic differ by more than `TURNED`."""
+    refused: str = ""
+    scenic_refused: str = ""
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Compare every file of a folder; 1 where something differs."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.maps", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--points", type=int, default=10_000)
+    parser.add_argument("--python", help="an interpreter that has Scenic")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(words)
+    if options.python is None:
+        environments.set_up(["scenic"], sys.executable, print)
+        options.python = str(environments.python_of("scenic"))
+    reports = []
+    for path in sorted(options.folder.glob("*.xodr")):
+        reports.append(compared(path, options.points, options.python))
+        if not options.json:
+            print(sentence(reports[-1]), flush=True)
+    if options.json:
+        print(json.dumps([asdict(each) for each in reports], indent=1))
+    return int(any(map(differs, reports)))
+
+
+def differs(report: Report) -> bool:
+    if report.refused:
+        return not report.scenic_refused
+    return report.scenics is not None and (report.scenics != report.ours or report.other_types > 0)
+
+
+def sentence(report: Report) -> str:
+    if report.refused:
+        return f"{report.file:24} refused: {report.refused}"
+    counts = " / ".join(map(str, report.ours))
+    text = f"{report.file:24} {counts:18} built in {report.seconds:.2f} s"
+    if report.scenics is None:
+        return f"{text}; Scenic does not read it: {report.scenic_refused}"
+    same = "as Scenic" if report.scenics == report.ours else f"Scenic {' / '.join(map(str, report.scenics))}"
+    kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
+    return (
+        f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm; another lane at "
+        f"{report.other_lane} of {report.points:,} points, another direction at {report.other_ways}"
+    )
+
+
+def compared(path: Path, points: int, python: str) -> Report:
+    report = Report(path.name)
+    begun = time.perf_counter()
+    try:
+        network = build_network(map_file(path, path.name))
+    except CortexError as error:
+        report.refused = error.message
+    else:
+        report.seconds = time.perf_counter() - begun
+        report.ours = len(network.lanes), len(network.intersections), len(network.maneuvers)
+    places = np.zeros((0, 2)) if report.refused else scattered(network, points)
+    asked = subprocess.run(
+        [python, str(ASK), str(path)],
+        input=json.dumps(places.tolist()), capture_output=True, text=True, timeout=LONGEST, check=False,
+    )  # fmt: skip
+    if asked.returncode:
+        report.scenic_refused = (asked.stderr.strip().splitlines() or ["no reason"])[-1][:120]
+    elif not report.refused:
+        _compare(report, network, places, json.loads(asked.stdout.strip().splitlines()[-1]))
+    return report
+
+
+def scattered(network: Network, count: int) -> Floats:
+    """(count, 2) places spread evenly over the road."""
+    rng, triangles = np.random.default_rng(SEED), network.regions.shape(ROAD_REGION).triangles
+    a, b, c = triangles[:, :2], triangles[:, 2:4], triangles[:, 4:]
+    areas = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    chosen = rng.choice(len(triangles), size=count, p=areas / areas.sum())
+    u, v = rng.random((2, count, 1))
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    return a[chosen] + u * (b - a)[chosen] + v * (c - a)[chosen]
+
+
+def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> None:
+    report.scenics = theirs["lanes"], theirs["intersections"], theirs["maneuvers"]
+    kinds = Counter(each.type.name for each in network.maneuvers)
+    report.other_types = sum((kinds - Counter(theirs["types"])).values())
+    same = {index: _same_lane(network, np.array(line)) for index, line in enumerate(theirs["lines"])}
+    paths = network.paths
+    report.line = max(
+        float(paths.feet(same[index].path, *np.array(line).T).distance.max())
+        for index, line in enumerate(theirs["lines"])
+    )
+    for (x, y), at, inside, heading in zip(places, theirs["at"], theirs["inside"], theirs["heading"], strict=True):
+        if at < 0:
+            continue
+        lane, there = same[at], list(_lanes_there(network, x, y))
+        deep = paths.distance(lane.path, x, y) < 0.5 * lane.width - EDGE
+        if not deep:
+            continue
+        report.points += 1
+        report.other_lane += lane not in there
+        if not inside:
+            pose = paths.pose(lane.path, paths.project(lane.path, x, y))
+            report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > TURNED
+
+
+def _same_lane(network: Network, line: Floats) -> Lane:
+    """Ours that runs along a centre line of Scenic's."""
+
+    def off(lane: Lane) -> float:
+        first, last = (network.paths.pose(lane.path, s) for s in (0.0, lane.length))
+        return math.hypot(first.x - line[0, 0], first.y - line[0, 1]) + math.hypot(
+            last.x - line[-1, 0], last.y - line[-1, 1]
+        )
+
+    return min(network.lanes, key=off)
+
+
+def _lanes_there(network: Network, x: float, y: float) -> Iterator[Lane]:
+    """The lanes whose strips hold a point."""
+    for lane in network.lanes:
+        edges = network.regions.shape(lane.region).edges[:, :2]
+        (west, south), (east, north) = edges.min(axis=0), edges.max(axis=0)
+        if west <= x <= east and south <= y <= north and network.regions.contains(lane.region, x, y):
+            yield lane
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""Scenic's network of a file, as JSON, for `benchmarks.maps`: run by a Python that has Scenic, and nothing of ours.
+
+python ask_scenic.py FILE.xodr < POINTS.json
+"""
+
+import json
+import math
+import sys
+from collections import Counter
+
+from scenic.core.vectors import Vector
+from scenic.domains.driving.roads import Network
+
+
+def found(path: str, points: list[list[float]]) -> dict:
+    """Counts, centre lines, and at each point the lane, whether it is in an intersection, and the way of traffic."""
+    network = Network.fromFile(path, useCache=False, writeCache=False)
+    number = {id(lane): index for index, lane in enumerate(network.lanes)}
+    places = [Vector(x, y, 0.0) for x, y in points]
+    lanes = [network.laneAt(place) for place in places]
+    kinds = Counter(maneuver.type.name for each in network.intersections for maneuver in each.maneuvers)
+    return {
+        "lanes": len(network.lanes),
+        "intersections": len(network.intersections),
+        "maneuvers": sum(kinds.values()),
+        "types": dict(kinds),
+        "lines": [[list(point[:2]) for point in lane.centerline.points] for lane in network.lanes],
+        "at": [-1 if lane is None else number[id(lane)] for lane in lanes],
+        "inside": [network.intersectionAt(place) is not None for place in places],
+        "heading": [
+            None if lane is None else lane.orientation.value(place) + 0.5 * math.pi
+            for lane, place in zip(lanes, places, strict=True)
+        ],
+    }
+
+
+if __name__ == "__main__":
+    answer = found(sys.argv[1], json.load(sys.stdin))
+    sys.stdout.write("\n" + json.dumps(answer) + "\n")

@@ -1,0 +1,53 @@
+"""Speed limits of roads and lanes. Source: ASAM OpenDRIVE 1.7.0, sections 10.4 (road type) and 11.8.6 (lane speed)."""
+
+import bisect
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from engine.interchange.xml import Node
+
+UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704}
+"""[m/s]"""
+
+
+class SpeedFrom(NamedTuple):
+    """What is allowed from a place on, up to the next one."""
+
+    start: float
+    """[m]"""
+    limit: float | None
+    """[m/s]; None: nothing is said, or there is none."""
+
+
+def road_speeds(road: Node) -> tuple[SpeedFrom, ...]:
+    """Of the types of a road, a speed for each."""
+    found = (SpeedFrom(each.number("s", 0.0, low=0.0), _limit(each.find("speed"))) for each in road.every("type"))
+    return tuple(sorted(found, key=lambda each: each.start))
+
+
+def lane_speeds(lane: Node, start: float) -> tuple[SpeedFrom, ...]:
+    """Of a lane of a section that starts there."""
+    found = (SpeedFrom(start + each.number("sOffset", 0.0, low=0.0), _limit(each)) for each in lane.every("speed"))
+    return tuple(sorted(found, key=lambda each: each.start))
+
+
+def _limit(node: Node | None) -> float | None:
+    """`max`: a number, `no limit` or `undefined`. One that is none of these says nothing."""
+    try:
+        value = math.nan if node is None else float(node.text("max", "nan"))
+    except ValueError:
+        return None
+    limit = value * (UNITS.get(node.text("unit", "m/s"), math.nan) if node else math.nan)
+    return limit if 0.0 < limit < math.inf else None
+
+
+def limit_at(s: float, *rows: Sequence[SpeedFrom]) -> float | None:
+    """The limit at a place: of the first of these that says one there."""
+    return next((limit for limit in _limits(s, rows) if limit is not None), None)
+
+
+def _limits(s: float, rows: Sequence[Sequence[SpeedFrom]]) -> Iterator[float | None]:
+    for each in rows:
+        begun = bisect.bisect_right(each, s, key=lambda row: row.start)
+        yield each[begun - 1].limit if begun else None

@@ -1,0 +1,338 @@
+"""The maker of roundabouts: a ring, and arms that lead into it at equal angles, the first one in the north.
+
+Where an arm meets the ring is an intersection of its own, from the line at which those who come in give way to where
+the kerbs of the arm touch the ring; files have it so, too. Lanes come in by one arc that touches the ring's, and leave
+by another one. All arcs of a corner have one centre, and those of the ring the origin, so that lanes stay side by side.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from engine.frozen import frozen
+from engine.maps import Roundabout
+from engine.road.junction import CHORD_TOLERANCE
+from engine.road.linking import link_by_ways, maneuver_type
+from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Maneuver, Network, Road
+from engine.road.paths import PathBook, Primitive
+from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, strip, triangulate
+from engine.road.specification import LENGTHS, MAX_LANES, SHORTEST_ROAD, RoadError, wrong_choice, wrong_length
+from engine.tables import ROAD_REGION, Floats
+
+ARMS = range(3, 9)
+RADII = (8.0, 500.0)
+"""Of the outer edge of the ring [m]."""
+CORNERS = (3.0, 100.0)
+"""Radii of the kerbs between arms and ring [m]."""
+ISLAND = 3.0
+"""Least radius of the island [m]."""
+SAME = 9
+"""Digits after the point to which corners that several parts share are the same [m]."""
+
+
+# -- what cannot be built ----------------------------------------------------------------------------------------------
+
+
+def wrong_roundabout_numbers(spec: Roundabout) -> Iterator[RoadError]:
+    """Every number that no roundabout has, whatever the others are."""
+    yield from wrong_choice("arms", spec.arms, ARMS)
+    yield from wrong_choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
+    yield from wrong_length("radius", spec.radius, *RADII)
+    yield from wrong_length("corner_radius", spec.corner_radius, *CORNERS)
+    for argument in ("approach", "lane_width"):
+        yield from wrong_length(argument, getattr(spec, argument), *LENGTHS[argument])
+
+
+def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
+    """What numbers that are fine alone do not allow together."""
+    if not _fits(spec, spec.radius):
+        least = next((radius for radius in range(8, int(RADII[1]) + 1) if _fits(spec, radius)), None)
+        width = spec.lanes * spec.lane_width
+        yield RoadError(
+            f"`radius` is {spec.radius:g} m, too small for a ring of {width:g} m with an island, and {spec.arms} arms "
+            f"of {2.0 * width:g} m whose corners are arcs of {spec.corner_radius:g} m",
+            "radius",
+            "write fewer lanes or arms, or a smaller `corner_radius`"
+            if least is None
+            else f"write `radius={least} m` or more, or a smaller `corner_radius`",
+        )
+
+
+def _fits(spec: Roundabout, radius: float) -> bool:
+    """Whether there is an island, and road between neighbouring arms."""
+    half = spec.lanes * spec.lane_width
+    if radius - half < ISLAND or 2.0 * spec.corner_radius * (radius - half) < half * half:
+        return False  # else the line of an arm would lie in the ring
+    between = math.tau / spec.arms - 2.0 * math.asin((half + spec.corner_radius) / (radius + spec.corner_radius))
+    return between * (radius - half) >= SHORTEST_ROAD
+
+
+# -- where things lie --------------------------------------------------------------------------------------------------
+
+
+@frozen
+class Plan:
+    """Measures, and the lines of lanes and kerbs. An arm lies along +x here, and is turned to where it belongs."""
+
+    spec: Roundabout
+
+    @property
+    def half_width(self) -> float:
+        """Of an arm, and the whole width of the ring [m]."""
+        return self.spec.lanes * self.spec.lane_width
+
+    @cached_property
+    def line(self) -> float:
+        """From the centre to the line of an arm at which traffic gives way [m]."""
+        spec = self.spec
+        return math.sqrt((spec.radius + spec.corner_radius) ** 2 - (self.half_width + spec.corner_radius) ** 2)
+
+    @cached_property
+    def reach(self) -> float:
+        """How far round the ring, to either side, the intersection of an arm goes [rad]."""
+        return math.atan2(self.half_width + self.spec.corner_radius, self.line)
+
+    @property
+    def side(self) -> float:
+        """1 where traffic runs anticlockwise round the ring, which it does where it keeps right, else -1."""
+        return -1.0 if self.spec.left_hand else 1.0
+
+    def angle(self, arm: int) -> float:
+        """Direction from the centre in which an arm lies: clockwise from the north [rad]."""
+        return _within(0.5 * math.pi - arm * math.tau / self.spec.arms)
+
+    def after(self, arm: int) -> int:
+        """The arm that traffic in the ring comes to next."""
+        return (arm - int(self.side)) % self.spec.arms
+
+    def out(self, number: int) -> float:
+        """From the kerb to the middle of a lane [m]."""
+        return (number - 0.5) * self.spec.lane_width
+
+    # lines; `depth` is how far they lie from the kerb [m]
+
+    def arm_line(self, arm: int, depth: float, *, inward: bool) -> Primitive:
+        """Along an arm, to the centre or away from it."""
+        beside, length = self.side * (self.half_width - depth), self.spec.approach
+        if inward:
+            return self._turned(Primitive(self.line + length, beside, math.pi, 0.0, length), arm)
+        return self._turned(Primitive(self.line, -beside, 0.0, 0.0, length), arm)
+
+    def entry(self, arm: int, depth: float) -> Primitive:
+        """From an arm into the ring."""
+        return self._corner(arm, self.line, self.side * (self.half_width - depth), math.pi, depth)
+
+    def exit(self, arm: int, depth: float) -> Primitive:
+        """From the ring into an arm."""
+        x, y, heading = self._round(-self.reach, depth)
+        return self._corner(arm, x, y, heading, depth)
+
+    def passing(self, arm: int, depth: float) -> Primitive:
+        """Along the ring past an arm."""
+        return self._turned(self._arc(-self.reach, 2.0 * self.reach, depth), arm)
+
+    def between(self, arm: int, depth: float) -> Primitive:
+        """Along the ring from an arm to the next one."""
+        return self._turned(self._arc(self.reach, math.tau / self.spec.arms - 2.0 * self.reach, depth), arm)
+
+    def _corner(self, arm: int, x: float, y: float, heading: float, depth: float) -> Primitive:
+        radius = self.spec.corner_radius + depth
+        arc = Primitive(x, y, heading, -self.side / radius, radius * (0.5 * math.pi - self.reach))
+        return self._turned(arc, arm)
+
+    def _arc(self, start: float, angle: float, depth: float) -> Primitive:
+        radius = self.spec.radius - depth
+        return Primitive(*self._round(start, depth), self.side / radius, radius * angle)
+
+    def _round(self, angle: float, depth: float) -> tuple[float, float, float]:
+        """Pose in the ring, so far beyond the arm."""
+        radius, at = self.spec.radius - depth, self.side * angle
+        return radius * math.cos(at), radius * math.sin(at), at + self.side * 0.5 * math.pi
+
+    def _turned(self, line: Primitive, arm: int) -> Primitive:
+        angle = self.angle(arm)
+        cos, sin = math.cos(angle), math.sin(angle)
+        x, y = line.x * cos - line.y * sin, line.x * sin + line.y * cos
+        return line._replace(x=x, y=y, heading=_within(line.heading + angle))
+
+    # surfaces
+
+    def mouth(self, arm: int) -> Floats:
+        """(n, 2) outline of the intersection of an arm."""
+        entry, leave = _points(self.entry(arm, 0.0)), _points(self.exit(arm, 0.0))
+        inner = _points(self.passing(arm, self.half_width))
+        return np.vstack([entry, inner[::-1], leave])
+
+    def kerbs(self, arm: int) -> tuple[Floats, ...]:
+        """Of an intersection: both corners, and the island's."""
+        lines = self.entry(arm, 0.0), self.exit(arm, 0.0), self.passing(arm, self.half_width)
+        return tuple(map(_points, lines))
+
+    def surface(self) -> Shape:
+        """Everything between the kerbs. Where parts touch there is no boundary."""
+        edges: list[Floats] = []
+        tiles: list[Floats] = []
+        middle = 0.5 * self.half_width
+        for arm in range(self.spec.arms):
+            paths = PathBook()
+            ring = strip(paths, paths.add([self.between(arm, middle)]), self.half_width, CHORD_TOLERANCE)
+            tiles += [triangulate(anticlockwise(self.mouth(arm))), ring.triangles, self._arm_tiles(arm)]
+            across = len(ring.edges) // 2  # the ring's outline runs along one border and back along the other
+            edges += [np.delete(ring.edges, [across - 1, len(ring.edges) - 1], axis=0), self._arm_edges(arm)]
+            edges += [np.hstack([line[:-1], line[1:]]) for line in self.kerbs(arm)]
+        return shape_of_parts(np.round(np.vstack(edges), SAME), np.vstack(tiles))
+
+    def _arm_corners(self, arm: int) -> Floats:
+        """(4, 2): the end of the kerb at the line, out along it, across the end, and back."""
+        lines = self.arm_line(arm, 0.0, inward=True), self.arm_line(arm, 0.0, inward=False)
+        (far, near), (start, end) = (_points(line) for line in lines)
+        return np.array([near, far, end, start])
+
+    def _arm_edges(self, arm: int) -> Floats:
+        return ring_edges(self._arm_corners(arm))[:3]
+
+    def _arm_tiles(self, arm: int) -> Floats:
+        corners = self._arm_corners(arm)
+        return np.array([corners[[0, 1, 2]].ravel(), corners[[0, 2, 3]].ravel()])
+
+
+def _points(line: Primitive) -> Floats:
+    paths = PathBook()
+    return paths.points(paths.add([line]), CHORD_TOLERANCE)
+
+
+# -- the network -------------------------------------------------------------------------------------------------------
+
+
+def roundabout(spec: Roundabout) -> Network:
+    """The network of a specification that is right."""
+    return _Builder(spec).build()
+
+
+class _Builder:
+    """The network while it grows; each step adds one kind of element."""
+
+    def __init__(self, spec: Roundabout) -> None:
+        self.plan = Plan(spec)
+        self.network = Network(spec, spec.left_hand)
+        self.width = spec.lane_width
+        self.arms, self.numbers = range(int(spec.arms)), range(1, int(spec.lanes) + 1)
+        self.lanes: list[Lane] = []
+
+    def build(self) -> Network:
+        network, plan = self.network, self.plan
+        assert network.regions.add(plan.surface()) == ROAD_REGION
+        areas = [network.regions.add(shape_of(plan.mouth(arm))) for arm in self.arms]
+        inward, outward = zip(*(self.arm(arm) for arm in self.arms), strict=True)
+        ring = [self.ring(arm) for arm in self.arms]
+        network.roads = (
+            *(self.road(f"arm{arm + 1}", inward[arm], outward[arm], self.middle(arm)) for arm in self.arms),
+            *(self.road(f"ring{arm + 1}", ring[arm], (), plan.between(arm, plan.half_width)) for arm in self.arms),
+        )
+        before = {plan.after(arm): ring[arm] for arm in self.arms}
+        ways = [
+            (arm, start, self.connecting(arm, name, line, number), end)
+            for arm in self.arms
+            for starts, name, lines, ends in (
+                (inward[arm], "entry", plan.entry, ring[arm]),
+                (before[arm], "ring", plan.passing, ring[arm]),
+                (before[arm], "exit", plan.exit, outward[arm]),
+            )
+            for number, start, end in zip(self.numbers, starts, ends, strict=True)
+            for line in [lines(arm, plan.out(number))]
+        ]
+        network.lanes = tuple(self.lanes)
+        ways.sort(key=lambda way: (way[0], way[1].role is not LaneRole.INCOMING, way[1].number))
+        network.maneuvers = tuple(self.maneuver(index, *way) for index, way in enumerate(ways))
+        network.intersections = tuple(
+            self.intersection(arm, areas[arm], inward[arm], outward[arm], before[arm], ring[arm]) for arm in self.arms
+        )
+        network.kerbs = tuple(kerb for arm in self.arms for kerb in plan.kerbs(arm))
+        link_by_ways(network, {each.connecting: each.end for each in network.maneuvers})
+        network.links.gives_way = [self.gives_way(maneuver) for maneuver in network.maneuvers]
+        return network
+
+    def arm(self, arm: int) -> tuple[tuple[Lane, ...], tuple[Lane, ...]]:
+        """Its lanes to the ring, and away from it."""
+        inward, outward = (
+            tuple(
+                self.lane(
+                    f"arm{arm + 1}.{'in' if way else 'out'}.{number}",
+                    LaneRole.INCOMING if way else LaneRole.OUTGOING,
+                    self.plan.arm_line(arm, self.plan.out(number), inward=way),
+                    f"arm{arm + 1}",
+                    number,
+                    forward=way,
+                )
+                for number in self.numbers
+            )
+            for way in (True, False)
+        )
+        return inward, outward
+
+    def ring(self, arm: int) -> tuple[Lane, ...]:
+        """Lanes of the ring from an arm to the next one."""
+        road, line = f"ring{arm + 1}", self.plan.between
+        return tuple(
+            self.lane(f"{road}.{number}", LaneRole.LINK, line(arm, self.plan.out(number)), road, number)
+            for number in self.numbers
+        )
+
+    def connecting(self, arm: int, name: str, line: Primitive, number: int) -> Lane:
+        place = self.name(arm)
+        return self.lane(f"{place}.{name}.{number}", LaneRole.CONNECTING, line, place, number)
+
+    def name(self, arm: int) -> str:
+        return f"junction{arm + 1}"
+
+    def middle(self, arm: int) -> Primitive:
+        return self.plan.arm_line(arm, self.plan.half_width, inward=True)
+
+    def lane(self, name: str, role: LaneRole, line: Primitive, road: str, number: int, *, forward: bool = True) -> Lane:
+        network = self.network
+        path = network.paths.add([line])
+        region = network.regions.add(strip(network.paths, path, self.width, CHORD_TOLERANCE))
+        lane = Lane(network, len(self.lanes), name, role, self.width, path, region, road, number, forward)
+        self.lanes.append(lane)
+        return lane
+
+    def road(self, name: str, forward: Sequence[Lane], backward: Sequence[Lane], middle: Primitive) -> Road:
+        ways = ((True, forward), (False, backward))
+        there, back = (LaneGroup(self.network, name, way, tuple(lanes)) for way, lanes in ways)
+        return Road(self.network, name, there, back, (middle,))
+
+    def maneuver(self, index: int, arm: int, start: Lane, connecting: Lane, end: Lane) -> Maneuver:
+        kind = maneuver_type(start, connecting, end)
+        name = f"{start.name}-{end.name} {kind.name.lower()}"
+        return Maneuver(self.network, index, name, kind, start.id, connecting.id, end.id, arm)
+
+    def intersection(self, arm: int, area: int, *lanes: tuple[Lane, ...]) -> Intersection:
+        """Its lanes: in from the arm, out by it, in from the ring, out by that."""
+        plan, (inward, outward, before, after) = self.plan, lanes
+        away, round_it = plan.angle(arm), plan.side * (plan.reach + 0.5 * math.pi)
+        coming = next(other for other in self.arms if plan.after(other) == arm)
+        legs = [
+            Leg(inward[0].road, away, inward[0].length, inward, outward, None, 1),
+            Leg(after[0].road, _within(away + round_it), after[0].length, (), after, plan.after(arm), 0),
+            Leg(before[0].road, _within(away - round_it), before[0].length, before, (), coming, 0),
+        ]
+        legs.sort(key=lambda leg: -math.remainder(leg.heading - 0.5 * math.pi - 1e-9, math.tau))
+        middle = 0.5 * (plan.line + plan.spec.radius - plan.half_width)
+        center = middle * math.cos(away), middle * math.sin(away)
+        return Intersection(self.network, arm, self.name(arm), 0, arm, center, area, tuple(legs))
+
+    def gives_way(self, maneuver: Maneuver) -> tuple[int, ...]:
+        """Whoever comes in waits for the ring; in it, who leaves an inner lane waits for those who go on outside."""
+        conflicts = maneuver.conflicting_maneuvers
+        if maneuver.start_lane.role is LaneRole.INCOMING:
+            return tuple(other.id for other in conflicts if other.start_lane.role is LaneRole.LINK)
+        if maneuver.end_lane.role is LaneRole.LINK:
+            return ()
+        on = (other for other in conflicts if other.start_lane.role is other.end_lane.role is LaneRole.LINK)
+        return tuple(other.id for other in on)
+
+
+def _within(angle: float) -> float:
+    return math.remainder(angle, math.tau)

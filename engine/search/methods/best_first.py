@@ -1,0 +1,137 @@
+"""Best-first search with counts: step from the best runs, the less the more was tried around them and of their kind.
+
+    archive = everything that was run, with the step by which it was made
+    for each generation
+        a part of it at random
+        for each other place
+            the run of largest
+                log(1 / share of runs that are better) - log(1 + tries near it) - log(1 + tries of its kind)
+            a child of it: some genes moved by a step, which the child draws near its parent's and keeps
+
+A rare failure lies at the end of a slope that few runs stand on, and most slopes end at a near miss. So many are to be
+climbed, each only as long as it rises: a child that is better is stepped from next, as it is rarer; where nothing gets
+better tries add up, until a run ten times as common but tried a tenth as often comes before it. There are no regions to
+open or to close. Of one kind are runs in which the other came from the same side, at like speeds of both: what many
+slopes end at has soon been tried enough. A step that was the right one is kept by what it led to, from a third of the
+box down to what a sliver of failures needs. Failures are equally good where the objective says no more, so that what
+differs among them is how often they were tried: once there are many, the search spreads over them.
+
+Sources of the parts: counts of visits against what is good, Auer, Cesa-Bianchi and Fischer (2002), "Finite-time
+analysis of the multiarmed bandit problem"; steps that evolve with what they make, Schwefel (1981), "Numerical
+optimization of computer models" (self-adaptation of evolution strategies).
+"""
+
+from collections.abc import Sequence
+from math import floor, isnan, pi
+
+import numpy as np
+from numpy.random import Generator
+
+from engine.search.methods.cube import InCube, reflected
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
+from engine.tables import Floats, Ints
+
+EXPLORING = 0.4
+"""Share of a generation that is run at random."""
+WIDEST, NARROWEST = 0.3, 1e-4
+"""Standard deviations of steps, of the unit interval; what was drawn at random has the widest."""
+VARIED = 0.8
+"""Standard deviation of the logarithm of a step against its parent's."""
+MOVED = 4
+"""Genes that a step moves, about."""
+NEAR = 0.1
+"""Runs that differ by less in each gene are near."""
+SECTORS = 8
+"""From which another may come."""
+LIKE = 2.0
+"""Speeds [m/s] that a kind spans."""
+
+Kind = tuple[int, int, int]
+
+
+class BestFirst(InCube):
+    """An invalid or failed result counts as a try, and nothing is stepped from it."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._points, self._steps = np.empty((0, len(box))), np.empty(0)
+        self._stepped_from = np.empty(0, dtype=np.int64)
+        self._archive, self._archived_steps = np.empty((0, len(box))), np.empty(0)
+        self._value, self._tries = np.empty(0), np.empty(0)
+        self._births: list[Birth] = []
+        self._kinds: dict[Kind, int] = {}
+        self._kind, self._tries_of_kind = np.empty(0, dtype=np.int64), np.empty(0)
+
+    def _proposals(self) -> list[Proposal]:
+        stream = self._streams(self._generation, 0)
+        self._points = stream.random((self._population, self._cube.size))
+        self._steps = np.full(self._population, WIDEST)
+        self._stepped_from = np.empty(0, dtype=np.int64)
+        if len(self._value) and self._cube.size:
+            count = self._population - round(EXPLORING * self._population)
+            self._stepped_from = self._chosen(count)
+            self._points[:count], self._steps[:count] = self._children(stream)
+        return [self._proposal(slot, point) for slot, point in enumerate(self._points)]
+
+    def _proposal(self, slot: int, point: Floats) -> Proposal:
+        genome, born = self._cube.genome(point), Birth(self._generation, slot)
+        if slot >= len(self._stepped_from):
+            return Proposal(genome, Operator.RANDOM, born)
+        return Proposal(genome, Operator.MUTATION, born, (self._births[int(self._stepped_from[slot])],))
+
+    def _chosen(self, count: int) -> Ints:
+        """(count,) rows of the archive to step from, one after the other; each counts as a try before the next."""
+        promise, rows = rarity(self._value), np.empty(count, dtype=np.int64)
+        for place in range(count):
+            row = np.argmax(promise - np.log1p(self._tries) - np.log1p(self._tries_of_kind[self._kind]))
+            self._tries += near(self._archive, self._archive[row])
+            self._tries_of_kind[self._kind[row]] += 1.0
+            rows[place] = row
+        return rows
+
+    def _children(self, stream: Generator) -> tuple[Floats, Floats]:
+        """(n, d) a child of each row that is stepped from, and (n,) the steps."""
+        rows, size = self._stepped_from, self._cube.size
+        varied = self._archived_steps[rows] * np.exp(VARIED * stream.standard_normal(len(rows)))
+        steps = np.clip(varied, NARROWEST, WIDEST)
+        moved = stream.random((len(rows), size)) < MOVED / size
+        moved[np.arange(len(rows)), stream.integers(size, size=len(rows))] = True
+        way = steps[:, np.newaxis] * stream.standard_normal((len(rows), size)) * moved
+        return reflected(self._archive[rows] + way), steps
+
+    def _learn(self, results: Sequence[Result]) -> None:
+        known = [slot for slot, result in enumerate(results) if result.selectable]
+        parents = self._archive[self._stepped_from]
+        tries = [near(parents, self._points[slot]).sum() for slot in known]
+        self._archive = np.concatenate([self._archive, self._points[known]])
+        self._archived_steps = np.append(self._archived_steps, self._steps[known])
+        self._value = np.append(self._value, [results[slot].continuous for slot in known])
+        self._tries = np.append(self._tries, tries)
+        kinds = [self._kinds.setdefault(kind_of(results[slot]), len(self._kinds)) for slot in known]
+        self._kind = np.append(self._kind, np.array(kinds, dtype=np.int64))
+        self._tries_of_kind = np.append(self._tries_of_kind, np.zeros(len(self._kinds) - len(self._tries_of_kind)))
+        self._births += [Birth(self._generation, slot) for slot in known]
+
+
+def rarity(values: Floats) -> Floats:
+    """(n,) log(1 / share of values that are better), of equal ones counting half."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    better = len(values) - np.cumsum(counts) + 0.5 * counts
+    return np.asarray(-np.log(better[place] / len(values)))
+
+
+def near(points: Floats, point: Floats) -> np.ndarray:
+    """(n,) which points are near one."""
+    return np.asarray(np.abs(points - point).max(axis=1, initial=0.0) < NEAR)
+
+
+def kind_of(result: Result) -> Kind:
+    """From where the other came at the closest approach, and how fast both were; -1 of what is not known."""
+    angle = measure(result, "approach_angle")
+    sector = -1 if isnan(angle) else round(angle / (2.0 * pi) * SECTORS) % SECTORS
+    ego, other = (measure(result, name) for name in ("ego_speed", "other_speed"))
+    return sector, _step_of(ego), _step_of(other)
+
+
+def _step_of(speed: float) -> int:
+    return -1 if isnan(speed) else floor(speed / LIKE)
