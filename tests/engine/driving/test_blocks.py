@@ -334,9 +334,9 @@ def test_a_search_looks_for_scenes_over_which_a_controller_fails() -> None:
     def picky(seen: Floats) -> Floats:
         return np.where(seen[:, [SPEED]] > 15.0, np.nan, cruising(seen))
 
-    how = {"generations": 3, "population": 16, "seed": 1}
     for name, best in (("controller", 1.0), ("risk", None)):
-        found = scenario.driven_by(picky, block=16).search("ga", objective=name, **how).evaluations
+        driven = scenario.driven_by(picky, block=16)
+        found = driven.search("ga", objective=name, generations=3, population=16, seed=1).evaluations
         lost = found.rollouts.verdict[:, 0] == Verdict.CONTROLLER
         assert lost.any()
         assert np.array_equal(found.found, lost if best else found.collided)
