@@ -48,7 +48,7 @@ def main(kills: int = 10, file: str = FILE) -> None:
 def searched(file: str, folder: Path) -> dict[str, list[Any]]:
     """The journal of a search, without what tells of the clock."""
     scenario = cx.load(file).driven_by(f"process:{sys.executable} {STACK}", block=32)
-    scenario.search("ga", generations=8, population=40, seed=1, out=folder)
+    scenario.search("ga", generations=40, population=40, seed=1, out=folder)
     return journal(folder / JOURNAL)
 
 
@@ -62,7 +62,7 @@ def kill(kills: int, lasted: float, killed: list[float], done: threading.Event) 
     """Kill our stack at random moments of a search that lasts about so long [s]."""
     moments = random.Random()
     while len(killed) < kills and not done.is_set():
-        done.wait(moments.uniform(0.0, 2.0 * lasted / kills))
+        done.wait(moments.uniform(0.0, lasted / kills))
         for process in children():
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
