@@ -77,7 +77,7 @@ def compared(duel: cx.Scenario, seed: int, steps: int) -> str:
     stream, one = np.random.default_rng(seed), Duel(duel)
 
     def trained(seen: np.ndarray) -> np.ndarray:
-        return model.predict(scaled.normalize_obs(seen), deterministic=True)[0]
+        return model.predict(scaled.normalize_obs(seen))[0]
 
     afterwards = paid(one, trained, seed, count=EPISODES)
     blind = paid(one, lambda _: stream.uniform(-1.0, 1.0, 1), seed, steps=steps)
