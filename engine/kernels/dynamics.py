@@ -30,6 +30,11 @@ COMMAND_STEP = 0.005
 """How long a steering rate and an acceleration are held [s]."""
 SUBSTEP = 0.00025
 """Inside of which the model is integrated [s]; with 1 ms a stop is off by some 2 mm, and at times by 2 cm."""
+CRAWLING_SPEED = 1.0
+"""Below it [m/s] a wheel's slip changes so fast that a substep could carry it over the peak of its tyre's curve, where
+it would go on to spin …"""
+CRAWLING_PARTS = 4
+"""… so a substep is taken in so many parts."""
 STAGE_WEIGHT = 1.0 - math.sqrt(0.5)
 """gamma of ROS2 for which it is L-stable."""
 FADE_SPEED = 0.2
@@ -250,9 +255,11 @@ def standing(car: Drift, turn: float, chassis: Chassis) -> Drift:
 @kernel
 def hold(car: Drift, held: Held, chassis: Chassis, time: float, substeps: int) -> Drift:
     """A car after a time under one command [s]; once it stops it stands, unless the command is to go."""
-    step = time / substeps
     if car.speed <= 0.0 and held.acceleration <= 0.0:
         return standing(car, held.steer_rate * time, chassis)
+    if car.speed < CRAWLING_SPEED:
+        substeps *= CRAWLING_PARTS
+    step = time / substeps
     here = first = car
     front_gain = rear_gain = 1.0
     for evaluation in range(3 * substeps):

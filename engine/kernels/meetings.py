@@ -59,6 +59,7 @@ LOOKS = 10
 MAX_LOOKS = 512
 """Bound on one search."""
 NEVER = 2.0
+UNKNOWN = -1.0
 
 
 # -- contact in a step -------------------------------------------------------------------------------------------------
@@ -140,6 +141,7 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
         note_walls(plan, run, actor)
     bodies = np.zeros((count, BODY))
     contacts = np.zeros((count * (count - 1) // 2, CONTACT))
+    due = np.full((actors, count), UNKNOWN)
     for _ in range(MAX_MEETINGS):
         if not part <= 1.0:
             break
@@ -148,7 +150,7 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
             before = bodies.copy()
             resolve(bodies, meeting, plan.layout.restitution, plan.layout.contact_friction)
             _loosen(plan, run, sample, part, before, bodies, meeting)
-        part = _next_meeting(plan, run, sample, part, bodies, contacts)
+        part = _next_meeting(plan, run, sample, part, due, bodies, contacts)
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.legs[actor, Leg.STRUCK] != 0.0:
             write_loose(plan, run, sample, actor)
@@ -286,20 +288,31 @@ def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> No
 
 
 @inlined
-def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> float:
-    """The part of the step at which two next touch and approach; `NEVER` if nobody does. Overwrites a contact."""
+def _next_meeting(
+    plan: Plan, run: Run, sample: int, part: float, due: Floats, bodies: Floats, contacts: Floats
+) -> float:
+    """The part of the step at which two next touch and approach; `NEVER` if nobody does. Overwrites a contact.
+
+    `due` (actors, bodies) keeps it for each pair: it is searched anew only where one of the two has been struck now.
+    """
     first = NEVER
     for one in range(1, len(plan.kinds)):
         if not takes_part(run, sample, one):
             continue
         before, after = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
         for other in range(one + 1, met_up_to(plan, run, one)):
-            if not takes_part(run, sample, other) or stays_off(plan, run, before, after, other, part, 1.0):
-                continue
-            found = _meet(plan, run, sample, part, one, other, bodies, contacts)
-            if found < first:
-                first = found
+            if due[one, other] <= part or _struck_at(plan, run, one, part) or _struck_at(plan, run, other, part):
+                due[one, other] = NEVER
+                if takes_part(run, sample, other) and not stays_off(plan, run, before, after, other, part, 1.0):
+                    due[one, other] = _meet(plan, run, sample, part, one, other, bodies, contacts)
+            first = min(first, due[one, other])
     return first
+
+
+@inlined
+def _struck_at(plan: Plan, run: Run, body: int, part: float) -> bool:
+    """Whether a body goes its way since this part of the step only."""
+    return body < len(plan.kinds) and run.legs[body, Leg.STRUCK] != 0.0 and run.legs[body, Leg.BEGIN] == part
 
 
 @inlined

@@ -15,6 +15,7 @@ from cortex_dsl.semantics.errors.objectives import (
     ALWAYS_BROKEN,
     AT_THE_START,
     NEVER_BROKEN,
+    NOT_ONE_LINE,
     NOT_ONE_NUMBER,
     TAKEN_NAME,
 )
@@ -67,6 +68,8 @@ def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Object
 
 
 def _name_of(file: FileContext, node: nodes.Expect | nodes.Optimize, said: nodes.Expression) -> str:
+    if node.name and not node.name.isprintable():
+        raise NOT_ONE_LINE.mistake(node.span, name=ascii(node.name)[1:-1])
     return node.name or _in_words(file, said)
 
 

@@ -54,6 +54,19 @@ TAKEN_NAME = Problem(
         'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "speed"\n',
     ),
 )
+NOT_ONE_LINE = Problem(
+    "SCN498",
+    "the name of an objective is one line of text",
+    "tables, `--objective` and the journal write it as it is, and `{name}` has characters that are not shown",
+    "leave out line breaks and control characters",
+    page=Page(
+        "objective whose name cannot be shown",
+        "The name stands in tables, in the manifest of a run and on the command line. A line break or a control "
+        "character would tear these, or command the terminal.",
+        'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "top\\nspeed"\n',
+        'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "top speed"\n',
+    ),
+)
 NOT_ONE_NUMBER = Problem(
     "SCN493",
     "this changes during the run, and `{sense}` needs one number of it",

@@ -165,6 +165,8 @@ def test_what_follows_the_words(compiled: Compiled, value: str) -> None:
         ("expect ego.speed < 2 m/s or ego in road\n", ["SCN497"]),
         ("expect (eventually ego.speed < 2 m/s) or ego in road\n", []),
         ('expect always ego.speed < 2 m/s as "risk"\n', ["SCN492"]),
+        ('expect always ego.speed < 2 m/s as "two\\nlines"\n', ["SCN498"]),
+        ('maximize largest(ego.speed) as "red \\x1b[31m"\n', ["SCN498"]),
         ("maximize ego.speed\n", ["SCN493"]),
         ("require always not ego.collided\n", ["SCN494"]),
         (OTHER + "expect always not other.collided\n", ["SCN494"]),

@@ -51,6 +51,13 @@ def test_random_drives_are_those_of_commonroads_model() -> None:
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
+def test_a_crawling_car_that_is_spurred_does_not_spin_its_wheels(vehicle: int) -> None:
+    time = np.arange(600) * COMMAND_STEP
+    commands = np.stack([np.where(time < 1.86, 0.03, -0.1), np.where(time < 1.86, -4.96, 2.75)], axis=1)
+    assert apart(*drive_both(vehicle, 9.7, commands)) < 0.0005
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
 @pytest.mark.parametrize("speed", [5.0, 15.0, 40.0])
 def test_turning_under_brake_is_that_of_commonroads_model(vehicle: int, speed: float) -> None:
     time = np.arange(600) * COMMAND_STEP
