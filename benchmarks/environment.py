@@ -1,50 +1,144 @@
-"""How much more an environment costs than the batch host, a step and a scene, and how much memory a scene takes.
+"""How much more scenes cost that are driven from outside, and how much memory they take.
 
     python -m benchmarks.environment [LANES] [FILE]
 
-The driver is a constant, so that what is measured is the stepping; both run the same scenes on one thread, and come to
-the same bits, which is asserted.
+Each figure is the least of five, taken in turns with what it is compared to. The controller is a constant, so that what
+is measured is the stepping, default observation included:
+
+- scenes stepped side by side, against the same scenes in the batch host: CPU time on one thread; they come to the same
+  bits, which is asserted
+- an environment whose episodes go on for ever, against drawing and running as many scenes in the batch host
+- a controller in a process of its own, against the same one here, at 1,024 scenes: time on the clock
 """
 
 import sys
+import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import fields
+from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 import cortex_dsl as cx
 from engine import batch
-from engine.driving.blocks import drive
+from engine.driving.blocks import Driven, drive
+from engine.driving.named import named_driver
+from engine.tables import Floats
 
 FILE = "examples/own_driver/crossing.scn"
+DECIDED = (0.3, 0.0, 0.0)
+TURNS = 5
+STEPS = 150
+"""Of an environment, after as many that are not counted."""
+BESIDE = 1024
+CLIENT = """
+import json, os
+read = os.fdopen(int(os.environ["CORTEXC_READ"]), "rb")
+write = os.fdopen(int(os.environ["CORTEXC_WRITE"]), "wb", buffering=0)
+header = json.loads(read.readline())
+n, wide = header["lanes"], len(header["observations"])
+write.write(b'{"version": 1}\\n')
+import numpy as np
+answer = np.tile(DECIDED, (n, 1)).astype("<f8").tobytes()
+while len(read.read(8 + 8 * n + 48 * n + 2 * n + 8 * n * wide)) > 8:
+    write.write(answer)
+"""
+Made = TypeVar("Made")
+
+
+def constant(seen: Floats) -> Floats:
+    """A controller that costs nothing."""
+    return np.broadcast_to(DECIDED, (len(seen), len(DECIDED)))
 
 
 def main(lanes: int = 4096, file: str = FILE) -> None:
     scenario = cx.load(file)
-    scenes = scenario.sample(lanes, seed=1)
-    decided = np.tile([0.3, 0.0, 0.0], (lanes, 1))
+    print(f"{file}, {lanes:,} scenes")
+    stepping(scenario, lanes)
+    episodes(scenario, lanes)
+    processes(scenario, BESIDE)
 
-    def constant(seen: np.ndarray) -> np.ndarray:
-        return decided[: len(seen)]
 
-    driven = drive(scenario.program, scenes, constant, scenario.config.simulation, block=lanes)
-    begun = time.process_time()
-    driven = drive(scenario.program, scenes, constant, scenario.config.simulation, block=lanes)
-    stepped = time.process_time() - begun
-    batch.simulate(scenario.program, driven.scenes, scenario.config.simulation)
-    begun = time.process_time()
-    outcomes = batch.simulate(scenario.program, driven.scenes, scenario.config.simulation)
-    at_once = time.process_time() - begun
+def stepping(scenario: cx.Scenario, lanes: int) -> None:
+    """Scenes side by side, and one after the other."""
+    program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
+    driven = drive(program, scenes, constant, config, block=lanes)
+    outcomes = batch.simulate(program, driven.scenes, config)
     for field in fields(outcomes):
         ours, theirs = getattr(driven.outcomes, field.name), getattr(outcomes, field.name)
         assert np.array_equal(ours, theirs, equal_nan=ours.dtype.kind == "f"), field.name
-    steps = int(outcomes.steps.sum())
-    environment = scenario.environment(lanes)
-    print(f"{file}, {lanes:,} scenes, {steps:,} steps")
+    stepped, at_once = in_turns(
+        lambda: drive(program, scenes, constant, config, block=lanes),
+        lambda: batch.simulate(program, driven.scenes, config),
+        time.process_time,
+    )
+    steps = int(outcomes.steps[driven.scenes.valid].sum())
     print(
         f"  stepped {steps / stepped:,.0f} steps a second, batch {steps / at_once:,.0f}: {stepped / at_once:.2f} times"
     )
+
+
+def episodes(scenario: cx.Scenario, lanes: int) -> None:
+    """An environment in its stride, and the batch host on as many steps of scenes that are drawn for it."""
+    program, config = scenario.program, scenario.config.simulation
+    environment = scenario.environment(lanes)
+    environment.reset(seed=1)
+    actions = np.tile(DECIDED, (lanes, 1))
+    for _ in range(STEPS):
+        environment.step(actions)
+    before, count = environment.episodes.lanes.samples.copy(), 0
+
+    def step() -> None:
+        nonlocal before, count
+        for _ in range(STEPS):
+            environment.step(actions)
+            now = environment.episodes.lanes.samples.copy()
+            count += int(np.where(now >= before, now - before, now).sum())
+            before = now
+
+    driven = drive(program, scenario.sample(lanes, seed=1), constant, config, block=lanes).scenes
+
+    def run() -> None:
+        scenario.sample(lanes, seed=1)
+        batch.simulate(program, driven, config)
+
+    steps = int(batch.simulate(program, driven, config).steps[driven.valid].sum())
+    stepped, at_once = in_turns(step, run, time.process_time)
+    mine, theirs = count / TURNS / stepped, steps / at_once
+    print(f"  environment {mine:,.0f} steps a second, drawn and run at once {theirs:,.0f}: {theirs / mine:.2f} times")
     print(f"  {environment.nbytes / lanes / 1000:.1f} kB a scene")
+
+
+def processes(scenario: cx.Scenario, lanes: int) -> None:
+    """The same controller there and here."""
+    program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
+    with tempfile.TemporaryDirectory() as folder:
+        client = Path(folder) / "client.py"
+        client.write_text(CLIENT.replace("DECIDED", str(DECIDED)), encoding="utf-8")
+        there = named_driver(f"process:{sys.executable} {client}", lanes)
+        done: Driven = there.drive(program, scenes, config)
+        here = drive(program, scenes, constant, config, block=lanes)
+        assert np.array_equal(done.scenes.actions, here.scenes.actions)
+        one, other = in_turns(
+            lambda: there.drive(program, scenes, config),
+            lambda: drive(program, scenes, constant, config, block=lanes),
+            time.perf_counter,
+        )
+    print(f"  {lanes:,} scenes driven by a process in {one:.2f} s, here in {other:.2f} s: {one / other:.2f} times")
+
+
+def in_turns(one: Callable[[], Made], other: Callable[[], Made], clock: Callable[[], float]) -> tuple[float, float]:
+    """The least time of each [s]."""
+    times = np.array([[_timed(each, clock) for each in (one, other)] for _ in range(TURNS)])
+    return tuple(times.min(axis=0).tolist())
+
+
+def _timed(work: Callable[[], Made], clock: Callable[[], float]) -> float:
+    begun = clock()
+    work()
+    return clock() - begun
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
-from engine.host import empty_results, in_parts, lanes, memory, outcomes, outlines, plan, requested, samples_of
+from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.encroachment import POINTS
 from engine.kernels.gaps import gap_rows
 from engine.kernels.rollout import advance, begin
@@ -44,7 +44,7 @@ def simulate(
     run_rows = judge_rows if len(program.judged) else simulate_rows
 
     def run(first: int, last: int) -> None:
-        scratch = lanes(program, shared.layout.last_sample + 1, 1)
+        scratch = memory(program, shared.layout.last_sample + 1)
         run_rows(shared, rows, first, last, scratch, np.zeros((len(program.actors), 3)), results)
 
     in_parts(len(scenes), jobs, run)

@@ -59,6 +59,10 @@ class ControllerError(CortexError):
     """A controller cannot be asked, gives what cannot be driven, or is not named where one is needed."""
 
 
+class LostError(ControllerError):
+    """A controller failed over some scenes: asked about others, or once more, it may do better."""
+
+
 class RowError(CortexError, IndexError):
     """There is no such row."""
 

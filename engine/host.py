@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
+from engine.kernels.legs import Leg
 from engine.kernels.rows import Requested, Results
-from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
+from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Plan, Run, Slot, Status
 from engine.named_results import NAMED_RESULTS
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
@@ -140,34 +141,76 @@ def samples_of(config: SimulationConfig) -> int:
 
 def memory(program: Program, samples: int) -> Run:
     """Memory for one run after another, with a record of up to `samples` samples; literals are in place."""
-    code = program.code
-    actors = len(program.actors)
-    registers = np.zeros(int(code.sizes[Size.STEP_REGISTERS]))
-    registers[: len(code.literals)] = code.literals
+    code, actors = program.code, len(program.actors)
     watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
+    live = _live(program)
+    live.registers[: len(code.literals)] = code.literals
+    live.resume[:] = -1
     return Run(
+        **live._asdict(),
         states=np.zeros((samples, actors, len(State))),
-        registers=registers,
-        resume=np.full(int(code.sizes[Size.BLOCKS]), -1, dtype=np.int32),
-        actors=np.zeros((actors, len(Slot))),
-        status=np.zeros(len(Status), dtype=np.int64),
-        end=np.zeros(3),
         legs=np.zeros((actors, len(Leg))),
         impacts=np.zeros((MAX_BLOWS, len(Blow))),
-        key=np.zeros(6, dtype=np.int64),
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
         worth=np.zeros((2, len(code.formula))),
         decided=np.zeros(len(code.temporal_root), dtype=np.int64),
         beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
-        final=np.zeros(len(registers) if len(program.judged) else 0),
+        final=np.zeros(len(live.registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
+        lane=np.zeros(1, dtype=np.int64),
+        lane_live=np.zeros((0, 0), dtype=np.int64),
+        lane_states=np.zeros((0, 0, 0, 0)),
+        lane_watched=np.zeros((0, 0, 0)),
+        lane_legs=np.zeros((0, 0, 0)),
+        lane_blows=np.zeros((0, 0, 0)),
+        lane_actions=np.zeros((0, 0, 0)),
+    )
+
+
+class _Live(NamedTuple):
+    """What a run carries from sample to sample, of `Run`."""
+
+    registers: Floats
+    actors: Floats
+    end: Floats
+    key: Ints
+    resume: Ints
+    status: Ints
+    live: Ints
+
+
+def _live(program: Program) -> _Live:
+    """Its arrays, which lie one after the other in `live`; literals are left out, they never change."""
+    code, actors = program.code, len(program.actors)
+    registers, blocks = int(code.sizes[Size.STEP_REGISTERS]), int(code.sizes[Size.BLOCKS])
+    sizes = (registers, actors * len(Slot), 3, 6, -(-blocks // 2), len(Status))
+    bits = np.zeros(sum(sizes), dtype=np.int64)
+    parts = np.split(bits, np.cumsum(sizes)[:-1])
+    numbers = [part.view(np.float64) for part in parts[:3]]
+    return _Live(
+        registers=numbers[0],
+        actors=numbers[1].reshape(actors, len(Slot)),
+        end=numbers[2],
+        key=parts[3],
+        resume=parts[4].view(np.int32)[:blocks],
+        status=parts[5],
+        live=bits[len(code.literals) :],
     )
 
 
 def lanes(program: Program, samples: int, count: int) -> Run:
-    """Memory for so many runs side by side, as `memory` makes it for one."""
-    return Run._make(np.tile(array, (count, *[1] * array.ndim)) for array in memory(program, samples))
+    """Memory for so many runs side by side (`kernels.lanes`), of which one after the other is worked on."""
+    run = memory(program, samples)
+    others_touch = len(program.actors) > 2 or (len(program.actors) > 1 and len(program.road.buildings) > 0)
+    return run._replace(
+        lane_live=np.zeros((count, len(run.live)), dtype=np.int64),
+        lane_states=np.zeros((count, *run.states.shape)),
+        lane_watched=np.zeros((count, *run.watched.shape)),
+        lane_legs=np.zeros((count, len(run.legs) if others_touch else 0, len(Leg))),
+        lane_blows=np.zeros((count, len(run.impacts) if others_touch else 0, len(Blow))),
+        lane_actions=np.zeros((count, *run.actions.shape)),
+    )
 
 
 def requested(program: Program, scenes: Scenes) -> Requested:

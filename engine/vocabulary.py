@@ -54,7 +54,7 @@ class Verdict(IntEnum):
     ABORTED = 3
     ERROR = 4
     CONTROLLER = 5
-    """A process that drives was lost over the scene, each time."""
+    """A controller failed over the scene, each time."""
 
 
 class EndReason(IntEnum):
@@ -145,7 +145,7 @@ class Sense(IntEnum):
     MINIMIZE = 2
 
 
-OBJECTIVES = ("risk", "avoidable", "conflict", "severity")
+OBJECTIVES = ("risk", "avoidable", "conflict", "severity", "controller")
 """What a search of any file may look for; no objective of a file has such a name."""
 
 

@@ -103,7 +103,7 @@ def sentence(report: Report) -> str:
 
 
 def compared(path: Path, points: int, python: str) -> Report:
-    report = Report(path.name)
+    report, network = Report(path.name), None
     begun = time.perf_counter()
     try:
         network = build_network(map_file(path, path.name))
@@ -112,14 +112,14 @@ def compared(path: Path, points: int, python: str) -> Report:
     else:
         report.seconds = time.perf_counter() - begun
         report.ours = len(network.lanes), len(network.intersections), len(network.maneuvers)
-    places = np.zeros((0, 2)) if report.refused else scattered(network, points)
+    places = np.zeros((0, 2)) if network is None else scattered(network, points)
     asked = subprocess.run(
         [python, str(ASK), str(path)],
         input=json.dumps(places.tolist()), capture_output=True, text=True, timeout=LONGEST, check=False,
     )  # fmt: skip
     if asked.returncode:
         report.scenic_refused = (asked.stderr.strip().splitlines() or ["no reason"])[-1][:120]
-    elif not report.refused:
+    elif network is not None:
         _compare(report, network, places, json.loads(asked.stdout.strip().splitlines()[-1]))
     return report
 

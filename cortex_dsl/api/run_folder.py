@@ -44,6 +44,8 @@ OnRemoved = Callable[[RemovedError], None]
 """Called as soon as a run's folder is found to be gone; the search goes on in memory."""
 WORST_FOLDER = "worst"
 """Folder of the concrete scenarios inside a run directory."""
+FAILURES = "controller.log"
+"""File of a run in which stands where a controller failed."""
 
 
 class Searchable(Protocol):
@@ -170,6 +172,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             if not removed:
                 journal.write(progress)
                 journal.keep(recorder.take() if recorder else {})
+                _note_failures(work.folder / FAILURES, recorder)
         except RemovedError as error:
             removed.append(error)
             if work.on_removed is not None:
@@ -192,6 +195,14 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
     except StoreError as error:
         return replace(found, failure=error)
     return replace(found, worst_files=files)
+
+
+def _note_failures(path: Path, recorder: Recorder | None) -> None:
+    """Keep in words where a controller failed."""
+    if recorder is not None and recorder.failures:
+        with store_errors(path), path.open("a", encoding="utf-8") as file:
+            file.writelines(f"{failure}\n" for failure in recorder.failures)
+        recorder.failures.clear()
 
 
 def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]:

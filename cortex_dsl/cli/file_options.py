@@ -182,7 +182,7 @@ def _add_search_options(parser: Parser) -> None:
         "--objective",
         metavar="NAME",
         action="append",
-        help="what is sought: risk, avoidable, conflict, severity, an objective of the file; again for several (risk)",
+        help="sought: risk, avoidable, conflict, severity, controller, or one of the file; again for several (risk)",
     )
     group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(

@@ -7,18 +7,18 @@ What was decided is kept with the scenes (`Scenes.actions`). From then on they a
 runs them, the reference driver is held against them, they replay and export, and no controller is asked again.
 """
 
+import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import Config, ContactConfig, SimulationConfig
-from engine.driving.controllers import Seat, seats_of
-from engine.driving.stacks import StackLostError
+from engine.driving.controllers import Seat, seats_of, undrivable
 from engine.driving.stepping import Lanes, observed
-from engine.errors import ControllerError
+from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -32,7 +32,9 @@ BLOCK = 256
 RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
 TWICE = 2
-"""So often a block is driven over which a process is lost, before it is halved."""
+"""So often a block is driven over which a controller fails, before it is halved."""
+LOG = logging.getLogger(__name__)
+"""Where failures of controllers are told; on a command line on stderr."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 
@@ -46,8 +48,13 @@ class Driven:
 
     scenes: Scenes
     outcomes: Outcomes
-    remarks: tuple[str, ...] = ()
-    """How often a process was lost, and why."""
+    failures: tuple[ControllerError, ...] = ()
+    """Of controllers, one after the other."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What people are told of the failures."""
+        return tuple(failure.message for failure in self.failures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +89,8 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     if config.driver is None:
         return scenes
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
-    if done.remarks and not done.scenes.valid.any():
-        raise ControllerError(done.remarks[-1], "see what it printed, and start it by hand")
+    if done.failures and not done.scenes.valid.any():
+        raise done.failures[-1]
     return done.scenes
 
 
@@ -96,26 +103,45 @@ def drive(
     block: int = BLOCK,
     jobs: int = 1,
 ) -> Driven:
-    """Drive all valid scenes by one controller, or a mapping from names to controllers."""
+    """Drive all valid scenes by one controller, or a mapping from names to controllers.
+
+    Raises:
+        ControllerError: one cannot be asked, or has never given an action that can be driven.
+    """
     seats = seats_of(program, driver)
     undecided = coasting(program, scenes)
     results = empty_results(program, requested(program, undecided))
-    parts: list[Floats] = []
     lanes = Lanes(program, block, config, contact, jobs=jobs)
+    actions = np.zeros((len(scenes), lanes.turns, lanes.numbers))
     for seat in seats:
         seat.meet(block, observed(program), config.time_step)
-    remarks: list[str] = []
+    work = _Work(lanes, seats)
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))
-        part = _padded(scenes, rows, block)
-        decided = _patiently(lanes, part, seats, remarks)
+        decided = _patiently(work, _padded(scenes, rows, block))
         for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
             array[rows] = found[: len(rows)]
-        parts.append(decided.actions[: len(rows)])
-    actions = np.concatenate(parts) if parts else undecided.actions
+        actions[rows] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    return Driven(scenes, outcomes(results), tuple(remarks))
+    if work.failures and not work.answered:
+        raise work.failures[-1]
+    for failure in work.failures:
+        LOG.warning("%s", failure.message)
+    return Driven(scenes, outcomes(results), tuple(work.failures))
+
+
+@dataclass
+class _Work:
+    """Who drives where, and how it went so far."""
+
+    lanes: Lanes
+    seats: Sequence[Seat]
+    failures: list[ControllerError] = field(default_factory=list)
+    answered: bool = False
+    """Whether anybody has given an action that can be driven."""
+    alone: int = 0
+    """Scenes that were lost one by one."""
 
 
 def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
@@ -134,19 +160,25 @@ class _Block:
     results: tuple[NDArray[Any], ...]
 
 
-def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: list[str]) -> _Block:
-    """Drive a block. Where a process is lost over it twice, each half of its scenes is driven alone, until one scene is
-    left over which it is always lost: that one has the verdict CONTROLLER.
+def _patiently(work: _Work, scenes: Scenes) -> _Block:
+    """Drive a block. Where a controller fails over it twice, each half of its scenes is driven alone, until one scene
+    is left over which it always fails: that one has the verdict CONTROLLER.
+
+    Raises:
+        LostError: it has failed over one scene after the other, and never given an action that can be driven.
     """
     rows = np.flatnonzero(scenes.valid)
-    for _ in range(TWICE):
+    for attempt in range(TWICE):
         try:
-            return _Block(_drive_block(lanes, scenes, seats), lanes.copied())
-        except StackLostError as error:
-            remarks.append(error.message)
-    if len(rows) <= 1:
-        return _lost(lanes, scenes, rows)
-    halves = [_patiently(lanes, _only(scenes, part), seats, remarks) for part in np.array_split(rows, 2)]
+            return _Block(_drive_block(work, scenes), work.lanes.copied())
+        except LostError as error:
+            work.failures.append(error)
+            if attempt + 1 == TWICE and len(rows) <= 1:
+                work.alone += 1
+                if work.alone > 1 and not work.answered:
+                    raise
+                return _lost(work.lanes, scenes, rows)
+    halves = [_patiently(work, _only(scenes, part)) for part in np.array_split(rows, 2)]
     chosen = np.isin(np.arange(len(scenes)), np.array_split(rows, 2)[0])
     return _Block(
         _either(chosen, halves[0].actions, halves[1].actions),
@@ -155,7 +187,7 @@ def _patiently(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat], remarks: lis
 
 
 def _lost(lanes: Lanes, scenes: Scenes, rows: Ints) -> _Block:
-    """Scenes over which a process is lost."""
+    """Scenes over which a controller fails."""
     results = empty_results(lanes.program, requested(lanes.program, coasting(lanes.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
@@ -173,21 +205,40 @@ def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[An
     return np.where(chosen.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
-def _drive_block(lanes: Lanes, scenes: Scenes, seats: Sequence[Seat]) -> Floats:
+def _drive_block(work: _Work, scenes: Scenes) -> Floats:
     """What is decided in a block, lane by lane (see `Lanes.decided`)."""
-    every = np.arange(len(lanes))
+    lanes, every = work.lanes, np.arange(len(work.lanes))
     lanes.place(every, scenes)
-    seen = [np.zeros((len(lanes), len(observed(lanes.program)))) for _ in seats]
-    for seat in seats:
+    seen = [np.zeros((len(lanes), len(observed(lanes.program)))) for _ in work.seats]
+    for seat in work.seats:
         seat.reset(every.astype(np.int64), scenes.keys)
     lanes.step()
     while lanes.running.any():
         times = lanes.times
-        for number, seat in enumerate(seats):
+        for number, seat in enumerate(work.seats):
             asked = lanes.asked(number)
             if asked.any():
                 seen[number][~asked] = 0.0
                 lanes.observe(number, asked, seen[number])
-                lanes.decide(number, asked, seat.act(seen[number].copy(), asked, times))
+                _decide(work, number, asked, seat.answer(seen[number].copy(), asked, times))
         lanes.step()
     return lanes.decided(every)
+
+
+def _decide(work: _Work, number: int, asked: Bools, actions: Floats) -> None:
+    """Let lanes do what was decided; one in which that cannot be driven is lost, and all others go on.
+
+    Raises:
+        ControllerError: none can be driven, and none ever could.
+    """
+    wrong = undrivable(work.seats[number].control, actions, asked, work.lanes.times)
+    if wrong is None:
+        work.lanes.decide(number, asked, actions)
+        work.answered = True
+        return
+    if not work.answered and np.array_equal(wrong.lanes, asked):
+        raise wrong.error
+    work.failures.append(wrong.error)
+    work.lanes.lose(wrong.lanes)
+    work.lanes.decide(number, asked & ~wrong.lanes, actions)
+    work.answered |= bool((asked & ~wrong.lanes).any())

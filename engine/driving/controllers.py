@@ -17,7 +17,7 @@ import numpy as np
 from engine.control import Control, turns
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import Named, names_of
-from engine.errors import ArgumentError, ControllerError, CortexError, nearest
+from engine.errors import ArgumentError, ControllerError, CortexError, LostError, nearest
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
 
@@ -72,7 +72,8 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     if not names:
         raise ControllerError(
             f"nobody in {program.name} is driven from outside, so that no controller is asked",
-            "give the ego a controller: `with behavior ExternalBehavior()`",
+            "give the ego `with behavior ExternalBehavior(trajectory=…)` in place of its own, on the same trajectory; "
+            "without one it goes along its lane",
         )
     several = isinstance(given, Mapping)
     drivers = cast("Mapping[str, object]", given) if several else {meant(program): given}
@@ -127,9 +128,16 @@ class Seat:
 
     def act(self, observations: Floats, active: Bools, times: Floats) -> Floats:
         """What it decides, checked where it is `active`. `times` (n,): of the samples [s], for messages."""
+        return checked(self.control, self.answer(observations, active, times), active, times)
+
+    def answer(self, observations: Floats, active: Bools, times: Floats) -> Floats:
+        """Actions (n, a), not all of which need to be such as can be driven.
+
+        Raises:
+            LostError: it failed, or gave no such array.
+        """
         timed = (times,) if isinstance(self.controller, Stack) else ()
-        given = self._ask(lambda: self.controller.act(observations, active, *timed), "act")
-        return checked(self.control, given, active, times)
+        return shaped(self.control, self._ask(lambda: self.controller.act(observations, active, *timed), "act"), active)
 
     def _ask(self, question: Callable[[], Any], what: str) -> Any:
         try:
@@ -138,7 +146,7 @@ class Seat:
             raise
         except Exception as error:
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
-            raise ControllerError(
+            raise LostError(
                 f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
                 "correct it; what was finished before is kept",
             ) from error
@@ -158,24 +166,55 @@ def checked(control: Control, given: object, active: Bools, times: Floats) -> Fl
     Raises:
         ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
     """
+    actions = shaped(control, given, active)
+    wrong = undrivable(control, actions, active, times)
+    if wrong is not None:
+        raise wrong.error
+    return actions
+
+
+def shaped(control: Control, given: object, active: Bools) -> Floats:
+    """Return actions (n, a) as numbers.
+
+    Raises:
+        LostError: another shape, or no numbers.
+    """
     who, shape = f"the controller `{control.controller}`", (len(active), len(control.actions))
     try:
         actions = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise ControllerError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
+        raise LostError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
     if actions.shape != shape:
-        raise ControllerError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
-    for number, action in enumerate(control.actions):
-        values = actions[:, number]
-        wrong = np.flatnonzero(active & ~((values >= action.low) & (values <= action.high)))
-        if len(wrong):
-            lane, unit = int(wrong[0]), f" {action.unit}" if action.unit else ""
-            raise ControllerError(
-                f"{who} gave {action.name} = {values[lane]:g}{unit} in lane {lane} at {times[lane]:.2f} s",
-                f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
-                + ("look for what makes it no number" if np.isnan(values[lane]) else "`numpy.clip` holds it there"),
-            )
+        raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
     return actions
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """Actions that cannot be driven."""
+
+    lanes: Bools
+    """(n,) where."""
+    error: ControllerError
+    """What is wrong with the first."""
+
+
+def undrivable(control: Control, actions: Floats, active: Bools, times: Floats) -> Wrong | None:
+    """Where actions are NaN or out of range; None where all can be driven."""
+    low, high = (np.array([getattr(each, name) for each in control.actions]) for name in ("low", "high"))
+    wrong = active[:, np.newaxis] & ~((actions >= low) & (actions <= high))
+    if not wrong.any():
+        return None
+    number = int(np.flatnonzero(wrong.any(axis=0))[0])
+    lane, action = int(np.flatnonzero(wrong[:, number])[0]), control.actions[number]
+    value, unit = actions[lane, number], f" {action.unit}" if action.unit else ""
+    error = ControllerError(
+        f"the controller `{control.controller}` gave {action.name} = {value:g}{unit} in lane {lane} at "
+        f"{times[lane]:.2f} s",
+        f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
+        + ("look for what makes it no number" if np.isnan(value) else "`numpy.clip` holds it there"),
+    )
+    return Wrong(np.asarray(wrong.any(axis=1)), error)
 
 
 def _wanted(control: Control) -> str:

@@ -73,6 +73,8 @@ class Recorder:
     """What has not been taken yet."""
     known: set[bytes] = field(default_factory=set)
     """Scenes of which something is, or was, kept."""
+    failures: list[str] = field(default_factory=list)
+    """Of the controller, in words."""
 
     @property
     def name(self) -> str:
@@ -100,6 +102,7 @@ class Recorder:
     ) -> Driven:
         """Drive all valid scenes, and keep what was decided in collisions."""
         done: Driven = self.driver.drive(program, scenes, config, contact, jobs)
+        self.failures.extend(done.remarks)
         self._keep(done, done.outcomes.collided & scenes.valid, MOST_KEPT)
         return done
 

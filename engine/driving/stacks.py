@@ -32,7 +32,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from engine.errors import ControllerError
+from engine.errors import ControllerError, LostError
 from engine.tables import Bools, Floats, Ints
 
 VERSION = 1
@@ -44,10 +44,6 @@ STARTS = 3
 """Without an answer, after which there is nothing to be had."""
 TAIL = 300
 """Characters of what it printed that a message quotes."""
-
-
-class StackLostError(ControllerError):
-    """A stack has ended, hung up, or was late; started anew it may do better."""
 
 
 @dataclass
@@ -106,7 +102,7 @@ class Stack:
         """Ask the stack.
 
         Raises:
-            StackLostError: it has ended, or is late.
+            LostError: it has ended, or is late.
             ControllerError: it cannot be started, or speaks another version.
         """
         running = self._running or self._start()
@@ -208,7 +204,7 @@ class Stack:
             what = f"took longer than {limit:g} s over an answer" if late else _ending(code)
             self._log_of(running)
             self.close()
-            raise StackLostError(f"`{shlex.join(self.command)}` {what}{self._said}", "see what it printed") from error
+            raise LostError(f"`{shlex.join(self.command)}` {what}{self._said}", "see what it printed") from error
 
     def _send(self, running: _Running, question: bytes, end: float) -> None:
         left = memoryview(question)

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
 from engine.errors import ArgumentError
-from engine.host import CHUNK, empty_results, in_parts, lanes, plan
+from engine.host import CHUNK, empty_results, in_parts, lanes, memory, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
-from engine.kernels.rows import Requested, judge_rows, simulate_rows
-from engine.kernels.stage import RUNNING, Status
+from engine.kernels.lanes import EMPTY
+from engine.kernels.rows import Requested, begin_lanes, judge_rows, simulate_rows
+from engine.kernels.stage import RUNNING, Run, Status
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import Bools, Floats, Ints
@@ -75,6 +76,8 @@ class Lanes:
         self._delay = [turns(each.delay, config.time_step) for each in self.controls]
         self.plan = plan(program, config, contact, pause=math.gcd(*self._every))
         self._run = lanes(program, self.plan.layout.last_sample + 1, count)
+        self._status = self._run.lane_live[:, -len(Status) :]
+        self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)
         self.results = empty_results(program, self._scenes)
         self._columns = columns(self.controls)
@@ -99,12 +102,12 @@ class Lanes:
     @property
     def turns(self) -> int:
         """Rows of what is decided in a lane …"""
-        return int(self._run.actions.shape[1])
+        return int(self._run.lane_actions.shape[1])
 
     @property
     def numbers(self) -> int:
         """… and numbers in a row."""
-        return int(self._run.actions.shape[2])
+        return int(self._run.lane_actions.shape[2])
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
@@ -116,18 +119,18 @@ class Lanes:
         blank = empty_results(self.program, self._scenes._replace(verdict=self._scenes.verdict[chosen]))
         for array, fresh in zip(_arrays(self.results), _arrays(blank), strict=True):
             array[chosen] = fresh
-        self._run.status[chosen, Status.PAUSED] = self._run.status[chosen, Status.SAMPLE] = 0
+        begin_lanes(self.plan, self._scenes, chosen.astype(np.int32), self._run)
         self._paths[chosen] = self.program.routes[np.maximum(scenes.variant, 0)]
         self._reach[chosen] = weather_sight(self.program, scenes)
         self._neutral(chosen, scenes)
 
     def _neutral(self, chosen: Ints, scenes: Scenes) -> None:
         """Until the first decision comes into effect everybody rolls on, or keeps its speed."""
-        self._run.actions[chosen] = 0.0
+        self._run.lane_actions[chosen] = 0.0
         for control, column in zip(self.controls, self._columns, strict=True):
             if control.names[0] == "target_speed":
                 start = [actor_columns(self.program, row)[control.actor, Column.SPEED] for row in scenes.values]
-                self._run.actions[chosen, :, column.start] = np.array(start)[:, np.newaxis]
+                self._run.lane_actions[chosen, :, column.start] = np.array(start)[:, np.newaxis]
 
     @property
     def running(self) -> Bools:
@@ -137,7 +140,7 @@ class Lanes:
     @property
     def samples(self) -> Ints:
         """(lanes,) the current one of each."""
-        return self._run.status[:, Status.SAMPLE]
+        return self._status[:, Status.SAMPLE]
 
     @property
     def times(self) -> Floats:
@@ -152,22 +155,40 @@ class Lanes:
 
         def run(first: int, last: int) -> None:
             outlines = np.zeros((len(self.program.actors), 3))
-            rows(self.plan, self._scenes, first, last, self._run, outlines, self.results)
+            rows(self.plan, self._scenes, first, last, self._part(first, last), outlines, self.results)
 
-        in_parts(len(self), self._jobs if len(self) > CHUNK else 1, run)  # a thread starts no faster than these step
+        if len(self) > CHUNK and self._jobs > 1:
+            in_parts(len(self), self._jobs, run)
+        else:
+            run(0, len(self))  # a thread starts no faster than these step
+
+    def _part(self, first: int, last: int) -> Run:
+        """Some lanes, with a memory of their own to work in."""
+        if last - first == len(self):
+            return self._run
+        if (first, last) not in self._parts:
+            arrays = self._run._asdict()
+            parts = {name: array[first:last] for name, array in arrays.items() if name.startswith("lane_")}
+            self._parts[first, last] = memory(self.program, self.plan.layout.last_sample + 1)._replace(**parts)
+        return self._parts[first, last]
+
+    def lose(self, chosen: Bools) -> None:
+        """Let the chosen lanes rest: what their controller decides cannot be driven."""
+        self.results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
+        self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
         """(lanes,) where the control of this number is asked at the current sample."""
-        paused = self._run.status[:, Status.PAUSED] == 1
+        paused = self._status[:, Status.PAUSED] == 1
         return self.running & paused & (self.samples % self._every[number] == 0)
 
     def observe(self, number: int, chosen: Bools, out: Floats) -> None:
         """Write what the control of this number observes into the rows of `out` (lanes, d) of the chosen lanes."""
         lane = np.flatnonzero(chosen)
         if self._rules:
-            touched = self._run.status[lane, Status.CONTACT_ONE] >= 0
+            touched = self._status[lane, Status.CONTACT_ONE] >= 0
             sample = self.samples[lane] - touched
-            out[lane] = self._run.watched[lane[:, np.newaxis], sample[:, np.newaxis], np.array(self._rules)]
+            out[lane] = self._run.lane_watched[lane[:, np.newaxis], sample[:, np.newaxis], np.array(self._rules)]
             return
         actor = self.controls[number].actor
         path = np.ascontiguousarray(self._paths[:, actor])
@@ -177,15 +198,16 @@ class Lanes:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
         lane = np.flatnonzero(chosen)
         first = self.samples[lane] + self._delay[number]
-        last = len(self._run.actions[0]) - 1
+        last = len(self._run.lane_actions[0]) - 1
         for later in range(self._every[number]):
-            self._run.actions[lane, np.minimum(first + later, last), self._columns[number]] = actions[lane]
+            self._run.lane_actions[lane, np.minimum(first + later, last), self._columns[number]] = actions[lane]
 
     def decided(self, chosen: Ints) -> Floats:
         """(chosen, turns, numbers): what was decided in the chosen lanes; after its end a run's last turn goes on."""
-        last: Ints = self.samples[chosen]
-        turn = np.minimum(np.arange(self.turns), last[:, np.newaxis])
-        return np.asarray(self._run.actions[chosen[:, np.newaxis], turn])
+        decided, last = self._run.lane_actions[chosen], self.samples[chosen]
+        later = np.arange(self.turns) > last[:, np.newaxis]
+        np.copyto(decided, decided[np.arange(len(last)), last][:, np.newaxis], where=later[:, :, np.newaxis])
+        return decided
 
 
 def _arrays(group: object) -> tuple[NDArray[Any], ...]:

@@ -18,13 +18,14 @@ from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.legs import Leg
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN
-from engine.kernels.stage import Leg, Plan, Run, Slot, Status, column_of, outline_of, place
+from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
 from engine.opcodes import Op
 from engine.tables import ROAD_REGION, SLIDING

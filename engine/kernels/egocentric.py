@@ -7,11 +7,11 @@ is hidden behind others or buildings, or beyond what the weather lets anybody se
 import math
 
 from engine.kernels.evaluate import wrap_angle
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.lanes import take_up
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
 from engine.kernels.region import lane_nearest
-from engine.kernels.rows import lane_of
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of
 from engine.tables import Floats, Ints
 from engine.vocabulary import Column, State
@@ -34,13 +34,13 @@ WIDTH = len(OWN) + 2 * len(AHEAD) + NEAREST * len(EACH)
 
 
 @kernel
-def look_around(plan: Plan, lanes: Run, actor: int, paths: Ints, reach: Floats, chosen: Ints, out: Floats) -> None:
+def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Ints, out: Floats) -> None:
     """Write what an actor observes at the current sample of the chosen lanes into their rows of `out` (lanes, WIDTH).
 
     `paths` (lanes,): the path that it is known to follow, -1: that of the lane it is on. `reach` (lanes,) [m].
     """
     for lane in chosen:
-        run = lane_of(lanes, lane)
+        take_up(plan, run, lane)
         sample = int(run.status[Status.SAMPLE])
         out[lane, :] = 0.0
         if run.states[sample, actor, State.PRESENT] != 0.0:
@@ -48,7 +48,7 @@ def look_around(plan: Plan, lanes: Run, actor: int, paths: Ints, reach: Floats, 
             _observe_others(plan, run, sample, actor, float(reach[lane]), out[lane])
 
 
-@kernel
+@inlined
 def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, path: int, out: Floats) -> None:
     row, x, y = run.states[sample, actor], run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
     heading = row[State.HEADING]
@@ -67,7 +67,7 @@ def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, path: int, ou
         out[len(OWN) + 2 * number + 1] = dy * math.cos(heading) - dx * math.sin(heading)
 
 
-@kernel
+@inlined
 def _observe_others(plan: Plan, run: Run, sample: int, actor: int, reach: float, out: Floats) -> None:
     """The nearest by their centres, one after the other: of equally near ones the lower number."""
     me = run.states[sample, actor]

@@ -4,15 +4,43 @@ Bodies are numbered: the actors, then the buildings of the road, which are walls
 """
 
 import math
+from enum import IntEnum
 
 from engine.kernels.approach import TOUCH, circles_apart
 from engine.kernels.contact import Body, is_fixed
 from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined
 from engine.kernels.pair import swung
-from engine.kernels.stage import HOSTED, Leg, Plan, Run, Slot, column_of
+from engine.kernels.stage import HOSTED, Plan, Run, Slot, column_of
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State
+
+
+class Leg(IntEnum):
+    """Columns of `Run.legs`: a straight way through the rest of a step, of loose bodies and of all where some touch."""
+
+    BEGIN = 0
+    """Part of the step at which the leg begins; it ends at 1."""
+    X0 = 1
+    """Centre [m] and heading [rad] at its beginning (0) and its end (1)."""
+    Y0 = 2
+    HEADING0 = 3
+    X1 = 4
+    Y1 = 5
+    HEADING1 = 6
+    VX0 = 7
+    """Velocity of the centre [m/s] and spin [rad/s], likewise."""
+    VY0 = 8
+    SPIN0 = 9
+    VX1 = 10
+    VY1 = 11
+    SPIN1 = 12
+    ROLLING = 13
+    """1 once the wheels of a loose body grip again: it rolls out where they point."""
+    STRUCK = 14
+    """1 for a body that an impact has changed in this step."""
+    NEAR_WALL = 15
+    """1 where the leg may lead into a building."""
 
 
 @inlined

@@ -5,7 +5,8 @@ import math
 from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, has_axles, roll, supports_of
 from engine.kernels.dynamics import WHEEL_RADIUS
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.stage import LOOSE, Leg, Plan, Run, Slot, column_of
+from engine.kernels.legs import Leg
+from engine.kernels.stage import LOOSE, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Column, State
 

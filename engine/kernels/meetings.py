@@ -23,6 +23,7 @@ from engine.kernels.geometry import building, frame, nearest_points
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.legs import (
+    Leg,
     along_leg,
     beside,
     bodies_of,
@@ -41,7 +42,6 @@ from engine.kernels.stage import (
     PAUSE,
     PULSE,
     Blow,
-    Leg,
     Plan,
     Run,
     Slot,

@@ -28,32 +28,16 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 
 import math
 
-from engine.kernels.actuation import slide
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
-from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
-from engine.kernels.loose import step_loose
-from engine.kernels.meetings import search_contact, settle_others
-from engine.kernels.pedals import Pushed, heads, push
-from engine.kernels.region import region_contains
-from engine.kernels.stage import (
-    LOOSE,
-    NO_SPEED,
-    REPLACED,
-    RUNNING,
-    Plan,
-    Run,
-    Slot,
-    Status,
-    column_of,
-    end_run,
-    place,
-    vehicle_of,
-)
+from engine.kernels.lanes import lay_down, record_lane, rests, take_up
+from engine.kernels.meetings import Meeting, search_contact, settle_others
+from engine.kernels.motion import step
+from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
 from engine.kernels.temporal import find_broken
-from engine.tables import ROAD_REGION, Floats, Ints, Segment
-from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
+from engine.tables import Floats, Ints, Segment
+from engine.vocabulary import EndReason, RuleKind, State
 
 
 @shared
@@ -93,35 +77,59 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
 
     Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
     among others alone, and only where the ego is `REPLACED`.
+
+    Of runs side by side those from `run.lane` on run on, one after the other, until one of them comes to its end.
     """
-    while (run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored)) or run.status[
-        Status.TOUCHDOWN
-    ] == 1:
-        if run.status[Status.SAMPLE] % plan.layout.hold == 0 or run.status[Status.TOUCHDOWN] == 1:
-            _take_turns(plan, run, scored)
-        if (scored and run.status[Status.END] != RUNNING) or run.status[Status.PAUSED] == 1:
-            break
-        _step(plan, run)
-        low, high = 0, len(plan.kinds)
-        if not scored:
-            low = 1 if run.actors[0, Slot.FREE] == REPLACED else high
-        while low < high:
-            met = search_contact(plan, run, low, high)
-            high = 0
-            if met.one == 0:
-                wall = met.other >= len(plan.kinds)
-                end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
-                run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
-                if plan.layout.judged != 0 and scored:
-                    touch_down(run)
-            elif met.one > 0:
-                settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
-                high = 1  # the ego's own contact is still to be found
-        run.status[Status.SAMPLE] += 1
-    if run.status[Status.TOUCHDOWN] == 1:
-        step_on(run)
-    if scored and len(plan.temporal_root) > 0:
-        _judge(plan, run)
+    lanes, start = len(run.lane_live), int(run.lane[0])
+    run.lane[0] = max(lanes, start)
+    for lane in range(start, max(lanes, start + 1)):
+        first = 0
+        if lanes > 0:
+            if rests(run, lane):
+                continue
+            take_up(plan, run, lane)
+            first = int(run.status[Status.SAMPLE])
+        while (run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored)) or run.status[
+            Status.TOUCHDOWN
+        ] == 1:
+            if run.status[Status.SAMPLE] % plan.layout.hold == 0 or run.status[Status.TOUCHDOWN] == 1:
+                _take_turns(plan, run, scored)
+            if (scored and run.status[Status.END] != RUNNING) or run.status[Status.PAUSED] == 1:
+                break
+            step(plan, run)
+            low, high = 0, len(plan.kinds)
+            if not scored:
+                low = 1 if run.actors[0, Slot.FREE] == REPLACED else high
+            while low < high:
+                met = search_contact(plan, run, low, high)
+                high = 0
+                if met.one == 0:
+                    _note_contact(plan, run, met, scored)
+                elif met.one > 0:
+                    settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
+                    high = 1  # the ego's own contact is still to be found
+            run.status[Status.SAMPLE] += 1
+        if run.status[Status.TOUCHDOWN] == 1:
+            step_on(run)
+        if lanes > 0:
+            record_lane(run, lane, first)
+        if scored and len(plan.temporal_root) > 0:
+            _judge(plan, run)
+        if lanes > 0:
+            lay_down(run, lane, plan.layout.locals - plan.layout.variant_values)  # a scene's values never change
+            if run.status[Status.END] != RUNNING:
+                run.lane[0] = lane
+                return
+
+
+@inlined
+def _note_contact(plan: Plan, run: Run, met: Meeting, scored: bool) -> None:
+    """The ego has touched somebody in this step."""
+    wall = met.other >= len(plan.kinds)
+    end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
+    run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
+    if plan.layout.judged != 0 and scored:
+        touch_down(run)
 
 
 @inlined
@@ -253,94 +261,3 @@ def _running_monitors(plan: Plan, run: Run, template: int) -> int:
     for monitor in range(len(plan.monitor_started)):
         count += 1 if run.resume[plan.monitor_blocks[template, monitor]] >= 0 else 0
     return count
-
-
-# -- motion -----------------------------------------------------------------------------------------------------------
-
-
-@inlined
-def _step(plan: Plan, run: Run) -> None:
-    """Write the next sample of everybody but those whom a host moves."""
-    sample = int(run.status[Status.SAMPLE])
-    for actor in range(len(plan.kinds)):
-        if run.actors[actor, Slot.FREE] != 0.0:
-            if run.actors[actor, Slot.FREE] == LOOSE:
-                _watch_road(plan, run, sample, actor)
-                step_loose(plan, run, sample, actor)
-            continue
-        if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.LEAVING] != 0.0:
-            for column in range(run.states.shape[2]):
-                run.states[sample + 1, actor, column] = run.states[sample, actor, column]
-            run.states[sample + 1, actor, State.PRESENT] = 0.0
-            continue
-        _watch_road(plan, run, sample, actor)
-        _move(plan, run, sample, actor)
-
-
-@inlined
-def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """Note when an actor's centre is first outside the road, at the samples from which it steps."""
-    if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
-        x, y = run.states[sample, actor, State.X], run.states[sample, actor, State.Y]
-        if not region_contains(plan.road, ROAD_REGION, x, y):
-            run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
-
-
-@inlined
-def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """One actor's step from what it was commanded to do.
-
-    Who goes backwards is driven as one that faces the other way, and steers to the other side.
-    """
-    slots = run.actors
-    vehicle = vehicle_of(plan, run, actor)
-    speed = run.states[sample, actor, State.SPEED]
-    if slots[actor, Slot.SET_SPEED] != NO_SPEED:
-        speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
-        slots[actor, Slot.SET_SPEED] = NO_SPEED
-    way = heads(speed, slots[actor, Slot.REVERSE], plan.kinds[actor])
-    pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
-    faces = 1.0 if plan.slides[actor] != 0 else way  # a car that slips is turned back by a spin alone
-    heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
-    motion = Motion(
-        slots[actor, Slot.REAR_X],
-        slots[actor, Slot.REAR_Y],
-        heading,
-        faces * slots[actor, Slot.COS],
-        faces * slots[actor, Slot.SIN],
-        faces * speed,
-        faces * steer,
-    )
-    demand = Demand(way * faces * pushed.acceleration, faces * slots[actor, Slot.STEER])
-    kind = plan.kinds[actor]
-    if kind == ActorKind.OBSTACLE:
-        after = stand(motion)
-    elif kind == ActorKind.PEDESTRIAN:
-        after = walk(motion, demand, vehicle, plan.layout.time_step)
-        slots[actor, Slot.STEER] = 0.0  # a turn is made once, an angle of wheels stays
-    elif plan.slides[actor] != 0:
-        mass, rear = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.REAR_TO_CENTER)
-        after = slide(motion, demand, vehicle, mass, rear, slots, actor, plan.layout.time_step)
-    else:
-        after = drive(motion, demand, vehicle, plan.layout.time_step)
-    slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
-    slots[actor, Slot.COS], slots[actor, Slot.SIN] = after.cos, after.sin
-    _record(plan, run, sample, actor, after, faces, speed, pushed)
-
-
-@inlined
-def _record(
-    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: Pushed
-) -> None:
-    """The sample after `before`, at which the speed was `speed`; `faces` turns a motion that was turned round back."""
-    states, sample = run.states, before + 1
-    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    states[sample, actor, State.X] = after.x + to_center * after.cos
-    states[sample, actor, State.Y] = after.y + to_center * after.sin
-    states[sample, actor, State.HEADING] = after.heading
-    states[sample, actor, State.SPEED] = faces * after.speed + 0.0  # never -0.0
-    states[sample, actor, State.STEER] = faces * after.steer + 0.0
-    states[sample, actor, State.ACCELERATION] = (faces * after.speed - speed) / plan.layout.time_step
-    states[sample, actor, State.THROTTLE] = pushed.throttle
-    states[sample, actor, State.BRAKE] = pushed.brake
-    states[sample, actor, State.PRESENT] = 1.0

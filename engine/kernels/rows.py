@@ -8,6 +8,7 @@ from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
+from engine.kernels.lanes import EMPTY, end_of, lay_down, record_lane
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
@@ -48,66 +49,56 @@ else:
 
 @kernel
 def simulate_rows(
-    plan: Plan, scenes: Requested, first: int, last: int, lanes: Run, outlines: Floats, out: Results
+    plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results
 ) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive) that have not ended: to the end, or to the next pause.
+    """Run the valid scenes of rows `first` to `last` (exclusive) that have not ended, one after the other in the memory
+    of `run`: to the end. Where that has lanes, they hold these rows, and run on to their ends, or to the next pause.
 
-    `lanes` holds one or more runs side by side, arrays with one axis more: a row has the lane of its number, counted
-    round. `outlines` (actors, 3) is working memory.
+    `outlines` (actors, 3) is working memory.
     """
-    for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING:
-            _simulate_row(plan, scenes, row, lane_of(lanes, row % len(lanes.status)), outlines, out)
+    row = _run_next(plan, scenes, first, first, last, run, out)
+    while row < last:
+        if note_end(run, row, out):
+            measure_run(plan, run, row, outlines, out)
+        row = _run_next(plan, scenes, first, row + 1, last, run, out)
 
 
 @kernel
-def judge_rows(
-    plan: Plan, scenes: Requested, first: int, last: int, lanes: Run, outlines: Floats, out: Results
-) -> None:
+def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
     """The same of a program with objectives: what works them out is compiled for those that have some."""
-    for row in range(first, last):
-        if scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING:
-            run = lane_of(lanes, row % len(lanes.status))
-            if _simulate_row(plan, scenes, row, run, outlines, out):
-                note_objectives(plan, run, row, outlines, out)
+    row = _run_next(plan, scenes, first, first, last, run, out)
+    while row < last:
+        if note_end(run, row, out):
+            measure_run(plan, run, row, outlines, out)
+            note_objectives(plan, run, row, outlines, out)
+        row = _run_next(plan, scenes, first, row + 1, last, run, out)
 
 
 @kernel
-def lane_of(lanes: Run, lane: int) -> Run:
-    """One of several runs side by side."""
-    return Run(
-        lanes.states[lane],
-        lanes.registers[lane],
-        lanes.resume[lane],
-        lanes.actors[lane],
-        lanes.status[lane],
-        lanes.end[lane],
-        lanes.legs[lane],
-        lanes.impacts[lane],
-        lanes.key[lane],
-        lanes.watched[lane],
-        lanes.worth[lane],
-        lanes.decided[lane],
-        lanes.beyond[lane],
-        lanes.final[lane],
-        lanes.shades[lane],
-        lanes.actions[lane],
-    )
-
-
-@kernel
-def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: Floats, out: Results) -> bool:
-    """Whether the run is over and valid, and so measured."""
-    # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
-    if run.status[Status.PAUSED] == 0:
+def _run_next(plan: Plan, scenes: Requested, first: int, row: int, last: int, run: Run, out: Results) -> int:
+    """Run on from a row to the end of a run; its row, or `last` where none comes to its end."""
+    alone = len(run.lane_live) == 0
+    while alone and row < last and not (scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING):
+        row += 1
+    if row >= last:
+        return last
+    if alone:
         begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-    advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
-    if run.status[Status.PAUSED] == 1:
-        return False
-    valid = note_end(run, row, out)
-    if valid:
-        measure_run(plan, run, row, outlines, out)
-    return valid
+    run.lane[0] = row - first
+    # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile it twice.
+    advance(plan, run, plan.layout.last_sample + 1, row < last)
+    return first + int(run.lane[0])
+
+
+@kernel
+def begin_lanes(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
+    """Set up the scenes of the rows `chosen` in the lanes of `run`: in each, the row of its number."""
+    for lane in chosen:
+        run.lane_live[lane, end_of(run)] = EMPTY
+        if scenes.verdict[lane] == Verdict.VALID:
+            begin(plan, run, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
+            record_lane(run, lane, 0)
+            lay_down(run, lane, 0)
 
 
 @inlined

@@ -145,33 +145,6 @@ LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
 """Of `Slot.FREE`. Of an ego that another driver moves, the others go on as in a scored run, impacts included."""
 
 
-class Leg(IntEnum):
-    """Columns of `Run.legs`: a straight way through the rest of a step, of loose bodies and of all where some touch."""
-
-    BEGIN = 0
-    """Part of the step at which the leg begins; it ends at 1."""
-    X0 = 1
-    """Centre [m] and heading [rad] at its beginning (0) and its end (1)."""
-    Y0 = 2
-    HEADING0 = 3
-    X1 = 4
-    Y1 = 5
-    HEADING1 = 6
-    VX0 = 7
-    """Velocity of the centre [m/s] and spin [rad/s], likewise."""
-    VY0 = 8
-    SPIN0 = 9
-    VX1 = 10
-    VY1 = 11
-    SPIN1 = 12
-    ROLLING = 13
-    """1 once the wheels of a loose body grip again: it rolls out where they point."""
-    STRUCK = 14
-    """1 for a body that an impact has changed in this step."""
-    NEAR_WALL = 15
-    """1 where the leg may lead into a building."""
-
-
 class Blow(IntEnum):
     """Columns of `Run.impacts`: an impact between two others, the lower actor first."""
 
@@ -263,7 +236,7 @@ class Run(NamedTuple):
     """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
     (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
     legs: Floats
-    """(actors, len(Leg))"""
+    """(actors, len(legs.Leg))"""
     impacts: Floats
     """(MAX_BLOWS, len(Blow)), of which `Status.BLOWS` rows are filled."""
     key: Ints
@@ -283,6 +256,22 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
+    lane: Ints
+    """(1,) int64: of runs side by side (`kernels.lanes`) the next to run on; then the one that has come to its end."""
+    live: Ints
+    """(…,) int64: registers but literals, actors, end, key, resume and status, all of which are parts of it …"""
+    lane_live: Ints
+    """… (lanes, …) of each of the runs side by side; without lanes there is a lone run."""
+    lane_states: Floats
+    """(lanes, samples, actors, len(State))"""
+    lane_watched: Floats
+    """(lanes, samples, rules)"""
+    lane_legs: Floats
+    """(lanes, actors, len(legs.Leg)) and …"""
+    lane_blows: Floats
+    """… (lanes, MAX_BLOWS, len(Blow)): impacts among others go on in later samples; no rows where there can be none."""
+    lane_actions: Floats
+    """(lanes, samples, numbers)"""
 
 
 @inlined

@@ -3,6 +3,7 @@ the one number of its k rollouts, the paper's five evaluation metrics (RL, NC, M
 individuals, and with whom the ego collided.
 """
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -144,11 +145,16 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
     Invalid only when all k are; an error among rollouts of which none is valid makes the individual an error.
     """
-    valid = rollouts.verdict == Verdict.VALID
+    valid = (rollouts.verdict == Verdict.VALID) | _is_sought(rollouts)
     failed = (rollouts.verdict == Verdict.ERROR).any(axis=1)
     verdict = np.where(failed, int(Verdict.ERROR), rollouts.verdict[:, 0])
-    verdict = np.where(valid.any(axis=1), int(Verdict.VALID), verdict).astype(np.int32)
+    verdict = np.where((rollouts.verdict == Verdict.VALID).any(axis=1), int(Verdict.VALID), verdict).astype(np.int32)
     return verdict, aggregate(goal_of(rollouts), valid, how)
+
+
+def _is_sought(rollouts: Assessment) -> Bools:
+    """(n, k) where a controller failed, and such scenes are what is sought."""
+    return (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
 
 
 def is_aimed(rollouts: Assessment) -> bool:
@@ -163,13 +169,14 @@ def goal_of(rollouts: Assessment) -> Floats:
 
 def results(evaluations: Evaluations) -> list[Result]:
     """Return what a searcher's `tell` gets, one result a row."""
-    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.found
+    status = map(_status, evaluations.verdict.tolist(), evaluations.reused.tolist(), evaluations.fitness.tolist())
+    columns = evaluations.fitness, evaluations.verdict, evaluations.continuous, evaluations.found
     each = np.arange(len(evaluations)), evaluations.worst_rollout
     sought = evaluations.rollouts.sought[each].tolist()
-    rows = zip(*(column.tolist() for column in columns), _measures(evaluations), sought, strict=True)
+    rows = zip(status, *(column.tolist() for column in columns), _measures(evaluations), sought, strict=True)
     return [
-        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, found, tuple(measures), tuple(values))
-        for verdict, fitness, reused, continuous, found, measures, values in rows
+        Result(state, fitness, Verdict(verdict), continuous, found, tuple(measures), tuple(values))
+        for state, fitness, verdict, continuous, found, measures, values in rows
     ]
 
 
@@ -179,12 +186,13 @@ def _measures(evaluations: Evaluations) -> list[list[float]]:
     return np.stack([getattr(evaluations.rollouts, name)[place] for name in MEASURES], axis=1).tolist()
 
 
-def _status(verdict: int, reused: bool) -> Status:
+def _status(verdict: int, reused: bool, fitness: float) -> Status:
     if reused:
         return Status.REUSED
     if verdict == Verdict.ERROR:
         return Status.ERROR
-    return Status.VALID if verdict == Verdict.VALID else Status.INVALID
+    sought = verdict == Verdict.CONTROLLER and not math.isnan(fitness)
+    return Status.VALID if verdict == Verdict.VALID or sought else Status.INVALID
 
 
 def parent_rows(proposals: Sequence[Proposal]) -> Ints:

@@ -42,8 +42,8 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
         scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
         risk = assess(outcomes, profile)
         runs = Runs(program, config, scenes, outcomes, risk)
-        values = [np.where(runs.valid, np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
-        found = aims[0].finds(runs, values[0]) & runs.valid if aims else None
+        values = [np.where(aim.counts(runs), np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
+        found = aims[0].finds(runs, values[0]) & aims[0].counts(runs) if aims else None
         sought = np.stack(values, axis=1) if values else np.zeros((len(outcomes), 0))
         return assessment(scenes, outcomes, risk, sought, found)
 

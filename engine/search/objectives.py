@@ -26,7 +26,7 @@ from engine.scenes import Scenes
 from engine.search.assessment import map_arrays, take
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import OBJECTIVES, Sense
+from engine.vocabulary import OBJECTIVES, Sense, Verdict
 
 MOST_MARGIN = 4.0
 """To wait longer with braking makes no collision more avoidable [s]; the horizon of the reference driver."""
@@ -69,6 +69,12 @@ class Objective:
     sign: float = 1.0
     """What people read is this times the number that a search makes large."""
     unit: str = ""
+    failures: bool = False
+    """Whether scenes over which a controller failed count; to others they are not valid."""
+
+    def counts(self, runs: Runs) -> Bools:
+        """(n,) scenes whose numbers mean something."""
+        return runs.valid | (self.failures & (runs.outcomes.verdict == Verdict.CONTROLLER))
 
 
 class ObjectiveError(CortexError):
@@ -146,6 +152,12 @@ def _larger_change(pair: Encounter) -> float:
     return relative_speed(pair.nearest) * max(masses) / sum(masses)
 
 
+def failing(runs: Runs) -> Floats:
+    """1 where a controller failed; elsewhere the risk, from 0 to 22, over that and one more."""
+    risk = np.maximum(np.nan_to_num(runs.risk.continuous), 0.0)
+    return np.where(runs.outcomes.verdict == Verdict.CONTROLLER, 1.0, risk / (1.0 + risk))
+
+
 BUILT_IN: tuple[Objective, ...] = (
     Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions),
     Objective(
@@ -156,6 +168,13 @@ BUILT_IN: tuple[Objective, ...] = (
     ),
     Objective("conflict", "the least time between two at one place, 0 on contact", conflict, _collisions, -1.0, "s"),
     Objective("severity", "delta-V of whom it is larger; no risks of injury", severity, _collisions, 1.0, "m/s"),
+    Objective(
+        "controller",
+        "scenes over which a controller fails: 1; below 1 the risk of those that it drives",
+        failing,
+        lambda _, values: values == 1.0,
+        failures=True,
+    ),
 )
 assert tuple(row.name for row in BUILT_IN) == OBJECTIVES
 

@@ -139,6 +139,8 @@ class CaseReplay:
     """The case as a scenario of its own: texts by name, the main one first."""
     held: Sequence[Held] = ()
     """Params that were held fixed."""
+    town: Outline | None = None
+    """All that `road` is a part of, where that is not everything."""
 
     @cached_property
     def shapes(self) -> list[Shape]:
@@ -262,13 +264,16 @@ def replay_case(
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
+    whole = outline(build_network(scenario.program.road_spec))
+    part = _part(whole, scenario.program, run.trajectory)
     return CaseReplay(
         program=scenario.program,
         scenes=scenes,
         outcomes=run.outcomes,
         trajectory=run.trajectory,
         impacts=run.impacts,
-        road=_around(scenario.program, run.trajectory),
+        road=whole if part is None else part,
+        town=None if part is None else whole,
         score=int(risk.score[0]),
         parts=tuple(risk.parts[0].tolist()),
         pair=max(0, int(risk.pair[0])),
@@ -281,11 +286,11 @@ REACH = 100.0
 """Of a town, so much is drawn beyond where the run takes place, and as much more as that place is long [m]."""
 
 
-def _around(program: Program, trajectory: Trajectory) -> Outline:
-    """The road to be drawn: all of it, but for the roads of a file, of which there may be a whole town."""
-    road, places = outline(build_network(program.road_spec)), tracks(trajectory)
+def _part(road: Outline, program: Program, trajectory: Trajectory) -> Outline | None:
+    """Of the roads of a file, of which there may be a whole town, those around a run; None for all other roads."""
+    places = tracks(trajectory)
     if not isinstance(program.road_spec, MapFile) or not len(places):
-        return road
+        return None
     return near(road, places, REACH + float(np.ptp(places, axis=0).max()))
 
 

@@ -173,10 +173,17 @@ def _stage(replay: CaseReplay) -> Element:
         "div",
         still(replay, replay.frame),
         element("div", [_chip(shape.name, actor) for actor, shape in enumerate(replay.shapes)], class_="legend"),
+        None if replay.town is None else scene_svg.overview(replay.town, _middle(replay)),
         element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
         class_="stage",
         style=f"--shape:{replay.frame.shape:.3f}",
     )
+
+
+def _middle(replay: CaseReplay) -> tuple[float, float]:
+    """Where the ego is at the key moment [m]."""
+    x, y = replay.trajectory.states[replay.key_sample, 0, :2].tolist()
+    return x, y
 
 
 def _chip(name: str, actor: int) -> Element:

@@ -205,7 +205,7 @@ VERDICTS = {
     Verdict.EXHAUSTED: "no scene found that meets the requirements",
     Verdict.ABORTED: "a requirement on the run broke",
     Verdict.ERROR: "the engine failed",
-    Verdict.CONTROLLER: "the process that drives was lost",
+    Verdict.CONTROLLER: "a controller failed",
 }
 
 

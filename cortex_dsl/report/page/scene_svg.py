@@ -140,6 +140,48 @@ def contact_mark(x: float, y: float) -> Element:
     )
 
 
+OVERVIEW = 104
+"""Width and height [px]."""
+OVERVIEW_STYLE = (
+    "position:absolute;bottom:42px;right:10px;border-radius:6px;background:var(--card);opacity:.92;pointer-events:none"
+)
+
+
+def overview(town: Outline, place: Sequence[float]) -> Element:
+    """A town as a small picture, north up, with a ring where something takes place."""
+    points = np.vstack([*town.center_lines, np.array([place])])
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    scale = (OVERVIEW - 16) / max(size, 1.0)
+    margin = 0.5 * (OVERVIEW - scale * np.ptp(points, axis=0))
+
+    def small(line: Floats) -> Floats:
+        x, y = (margin + scale * (line - low)).T
+        return np.column_stack([x, OVERVIEW - y])
+
+    roads = " ".join(f"M{points_text(_thinned(small(line)), 1)}" for line in town.center_lines)
+    (x, y), thin = small(np.array([place]))[0], {"fill": "none", "stroke": "var(--quiet)", "stroke_width": ".8"}
+    return element(
+        "svg",
+        element("title", "where in the town this is, north up"),
+        element("path", d=roads, **thin),
+        element("circle", cx=number(x, 1), cy=number(y, 1), r=5, fill="none", stroke="var(--hot)", stroke_width="1.8"),
+        viewBox=f"0 0 {OVERVIEW} {OVERVIEW}",
+        width=OVERVIEW,
+        height=OVERVIEW,
+        class_="overview",
+        style=OVERVIEW_STYLE,
+    )
+
+
+def _thinned(line: Floats) -> Floats:
+    """Its ends, and what is a pixel from what was kept before."""
+    kept = [line[0]]
+    for point in line[1:-1]:
+        if math.hypot(*(point - kept[-1])) >= 1.0:
+            kept.append(point)
+    return np.array([*kept, line[-1]])
+
+
 def _compass(frame: Frame) -> Element:
     """A north arrow and a bar of a round length, at the lower left. Their unit is a pixel of a page with room."""
     x, y = frame.left + 14 * frame.pixel, -frame.bottom - 14 * frame.pixel

@@ -139,7 +139,9 @@ _ROWS = (
     _function("range", "Whole numbers below an end, or from a start to below an end.", variadic=True),
     _function("list", "The items of a list.", "items"),
     _function("tuple", "The items of a list.", "items"),
+    _function("Color", "A colour, as Scenic's scripts give it: red, green, blue.", variadic=True),
     # -- the running simulation
+    _function("simulation", "The running simulation: `simulation().currentTime` counts its steps."),
     Builtin(
         "withinDistanceToAnyObjs",
         Kind.FUNCTION,

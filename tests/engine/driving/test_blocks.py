@@ -1,6 +1,8 @@
 """Who drives from outside drives as a behaviour of the file does, and what goes wrong with it is told by its name."""
 
+import math
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -15,7 +17,10 @@ from engine.driving.decisions import is_reproducible
 from engine.driving.stepping import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.outcomes import Outcomes
+from engine.search.assessment import take
 from engine.tables import Bools, Floats, Ints
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Verdict
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ("left_turn", "right_and_oncoming_left", "left_against_crossing", "crossing_left_turn",
@@ -109,6 +114,49 @@ terminate after 3 s
     run = batch.trajectory(scenario.program, flooring.scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert run.states[-1, 0, 3] < 8.5
     assert run.states[:, 0, 7].max() == 1.0
+
+
+# -- a driver of the library, written in numpy -------------------------------------------------------------------------
+
+LINE = """
+map road(lanes=1, length=600 m)
+param SPEED = Range(4, 16) m/s
+param LEAD = Range(2, 12) m/s
+param AHEAD = Range(10, 60) m
+behavior Changing():
+    do FollowLaneBehavior(LEAD) for 4 s
+    do FollowLaneBehavior(LEAD / 3) for 4 s
+    do FollowLaneBehavior(LEAD)
+ego = new Car at (-250, -1.75), with speed SPEED, with behavior %s
+new Car ahead of ego by AHEAD, with speed LEAD, with behavior Changing()
+terminate after 15 s
+"""
+SEEN = ("speed", "nearest 1: seen", "nearest 1: x", "nearest 1: vx", "nearest 1: length")
+
+
+def intelligent(seen: Floats) -> Floats:
+    """The Intelligent Driver Model of Treiber, Hennecke and Helbing (2000) with its table I, at 12 m/s, as pedals."""
+    speed, there, x, opening, length = (seen[:, [name for name, _ in EGOCENTRIC].index(each)] for each in SEEN)
+    gap = np.maximum(np.where(there == 1.0, x - length, 1e9), 0.01)
+    wanted = 2.0 + np.maximum(0.0, 1.6 * speed - speed * opening / (2.0 * np.sqrt(0.73 * 1.67)))
+    asked = np.clip(0.73 * (1.0 - (speed / 12.0) ** 4 - (wanted / gap) ** 2), -8.0, 3.0)
+    car = MODELS[ActorKind.CAR]
+    pedals = np.maximum(asked, 0.0) / car.max_acceleration, np.maximum(-asked, 0.0) / car.max_braking
+    return np.stack([*(np.clip(pedal, 0.0, 1.0) for pedal in pedals), np.zeros(len(seen))], axis=1)
+
+
+def test_a_model_of_the_library_in_numpy_drives_as_the_library() -> None:
+    """The Intelligent Driver Model behind one who slows down: the same ends and steps, states within 1e-9 m."""
+    inside = cx.compile_text(LINE % "CarFollowingBehavior(12 m/s)")
+    outside = cx.compile_text(LINE % "ExternalBehavior()").driven_by(intelligent)
+    one, other = inside.sample(40, seed=1), outside.sample(40, seed=1)
+    ours, theirs = inside.simulate(one), outside.simulate(other)
+    assert np.array_equal(ours.end_reason, theirs.end_reason)
+    assert np.array_equal(ours.steps, theirs.steps)
+    for row in np.flatnonzero(one.valid)[:10].tolist():
+        mine, its = (batch.trajectory(each.program, scenes, row, each.config.simulation).states
+                     for each, scenes in ((inside, one), (outside, other)))  # fmt: skip
+        assert np.abs(mine[..., :5] - its[..., :5]).max() < 1e-9
 
 
 # -- when actions are asked for, and take effect -----------------------------------------------------------------------
@@ -216,9 +264,110 @@ def test_what_a_controller_raises_is_told() -> None:
     assert Path(__file__).name in error.message
 
 
+# -- one scene, and not the command ------------------------------------------------------------------------------------
+
+
+class Choosy:
+    """Drives all scenes but some, over which it does something else from the sixth question on."""
+
+    def __init__(self, bad: Sequence[int], what: Callable[[Floats, Bools], Floats], times: float = math.inf) -> None:
+        self.bad, self.what, self.left = set(bad), what, times
+        self.here: list[bool] = []
+        self.questions = 0
+
+    def reset(self, lanes: Ints, keys: Ints) -> None:
+        self.here = [tuple(key)[4] in self.bad for key in keys.tolist()]
+        self.questions = 0
+
+    def act(self, observations: Floats, active: Bools) -> Floats:
+        self.questions += 1
+        bad = np.array(self.here) & active
+        if self.questions > 5 and bad.any() and self.left > 0:
+            self.left -= 1
+            return self.what(cruising(observations), bad)
+        return cruising(observations)
+
+
+def raises(actions: Floats, bad: Bools) -> Floats:
+    raise ZeroDivisionError("no gap")
+
+
+def shortened(actions: Floats, bad: Bools) -> Floats:
+    return actions[~bad]
+
+
+def undefined(actions: Floats, bad: Bools) -> Floats:
+    return np.where(bad[:, np.newaxis], np.nan, actions)
+
+
+@pytest.mark.parametrize("what", [raises, shortened, undefined])
+def test_the_scene_over_which_a_function_fails_is_found(what: Callable[[Floats, Bools], Floats]) -> None:
+    """An exception, a row too few or NaN over some scenes is their verdict; all others are as if nothing had been."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(21, seed=3)
+    bad = np.flatnonzero(scenes.valid)[[2, 7]]
+    done = drive(scenario.program, scenes, Choosy(bad.tolist(), what), scenario.config.simulation, block=8)
+    here = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8)
+    assert np.flatnonzero(done.outcomes.verdict == Verdict.CONTROLLER).tolist() == bad.tolist()
+    assert np.array_equal(done.scenes.verdict == Verdict.CONTROLLER, done.outcomes.verdict == Verdict.CONTROLLER)
+    assert done.remarks
+    rest = np.delete(np.arange(21), bad)
+    same(take(done.outcomes, rest), take(here.outcomes, rest))
+    assert np.array_equal(done.scenes.actions[rest], here.scenes.actions[rest])
+    assert (scenario.assess(done.outcomes).score[bad] == -1).all()
+
+
+def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureFixture) -> None:
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(8, seed=3)
+    bad = np.flatnonzero(scenes.valid)[:1].tolist()
+    done = drive(scenario.program, scenes, Choosy(bad, raises, times=1), scenario.config.simulation, block=8)
+    same(done.outcomes, drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8).outcomes)
+    assert len(done.remarks) == 1
+    assert "raised ZeroDivisionError in `act`: no gap" in caplog.text
+
+
+def test_a_search_looks_for_scenes_over_which_a_controller_fails() -> None:
+    """By `controller` such scenes are its finds, and have the most of what is sought; else they are invalid."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+
+    def picky(seen: Floats) -> Floats:
+        return np.where(seen[:, [SPEED]] > 15.0, np.nan, cruising(seen))
+
+    for name, best in (("controller", 1.0), ("risk", None)):
+        driven = scenario.driven_by(picky, block=16)
+        found = driven.search("ga", objective=name, generations=3, population=16, seed=1).evaluations
+        lost = found.rollouts.verdict[:, 0] == Verdict.CONTROLLER
+        assert lost.any()
+        assert np.array_equal(found.found, lost if best else found.collided)
+        assert (found.fitness[lost] == best).all() if best else np.isnan(found.fitness[lost]).all()
+
+
+def test_who_never_drives_ends_the_command() -> None:
+    """After some scenes, and not after all."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    asked = 0
+
+    def broken(seen: Floats) -> Floats:
+        nonlocal asked
+        asked += 1
+        raise RuntimeError("no weights")
+
+    with pytest.raises(ControllerError, match="no weights"):
+        drive(scenario.program, scenario.sample(64, seed=1), broken, scenario.config.simulation, block=64)
+    assert asked <= 20
+
+
 def test_no_controller_is_told() -> None:
     assert "is no function" in refused_kind(7)
     assert refused({"eg": cruising}).cure == "did you mean `ego`?"
+
+
+def test_a_file_without_a_place_for_a_driver_is_told() -> None:
+    scenario = cx.load(ROOT / "examples" / "left_turn.scn")
+    with pytest.raises(ControllerError, match=r"nobody in .* is driven from outside") as caught:
+        scenario.driven_by(cruising).sample(1)
+    assert "ExternalBehavior(trajectory=…)` in place of its own" in caught.value.cure
 
 
 def refused_kind(driver: object) -> str:

@@ -118,5 +118,6 @@ def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> No
 
 def test_an_environment_tells_its_memory(scenario: cx.Scenario) -> None:
     """Which grows with the lanes."""
-    assert scenario.environment(64).nbytes == pytest.approx(16 * scenario.environment(4).nbytes, rel=0.05)
+    few, some, many = (scenario.environment(lanes).nbytes for lanes in (4, 8, 64))
+    assert many - few == 15 * (some - few) > 0
     assert "MB" in repr(scenario.environment(4))

@@ -2,9 +2,11 @@
 
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from engine.errors import ControllerError
 from engine.vocabulary import Verdict
 from tests.engine.driving.test_blocks import same
 
+TABLES = ("individual", "simulation", "action")
 OWN = Path(__file__).parents[3] / "examples" / "own_driver"
 TEXT = """
 param SPEED = Range(5, 15) m/s
@@ -125,6 +128,26 @@ def test_the_scene_over_which_it_crashes_is_found(scenario: cx.Scenario, tmp_pat
         assert done.outcomes.end_time[row] == here.outcomes.end_time[row]
         assert np.array_equal(done.scenes.actions[row], here.scenes.actions[row])
     assert scenario.assess(done.outcomes).score[2] == -1
+
+
+def test_kills_at_random_moments_change_no_journal(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """Whoever is killed now and then finds what he finds undisturbed: the same evaluations, the same actions."""
+    log = tmp_path / "kills"
+    log.touch()
+    kills = f"len(open({str(log)!r}).read())"
+    moment = f"({kills} == 0 and number == 3) or (os.urandom(1)[0] < 6 and {kills} < 10)"
+    hook = f"number > 0 and ({moment}) and (open({str(log)!r}, 'a').write('x'), os.kill(os.getpid(), 9))"
+    (tmp_path / "calm").mkdir()
+    names = client(tmp_path / "calm"), client(tmp_path, hook)
+    found = []
+    for number, name in enumerate(names):
+        out = tmp_path / f"run{number}"
+        scenario.driven_by(name, block=4).search("ga", generations=4, population=16, seed=1, out=out)
+        with closing(sqlite3.connect(out / "journal.sqlite")) as journal:
+            found.append([list(journal.execute(f"SELECT * FROM {table} ORDER BY 1, 2")) for table in TABLES])
+    assert log.read_text()
+    assert "was ended by signal 9" in (tmp_path / "run1" / "controller.log").read_text()
+    assert found[0] == found[1]
 
 
 def test_a_late_stack_is_killed(scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

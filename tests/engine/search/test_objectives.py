@@ -133,7 +133,7 @@ def test_objectives_of_the_file_turn_their_sign(runs: Runs) -> None:
     np.testing.assert_array_equal(row.finds(runs, room), runs.outcomes.min_distance[:, 0] <= 2.0)
 
 
-@pytest.mark.parametrize("name", ["room", "near", "avoidable", "conflict", "severity"])
+@pytest.mark.parametrize("name", ["room", "near", "avoidable", "conflict", "severity", "controller"])
 def test_a_search_climbs_what_it_is_told_to(scenario: Scenario, name: str) -> None:
     """Fitness is the objective, the worst case has the most of it, and its journal comes back the same."""
     campaign = scenario.search("ga", objective=name, **SMALL)

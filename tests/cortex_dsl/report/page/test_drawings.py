@@ -12,13 +12,32 @@ from hypothesis import strategies as st
 from cortex_dsl import load
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import heat_maps, information
+from cortex_dsl.report.findings.case_replay import replay_case
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
-from cortex_dsl.report.page.player import packed
+from cortex_dsl.report.page.player import packed, player
+from cortex_dsl.report.page.scene_svg import OVERVIEW, overview
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Column
 
 LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
+VILLAGE = LEFT_TURN.parent / "roads" / "village.scn"
 NUMBERS = st.floats(-1e6, 1e6)
+
+
+@pytest.mark.parametrize(("path", "count"), [(VILLAGE, 1), (LEFT_TURN, 0)])
+def test_an_overview_shows_where_in_a_town_a_case_is(path: Path, count: int) -> None:
+    """With a ring that lies in it; a map that is drawn whole has none."""
+    scenario = load(path)
+    replay = replay_case(scenario, scenario.sample(1, seed=2))
+    text = str(player(replay, 0))
+    assert text.count('class="overview"') == count
+    if replay.town is not None:
+        ring = ET.fromstring(str(overview(replay.town, replay.trajectory.states[0, 0, :2].tolist()))).find(
+            ".//{*}circle"
+        )
+        assert ring is not None
+        assert all(0.0 < float(ring.get(name, "")) < OVERVIEW for name in ("cx", "cy"))
+        assert len(replay.road.center_lines) <= len(replay.town.center_lines)
 
 
 @given(st.lists(st.none() | st.floats(-1e4, 1e4), max_size=50))

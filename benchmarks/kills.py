@@ -1,0 +1,84 @@
+"""Does a stack that is killed change what a search finds? `python -m benchmarks.kills [KILLS] [FILE]`
+
+Searches with `examples/own_driver/stack.py` once undisturbed, and once while the stack is killed so many times, at
+random moments on the clock: the journals must hold the same evaluations and the same actions.
+"""
+
+import os
+import random
+import signal
+import sqlite3
+import sys
+import tempfile
+import threading
+import time
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+import cortex_dsl as cx
+from engine.search.store import JOURNAL
+
+FILE = "examples/own_driver/crossing.scn"
+STACK = Path("examples/own_driver/stack.py").resolve()
+TABLES = ("individual", "simulation", "action")
+"""Of a journal."""
+
+
+def main(kills: int = 10, file: str = FILE) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.monotonic()
+        undisturbed = searched(file, Path(folder) / "one")
+        lasted = time.monotonic() - begun
+        done = threading.Event()
+        killed: list[float] = []
+        killer = threading.Thread(target=kill, args=(kills, lasted, killed, done))
+        killer.start()
+        disturbed = searched(file, Path(folder) / "other")
+        done.set()
+        killer.join()
+        same = undisturbed == disturbed
+        failures = Path(folder, "other", "controller.log").read_text(encoding="utf-8").count("signal 9")
+    rows = sum(len(table) for table in undisturbed.values())
+    print(f"{len(killed)} kills, {failures} of them in a question: {rows:,} rows of the journal", end=" ")
+    print("are the same" if same else "DIFFER")
+    sys.exit(0 if same and len(killed) == kills else 1)
+
+
+def searched(file: str, folder: Path) -> dict[str, list[Any]]:
+    """The journal of a search, without what tells of the clock."""
+    scenario = cx.load(file).driven_by(f"process:{sys.executable} {STACK}", block=32)
+    scenario.search("ga", generations=40, population=40, seed=1, out=folder)
+    return journal(folder / JOURNAL)
+
+
+def journal(path: Path) -> dict[str, list[Any]]:
+    """The rows of the tables that tell of nothing but the search."""
+    with closing(sqlite3.connect(path)) as opened:
+        return {table: sorted(opened.execute(f"SELECT * FROM {table}"), key=repr) for table in TABLES}
+
+
+def kill(kills: int, lasted: float, killed: list[float], done: threading.Event) -> None:
+    """Kill our stack at random moments of a search that lasts about so long [s]."""
+    moments = random.Random()
+    while len(killed) < kills and not done.is_set():
+        done.wait(moments.uniform(0.0, lasted / kills))
+        for process in children():
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+                killed.append(time.monotonic())
+
+
+def children() -> list[int]:
+    """Our own children that run the stack."""
+    found: list[int] = []
+    for task in Path("/proc/self/task").iterdir():
+        for word in (task / "children").read_text(encoding="utf-8").split():
+            with suppress(OSError):
+                if str(STACK) in Path("/proc", word, "cmdline").read_text(encoding="utf-8"):
+                    found.append(int(word))
+    return found
+
+
+if __name__ == "__main__":
+    main(*(int(word) if word.isdigit() else word for word in sys.argv[1:]))  # type: ignore[arg-type]

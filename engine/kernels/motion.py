@@ -1,0 +1,101 @@
+"""Motion of everybody from one sample to the next, from what each was commanded to do."""
+
+import math
+
+from engine.kernels.actuation import slide
+from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
+from engine.kernels.jit import inlined
+from engine.kernels.loose import step_loose
+from engine.kernels.pedals import Pushed, heads, push
+from engine.kernels.region import region_contains
+from engine.kernels.stage import LOOSE, NO_SPEED, Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.tables import ROAD_REGION
+from engine.vocabulary import ActorKind, Column, State
+
+
+@inlined
+def step(plan: Plan, run: Run) -> None:
+    """Write the next sample of everybody but those whom a host moves."""
+    sample = int(run.status[Status.SAMPLE])
+    for actor in range(len(plan.kinds)):
+        if run.actors[actor, Slot.FREE] != 0.0:
+            if run.actors[actor, Slot.FREE] == LOOSE:
+                _watch_road(plan, run, sample, actor)
+                step_loose(plan, run, sample, actor)
+            continue
+        if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.LEAVING] != 0.0:
+            for column in range(run.states.shape[2]):
+                run.states[sample + 1, actor, column] = run.states[sample, actor, column]
+            run.states[sample + 1, actor, State.PRESENT] = 0.0
+            continue
+        _watch_road(plan, run, sample, actor)
+        _move(plan, run, sample, actor)
+
+
+@inlined
+def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """Note when an actor's centre is first outside the road, at the samples from which it steps."""
+    if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
+        x, y = run.states[sample, actor, State.X], run.states[sample, actor, State.Y]
+        if not region_contains(plan.road, ROAD_REGION, x, y):
+            run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
+
+
+@inlined
+def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """One actor's step from what it was commanded to do.
+
+    Who goes backwards is driven as one that faces the other way, and steers to the other side.
+    """
+    slots = run.actors
+    vehicle = vehicle_of(plan, run, actor)
+    speed = run.states[sample, actor, State.SPEED]
+    if slots[actor, Slot.SET_SPEED] != NO_SPEED:
+        speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
+        slots[actor, Slot.SET_SPEED] = NO_SPEED
+    way = heads(speed, slots[actor, Slot.REVERSE], plan.kinds[actor])
+    pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
+    faces = 1.0 if plan.slides[actor] != 0 else way  # a car that slips is turned back by a spin alone
+    heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
+    motion = Motion(
+        slots[actor, Slot.REAR_X],
+        slots[actor, Slot.REAR_Y],
+        heading,
+        faces * slots[actor, Slot.COS],
+        faces * slots[actor, Slot.SIN],
+        faces * speed,
+        faces * steer,
+    )
+    demand = Demand(way * faces * pushed.acceleration, faces * slots[actor, Slot.STEER])
+    kind = plan.kinds[actor]
+    if kind == ActorKind.OBSTACLE:
+        after = stand(motion)
+    elif kind == ActorKind.PEDESTRIAN:
+        after = walk(motion, demand, vehicle, plan.layout.time_step)
+        slots[actor, Slot.STEER] = 0.0  # a turn is made once, an angle of wheels stays
+    elif plan.slides[actor] != 0:
+        mass, rear = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.REAR_TO_CENTER)
+        after = slide(motion, demand, vehicle, mass, rear, slots, actor, plan.layout.time_step)
+    else:
+        after = drive(motion, demand, vehicle, plan.layout.time_step)
+    slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
+    slots[actor, Slot.COS], slots[actor, Slot.SIN] = after.cos, after.sin
+    _record(plan, run, sample, actor, after, faces, speed, pushed)
+
+
+@inlined
+def _record(
+    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: Pushed
+) -> None:
+    """The sample after `before`, at which the speed was `speed`; `faces` turns a motion that was turned round back."""
+    states, sample = run.states, before + 1
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    states[sample, actor, State.X] = after.x + to_center * after.cos
+    states[sample, actor, State.Y] = after.y + to_center * after.sin
+    states[sample, actor, State.HEADING] = after.heading
+    states[sample, actor, State.SPEED] = faces * after.speed + 0.0  # never -0.0
+    states[sample, actor, State.STEER] = faces * after.steer + 0.0
+    states[sample, actor, State.ACCELERATION] = (faces * after.speed - speed) / plan.layout.time_step
+    states[sample, actor, State.THROTTLE] = pushed.throttle
+    states[sample, actor, State.BRAKE] = pushed.brake
+    states[sample, actor, State.PRESENT] = 1.0
