@@ -18,11 +18,12 @@ from typing import NamedTuple
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.legs import Leg
 from engine.kernels.noticing import look_past
 from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
 from engine.kernels.region import lane_nearest
 from engine.kernels.sight import SEEN
-from engine.kernels.stage import Leg, Plan, Run, Slot, column_of, outline_of
+from engine.kernels.stage import Plan, Run, Slot, column_of, outline_of
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 
