@@ -179,7 +179,8 @@ class Blow(IntEnum):
 MAX_BLOWS = 64
 """Impacts among others that a run keeps; later ones happen and are not kept."""
 PULSE = 0.25
-"""Impulses count so long from the first touch [s], also of two who part and meet again: then crash pulses are over."""
+"""Impulses count for so long from the first touch [s], whether two stay in contact or part and meet again: the crash
+pulses of cars are over by then, and what is pushed along for longer fights the friction of its tyres."""
 PAUSE = 0.05
 """Two bodies that part after that and meet again sooner than this are still in the same impact [s]."""
 
