@@ -11,7 +11,6 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "nan": "every number has a value here",
         "everywhere": "write `None`, as in `with regionContainedIn None`",
         "nowhere": "there is no empty region here",
-        "simulation": "there is no clock: count steps in a variable, or write `do … for 5 s`, `terminate after 5 s`",
         "print": "write `record ego.speed` to have a value shown when a run is over",
         "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",

@@ -20,10 +20,10 @@ from cortex_dsl.editor.symbols import Symbol, SymbolKind
 from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.evaluation import attributes, signals
-from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.context import Moment
 from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
+from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.builtins import BUILTINS, REDUCERS, SPECIAL_NAMES, Kind
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name

@@ -9,7 +9,7 @@ from cortex_dsl.editor.facts import explained_unit
 from cortex_dsl.editor.lexer import Token
 from cortex_dsl.editor.place import place_of
 from cortex_dsl.editor.symbols import Symbol
-from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Builtin, Kind, Parameter
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word

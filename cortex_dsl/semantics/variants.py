@@ -19,7 +19,7 @@ from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
-from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators, seeing
+from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
@@ -45,13 +45,13 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Constant: operators.constant,
     nodes.Name: operators.name,
     nodes.Attribute: operators.attribute,
-    nodes.Index: operators.index,
+    nodes.Index: lists.index,
     nodes.Call: calls.call,
     nodes.Starred: operators.starred,
-    nodes.ListDisplay: operators.display,
-    nodes.TupleDisplay: operators.display,
-    nodes.DictDisplay: operators.dictionary,
-    nodes.Comprehension: operators.comprehension,
+    nodes.ListDisplay: lists.display,
+    nodes.TupleDisplay: lists.display,
+    nodes.DictDisplay: lists.dictionary,
+    nodes.Comprehension: lists.comprehension,
     nodes.Lambda: operators.lambda_,
     nodes.Unary: operators.unary,
     nodes.Binary: operators.binary,
@@ -59,7 +59,13 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Compare: operators.compare,
     nodes.Conditional: operators.conditional,
     nodes.Distance: geometry.distance,
-    nodes.RelativeHeading: geometry.relative_heading,
+    nodes.RelativeHeading: relations.relative_heading,
+    nodes.SeenFrom: relations.seen_from,
+    nodes.Angle: relations.angle,
+    nodes.Follow: relations.follow,
+    nodes.SideOf: relations.side_of,
+    nodes.VisiblePart: relations.visible_part,
+    nodes.RelativeTo: relations.relative_to,
     nodes.CanSee: seeing.can_see,
     nodes.Intersects: geometry.intersects,
     nodes.OffsetBy: geometry.offset_by,

@@ -223,6 +223,18 @@ class StatementBuilder:
     def take(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Take(self.expressions.expressions(parts), span=span)
 
+    def wait_until(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Wait(until=self.expression(parts[0]), span=span)
+
+    def wait_for(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Wait(duration=self.expression(parts[0]), in_steps=parts[1] == "steps", span=span)
+
+    def assert_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Assert(self.expression(parts[0]), self.optional(parts[1]), span=span)
+
+    def return_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Return(self.optional(parts[0]) if parts else None, span=span)
+
     def try_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         body, *handlers = parts
         if not handlers:
@@ -250,6 +262,11 @@ class StatementBuilder:
 
     def while_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.While(self.expression(parts[0]), self.block(parts[1]), span=span)
+
+    def for_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        targets, _, iterable, block = parts
+        names = tuple(str(target) for target in branch(targets).children)
+        return nodes.For(names, self.expression(iterable), self.block(block), span=span)
 
 
 def _mode(parts: Sequence[Child]) -> str:
@@ -280,7 +297,6 @@ _BUILDERS: dict[str, Builder] = {
     "abort": _plain(nodes.Abort),
     "break_": _plain(nodes.Break),
     "continue_": _plain(nodes.Continue),
-    "return_": _plain(nodes.Return),
     "pass_": _plain(nodes.Pass),
 } | {
     method.__name__: method
@@ -289,7 +305,8 @@ _BUILDERS: dict[str, Builder] = {
         _B.require, _B.require_probably, _B.require_monitor, _B.expect, _B.optimize, _B.record, _B.terminate_when,
         _B.terminate_after, _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override, _B.import_,
         _B.import_from, _B.import_all,
-        _B.do, _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
+        _B.do, _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_, _B.for_,
+        _B.wait_until, _B.wait_for, _B.assert_, _B.return_,
     )
 } | definitions.BUILDERS  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

@@ -61,6 +61,19 @@ def monitor(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
     )
 
 
+def def_(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
+    word, *parameters, block = parts
+    docstring, rest = _docstring(builder, block)
+    return nodes.FunctionDefinition(
+        str(word),
+        _parameters(builder, parameters),
+        builder.statements(rest),
+        docstring,
+        span=span,
+        name_span=span_of(token(word)),
+    )
+
+
 def scenario(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
     word, *parameters, block = parts
     body = _body(builder, block, sections=("setup", "compose"))
@@ -115,11 +128,14 @@ def _property(builder: Builder, line: Branch) -> nodes.PropertyDefault:
 
 
 def _parameters(builder: Builder, children: Parts) -> tuple[nodes.Parameter, ...]:
-    trees = [branch(child) for child in children if child is not None]
-    return tuple(
-        nodes.Parameter(str(tree.children[0]), builder.expressions.optional(tree.children[1]), span=span_of(tree))
-        for tree in trees
-    )
+    return tuple(_parameter(builder, branch(child)) for child in children if child is not None)
+
+
+def _parameter(builder: Builder, tree: Branch) -> nodes.Parameter:
+    if tree.data == "rest_parameter":
+        return nodes.Parameter(str(tree.children[1]), rest=True, span=span_of(tree))
+    word, default = tree.children
+    return nodes.Parameter(str(word), builder.expressions.optional(default), span=span_of(tree))
 
 
 # -- what stands in a block ------------------------------------------------------------------------------------------
@@ -236,6 +252,7 @@ BUILDERS: dict[str, Callable[[Builder, Parts, Span], nodes.Statement]] = {
     "class_": class_,
     "behavior": behavior,
     "monitor": monitor,
+    "def_": def_,
     "scenario": scenario,
     "setup": stray_section,
     "compose": stray_section,

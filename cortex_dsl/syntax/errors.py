@@ -156,8 +156,8 @@ NOT_SUPPORTED = Code(
     "SCN115",
     "not supported yet",
     "Scenic has this construct; this version of the language does not have it yet.",
-    "for x in xs:\n    y = x\n\ntruck = new Truck beyond intersection by 10 m along way\n",
-    "y = [x for x in xs]\ntruck = new Truck after intersection by 10 m along way\n",
+    "with x:\n    y = 3\n\ntruck = new Truck above road\n",
+    "y = 3\ntruck = new Truck on road\n",
 )
 WRONG_TARGET = Code(
     "SCN116",

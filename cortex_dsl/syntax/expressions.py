@@ -44,6 +44,11 @@ def _holds_formulas(tree: Branch) -> bool:
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
 
+def _words(child: Child) -> str:
+    """The words of a token with one blank between them."""
+    return " ".join(str(child).split())
+
+
 class NestingError(Signal):
     """Nesting went over its limit; the diagnostic is already there."""
 
@@ -307,6 +312,40 @@ class ExpressionBuilder:
         of, origin = tree.children
         return nodes.RelativeHeading(self.expression(of), self.optional(origin), span=span)
 
+    def seen_from(self, tree: Branch, span: Span) -> nodes.Expression:
+        words, of, origin = tree.children
+        return nodes.SeenFrom(_words(words), self.expression(of), self.optional(origin), span=span)
+
+    def angle(self, tree: Branch, span: Span) -> nodes.Expression:
+        value = self.expression(tree.children[-1])
+        backwards = self.source.slice(Span(span.start, value.span.start)).split()[1] == "from"
+        return nodes.Angle(value, None, span=span) if backwards else nodes.Angle(None, value, span=span)
+
+    def angle_from_to(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.Angle(*self.expressions(tree.children[1:]), span=span)
+
+    def angle_to_from(self, tree: Branch, span: Span) -> nodes.Expression:
+        target, origin = self.expressions(tree.children[1:])
+        return nodes.Angle(origin, target, span=span)
+
+    def follow(self, tree: Branch, span: Span) -> nodes.Expression:
+        field, origin, distance = tree.children
+        return nodes.Follow(self.expression(field), self.optional(origin), self.expression(distance), span=span)
+
+    def side_of(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.SideOf(_words(tree.children[0]).removesuffix(" of"), self.expression(tree.children[1]), span=span)
+
+    def visible_part(self, tree: Branch, span: Span) -> nodes.Expression:
+        seen = not _words(tree.children[0]).startswith("not")
+        return nodes.VisiblePart(self.expression(tree.children[1]), seen, span=span)
+
+    def relative_to(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.RelativeTo(*self.expressions(tree.children), span=span)
+
+    def slice(self, tree: Branch, span: Span) -> nodes.Expression:
+        start, stop, step = (*tree.children, None)[:3]
+        return nodes.Slice(self.optional(start), self.optional(stop), self.optional(step), span=span)
+
     # -- making objects ----------------------------------------------------------------------------------------------
 
     def new(self, tree: Branch, span: Span) -> nodes.Expression:
@@ -350,6 +389,19 @@ class ExpressionBuilder:
         region, distance, trajectory = parts
         return nodes.After(self.expression(region), self.expression(distance), self.optional(trajectory), span=span)
 
+    def beyond(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        place, offset, viewer = parts
+        return nodes.Beyond(self.expression(place), self.expression(offset), self.optional(viewer), span=span)
+
+    def in_sight(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        return nodes.InSight(self.optional(parts[1]), not _words(parts[0]).startswith("not"), span=span)
+
+    def contained_in(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        return nodes.ContainedIn(self.expression(parts[0]), span=span)
+
+    def apparently_facing(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        return nodes.Facing(self.expression(parts[0]), "apparent", self.optional(parts[1]), span=span)
+
     def facing(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
         return nodes.Facing(self.expression(parts[0]), span=span)
 
@@ -379,7 +431,9 @@ _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expressio
         _B.number, _B.with_unit, _B.string, _B.constant, _B.name, _B.attribute, _B.index, _B.call, _B.starred,
         _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary, _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
-        _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.new, _B.bare_tuple, _B.temporal, _B.until,
+        _B.distance_from_to, _B.distance_to_from, _B.relative_heading,
+        _B.seen_from, _B.angle, _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part,
+        _B.relative_to, _B.slice, _B.new, _B.bare_tuple, _B.temporal, _B.until,
         _B.implies,
     )
 }  # fmt: skip
@@ -389,7 +443,7 @@ _SPECIFIERS: dict[str, Callable[[ExpressionBuilder, Sequence[Child], Span], node
     method.__name__: method
     for method in (
         _B.at, _B.in_region, _B.offset_by_specifier, _B.offset_along_specifier, _B.beside, _B.following, _B.before,
-        _B.after,
+        _B.after, _B.beyond, _B.in_sight, _B.contained_in, _B.apparently_facing,
         _B.facing, _B.facing_toward, _B.facing_away, _B.with_,
     )
 }  # fmt: skip

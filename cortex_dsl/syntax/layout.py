@@ -264,13 +264,18 @@ class Indenter:
         """Index of the last line that was skipped after an error."""
         self.requiring = False
         """Whether what is read belongs to a `require` or an `expect`, the places of temporal operators."""
+        self.making = [False]
+        """For each open bracket, whether a `new` stands in it, so that a comma may go on with its specifiers."""
 
     def process(self, stream: Iterable[Token]) -> Iterator[Token]:
         for token in stream:
             if token.type in _REQUIRING:
                 self.requiring = _REQUIRING[token.type]
+            self.follow_brackets(token.type)
             if token.type == "TEMPORAL" and not self.is_operator(token):
                 yield token.update(type="NAME")
+            elif token.type == "_COMMA_SPECIFIER" and not self.making[-1]:
+                yield token.update(type="COMMA")
             elif token.type != "_NEWLINE":
                 yield token
             elif (index := self.breaks.get(token.start_pos or 0)) is not None:
@@ -278,13 +283,21 @@ class Indenter:
         if self.ended < len(self.layout.lines) - 1:
             yield from self.line_end(len(self.layout.lines) - 1)
 
+    def follow_brackets(self, kind: str) -> None:
+        if kind in ("LPAR", "LSQB", "LBRACE"):
+            self.making.append(False)
+        elif kind in ("RPAR", "RSQB", "RBRACE") and len(self.making) > 1:
+            self.making.pop()
+        elif kind in ("_NEW", "_OVERRIDE"):
+            self.making[-1] = True
+
     def is_operator(self, word: Token) -> bool:
         """Whether `always`, `eventually` or `next` is no name here: in such a place, with a value after it."""
         return self.requiring and _OPERAND.match(self.text, word.end_pos or 0) is not None
 
     def line_end(self, index: int) -> Iterator[Token]:
         self.ended = index
-        self.requiring = False
+        self.requiring, self.making = False, [False]
         end = self.layout.lines[index].end
         kinds = ["_NEWLINE"]
         if index in self.layout.hollow:

@@ -182,6 +182,67 @@ class RelativeHeading(Expression):
 
 
 @frozen
+class SeenFrom(Expression):
+    """`apparent heading of a [from b]`, `relative position of a [from b]`, `distance past a [of b]`; the operator
+    is the words before a.
+    """
+
+    operator: str
+    of: Expression
+    origin: Expression | None
+
+
+@frozen
+class Angle(Expression):
+    """`angle [from a] to b`: the heading of the way. `None` means the ego."""
+
+    origin: Expression | None
+    target: Expression | None
+
+
+@frozen
+class Follow(Expression):
+    """`follow field [from place] for distance`."""
+
+    direction: Expression
+    origin: Expression | None
+    distance: Expression
+
+
+@frozen
+class SideOf(Expression):
+    """`front of a`, `back left of a`: a point on its outline; side is the words before `of`."""
+
+    side: str
+    of: Expression
+
+
+@frozen
+class VisiblePart(Expression):
+    """`visible region`, `not visible region`: what the ego sees of it, or does not see."""
+
+    region: Expression
+    seen: bool
+
+
+@frozen
+class RelativeTo(Expression):
+    """`a relative to b`."""
+
+    value: Expression
+    base: Expression
+
+
+@frozen
+class Slice(Expression):
+    """`start:stop:step` between square brackets."""
+
+    start: Expression | None
+    stop: Expression | None
+    step: Expression | None = None
+
+
+@frozen
 class CanSee(Expression):
     viewer: Expression
     target: Expression
@@ -291,11 +352,38 @@ class After(Before):
 
 
 @frozen
+class Beyond(Specifier):
+    """`beyond place by offset [from viewer]`: on the line of sight."""
+
+    place: Expression
+    offset: Expression
+    viewer: Expression | None
+
+
+@frozen
+class InSight(Specifier):
+    """`visible [from x]`, `not visible [from x]`."""
+
+    viewer: Expression | None
+    seen: bool
+
+
+@frozen
+class ContainedIn(Specifier):
+    """`contained in region`: anywhere in it, the whole outline inside."""
+
+    region: Expression
+
+
+@frozen
 class Facing(Specifier):
-    """`facing heading`, `facing toward point`, `facing away from point`; mode `""`, `toward`, `away`."""
+    """`facing heading`, `facing toward point`, `facing away from point`, `apparently facing heading [from point]`; mode
+    `""`, `toward`, `away`, `apparent`.
+    """
 
     heading: Expression
     mode: str = ""
+    viewer: Expression | None = None
 
 
 @frozen
@@ -506,6 +594,8 @@ class TerminateAfter(Statement):
 class Parameter(Node):
     name: str
     default: Expression | None = None
+    rest: bool = False
+    """`*name`: takes all further arguments."""
 
 
 @frozen
@@ -581,7 +671,19 @@ class Take(Statement):
 
 @frozen
 class Wait(Statement):
-    pass
+    """`wait`, `wait until c`, `wait for d`; at most one of `until` and `duration` is there."""
+
+    until: Expression | None = None
+    duration: Expression | None = None
+    in_steps: bool = False
+
+
+@frozen
+class Assert(Statement):
+    """`assert condition, message`."""
+
+    condition: Expression
+    message: Expression | None = None
 
 
 @frozen
@@ -625,6 +727,26 @@ class While(Statement):
 
 
 @frozen
+class For(Statement):
+    """`for targets in iterable:`."""
+
+    targets: tuple[str, ...]
+    iterable: Expression
+    body: tuple[Statement, ...]
+
+
+@frozen
+class FunctionDefinition(Statement):
+    """`def f(parameters):` a function that the compiler calls."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    body: tuple[Statement, ...]
+    docstring: str | None = None
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@frozen
 class Break(Statement):
     pass
 
@@ -636,7 +758,9 @@ class Continue(Statement):
 
 @frozen
 class Return(Statement):
-    """`return` without a value: the behaviour is over."""
+    """`return`: the behaviour is over; `return value` in a function."""
+
+    value: Expression | None = None
 
 
 @frozen

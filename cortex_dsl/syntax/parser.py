@@ -47,7 +47,7 @@ def resume_after(run: InteractiveParser, indenter: Indenter, index: int) -> bool
     if index <= indenter.resumed:
         return False
     layout, line = indenter.layout, indenter.layout.lines[index]
-    if line.word in LATER_BLOCKS:
+    if line.word in LATER_BLOCKS or line.word == "def":  # functions in classes, above all
         last = layout.block_end(index)
         indenter.levels[index : last + 1] = [indenter.levels[index]] * (last + 1 - index)
         stand_in, index = _stand_in(line.word, has_block=False), last

@@ -207,6 +207,8 @@ def _parameters(parameters: Iterable[nodes.Parameter]) -> str:
 
 
 def _parameter(node: nodes.Parameter) -> str:
+    if node.rest:
+        return f"*{node.name}"
     return node.name if node.default is None else f"{node.name}={write(node.default)}"
 
 
@@ -241,6 +243,29 @@ def _while(node: nodes.While) -> list[str]:
     return [f"while {write(node.condition)}:", *_block(node.body)]
 
 
+def _for(node: nodes.For) -> list[str]:
+    return [f"for {', '.join(node.targets)} in {write(node.iterable)}:", *_block(node.body)]
+
+
+def _function(node: nodes.FunctionDefinition) -> list[str]:
+    head = f"def {node.name}({_parameters(node.parameters)}):"
+    return [head, *_documented(node.docstring), *_block(node.body)]
+
+
+def _return(node: nodes.Return) -> list[str]:
+    return ["return" if node.value is None else f"return {write(node.value)}"]
+
+
+def _wait(node: nodes.Wait) -> list[str]:
+    if node.until is not None:
+        return [f"wait until {write(node.until)}"]
+    return ["wait" if node.duration is None else f"wait for {_duration(node.duration, node.in_steps)}"]
+
+
+def _assert(node: nodes.Assert) -> list[str]:
+    return [f"assert {write(node.condition)}" + ("" if node.message is None else f", {write(node.message)}")]
+
+
 def _word(word: str) -> Callable[[Any], list[str]]:
     return lambda _node: [word]
 
@@ -262,7 +287,10 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.Try: _try,
     nodes.If: _if,
     nodes.While: _while,
-    nodes.Wait: _word("wait"),
+    nodes.Wait: _wait,
+    nodes.Assert: _assert,
+    nodes.For: _for,
+    nodes.FunctionDefinition: _function,
     nodes.Abort: _word("abort"),
     nodes.Terminate: _terminate,
     nodes.Signals: _signals,
@@ -280,6 +308,6 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.ScenarioDefinition: _scenario,
     nodes.Break: _word("break"),
     nodes.Continue: _word("continue"),
-    nodes.Return: _word("return"),
+    nodes.Return: _return,
     nodes.Pass: _word("pass"),
 }

@@ -38,7 +38,9 @@ class Level(IntEnum):
 
 Written = tuple[str, Level]
 
-_OPERATOR_FIRST = re.compile(r"(?:along|can see|deg|implies|intersects|offset (?:along|by)|seconds|steps)\b")
+_OPERATOR_FIRST = re.compile(
+    r"(?:along|can see|deg|implies|intersects|offset (?:along|by)|relative to|seconds|steps)\b"
+)
 
 _BINARY_LEVELS = {"+": Level.SUM, "-": Level.SUM} | dict.fromkeys(["*", "/", "//", "%", "@"], Level.TERM)
 
@@ -185,6 +187,42 @@ def _offset_by(node: nodes.OffsetBy) -> Written:
     return f"{write(node.base, Level.OFFSET)} offset by {write(node.offset, Level.MEASURE)}", Level.OFFSET
 
 
+def _relative_to(node: nodes.RelativeTo) -> Written:
+    return f"{write(node.value, Level.OFFSET)} relative to {write(node.base, Level.MEASURE)}", Level.OFFSET
+
+
+def _seen_from(node: nodes.SeenFrom) -> Written:
+    link = "of" if node.operator == "distance past" else "from"
+    origin = "" if node.origin is None else f" {link} {_measured(node.origin)}"
+    return f"{node.operator} {_measured(node.of)}{origin}", Level.MEASURE
+
+
+def _angle(node: nodes.Angle) -> Written:
+    origin = "" if node.origin is None else f" from {_measured(node.origin)}"
+    target = "" if node.target is None else f" to {_measured(node.target)}"
+    return f"angle{origin}{target}", Level.MEASURE
+
+
+def _follow(node: nodes.Follow) -> Written:
+    origin = "" if node.origin is None else f" from {_measured(node.origin)}"
+    direction = write_value(node.direction, Level.SUM)
+    return f"follow {direction}{origin} for {_measured(node.distance)}", Level.MEASURE
+
+
+def _side_of(node: nodes.SideOf) -> Written:
+    # In brackets, as after the comma of a `new` it would be a specifier.
+    return f"({node.side} of {_measured(node.of)})", Level.ATOM
+
+
+def _visible_part(node: nodes.VisiblePart) -> Written:
+    return f"({'' if node.seen else 'not '}visible {write_value(node.region, Level.SUM)})", Level.ATOM
+
+
+def _slice(node: nodes.Slice) -> Written:
+    bounds = [node.start, node.stop, *([] if node.step is None else [node.step])]
+    return ":".join("" if each is None else write(each) for each in bounds), Level.EXPRESSION
+
+
 def _distance(node: nodes.Distance) -> Written:
     words = "minimum distance" if node.between_outlines else "distance"
     origin = "" if node.origin is None else f" from {_measured(node.origin)}"
@@ -239,6 +277,13 @@ _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
     nodes.OffsetBy: _offset_by,
     nodes.Distance: _distance,
     nodes.RelativeHeading: _relative_heading,
+    nodes.SeenFrom: _seen_from,
+    nodes.Angle: _angle,
+    nodes.Follow: _follow,
+    nodes.SideOf: _side_of,
+    nodes.VisiblePart: _visible_part,
+    nodes.RelativeTo: _relative_to,
+    nodes.Slice: _slice,
     nodes.Degrees: _degrees,
     nodes.New: _new,
 }
@@ -266,6 +311,16 @@ def write_specifier(node: nodes.Specifier) -> str:
         case nodes.Before():
             word = "after" if isinstance(node, nodes.After) else "before"
             return f"{word} {_operand(node.region)} by {_operand(node.distance)}" + _tail("along", node.trajectory)
+        case nodes.Beyond():
+            offset = _operand(node.offset) if node.viewer is None else _measured(node.offset)
+            return f"beyond {_operand(node.place)} by {offset}" + _tail("from", node.viewer)
+        case nodes.InSight():
+            return ("visible" if node.seen else "not visible") + _tail("from", node.viewer)
+        case nodes.ContainedIn():
+            return f"contained in {_operand(node.region)}"
+        case nodes.Facing(mode="apparent"):
+            heading = _operand(node.heading) if node.viewer is None else _measured(node.heading)
+            return f"apparently facing {heading}" + _tail("from", node.viewer)
         case nodes.Facing():
             mode = {"": "", "toward": "toward ", "away": "away from "}[node.mode]
             return f"facing {mode}{_operand(node.heading)}"

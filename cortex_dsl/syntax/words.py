@@ -24,7 +24,7 @@ TEMPORAL_PREFIXES = frozenset({"always", "eventually", "next"})
 TEMPORAL = TEMPORAL_PREFIXES | {"until", "implies"}
 SPECIFIER_WORDS = frozenset({
     "at", "in", "on", "with", "offset", "ahead", "behind", "left", "right", "following", "facing", "before",
-    "after",
+    "after", "beyond", "visible", "contained", "apparently",
 })  # fmt: skip
 
 # -- Keywords ----------------------------------------------------------------------------------------------------------
@@ -88,6 +88,8 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("behavior", "behavior NAME(PARAMETERS):", "What an object does, step by step, during the run."),
         ("monitor", "monitor NAME(PARAMETERS):", "A behavior without an actor: it watches, requires and terminates."),
         ("scenario", "scenario NAME(PARAMETERS):", "A scenario with a name, which others can compose."),
+        ("def", "def NAME(PARAMETERS):", "A function that the compiler calls; its arguments are known before the run."),
+        ("assert", "assert CONDITION", "Must hold: when compiled, in the scene, or in the run."),
         ("class", "class NAME(BASE):", "A class of objects with property defaults, each evaluated for every object."),
         ("import", "import NAME", "What another `.scn` file defines, under the name of that file."),
         ("from", "from NAME import NAMES", "Names that another `.scn` file defines."),
@@ -107,6 +109,9 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("do shuffle", "do shuffle BEHAVIORS", "Runs all of several behaviors one after the other, in random order."),
         ("take", "take ACTIONS", "Acts for one step: pedals, steering, speed."),
         ("wait", "wait", "Does nothing for one step."),
+        ("wait until", "wait until CONDITION", "Does nothing until a condition holds."),
+        ("wait for", "wait for 5 s", "Does nothing for a time, or for a number of steps."),
+        ("for", "for NAME in LIST:", "Runs a block for each item of a list that is known before the run."),
         ("abort", "abort", "Leaves the `try` around it with all its handlers."),
         ("terminate", "terminate", "Ends the scenario that made this object."),
         ("terminate simulation", "terminate simulation", "Ends the whole run."),
@@ -115,7 +120,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("while", "while CONDITION:", "Runs a block for as long as a condition holds."),
         ("break", "break", "Leaves the loop."),
         ("continue", "continue", "Begins the next round of the loop."),
-        ("return", "return", "Ends the behavior."),
+        ("return", "return", "Ends the behavior; in a function `return VALUE` gives what it is worth."),
         ("pass", "pass", "An empty block."),
     ),
     *_rows(
@@ -142,8 +147,14 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("following", "following FIELD from PLACE for DISTANCE", "Stands where a way along the field ends."),
         ("before", "before intersection by DISTANCE", "Stands on its way a distance before the intersection."),
         ("after", "after intersection by DISTANCE", "Stands on its way a distance beyond the intersection."),
+        ("beyond", "beyond PLACE by DISTANCE from VIEWER", "Stands behind a place, as its viewer sees it."),
+        ("visible", "visible from VIEWER", "Stands anywhere in view."),
+        ("not visible", "not visible from VIEWER", "Stands anywhere out of view."),
+        ("contained in", "contained in REGION", "Stands anywhere in a region, all of its outline inside."),
+        ("apparently facing", "apparently facing HEADING from VIEWER", "Heads so, counted from the line of sight."),
         ("facing", "facing HEADING", "Heads in a direction; anticlockwise from the east, or as a field says."),
         ("facing toward", "facing toward PLACE", "Heads to a place."),
+        ("facing directly toward", "facing directly toward PLACE", "Heads to a place, as `facing toward` does."),
         ("facing away from", "facing away from PLACE", "Heads away from a place."),
         ("with", "with PROPERTY VALUE", "Sets a property."),
     ),
@@ -161,6 +172,17 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("minimum distance from", "minimum distance from A to B", "Distance between outlines."),
         ("minimum distance to", "minimum distance to B", "Distance from the outline of the ego to another."),
         ("relative heading of", "relative heading of A from B", "Angle from one heading to another."),
+        ("relative to", "A relative to B", "A heading turned by another, or a place in the frame of another."),
+        ("relative position of", "relative position of A from B", "Where a place is in the frame of another."),
+        ("apparent heading of", "apparent heading of A from B", "Heading of an object from the line of sight."),
+        ("angle from", "angle from A to B", "Heading of the way from one place to another."),
+        ("angle to", "angle to B", "Heading of the way from the ego to a place."),
+        ("distance past", "distance past A of B", "How far a place is ahead of an object, along the heading of that."),
+        ("follow", "follow FIELD from PLACE for DISTANCE", "Where a way along the field ends."),
+        ("front of", "front of A", "The middle of an edge of an outline; also `back`, `left`, `right`."),
+        ("back of", "back of A", "The middle of its rear edge; `back left of` and `back right of` are its corners."),
+        ("visible", "visible REGION", "The part of a region that is in the view of the ego."),
+        ("not visible", "not visible REGION", "The part of a region that is out of the view of the ego."),
         ("can see", "A can see B", "Whether one is in the view of the other."),
         ("deg", "X deg", "An angle in degrees."),
         ("intersects", "A intersects B", "Whether outlines overlap."),
@@ -198,12 +220,9 @@ def with_role(*roles: Role) -> tuple[Keyword, ...]:
 LATER_STATEMENTS: Mapping[str, str] = MappingProxyType(
     {
         "simulator": "`simulator`",
-        "def": "functions",
-        "for": "`for` loops",
         "with": "`with` statements",
         "except": "`except`",
         "finally": "`finally`",
-        "assert": "`assert`",
         "raise": "`raise`",
         "del": "`del`",
         "global": "`global`",
@@ -220,43 +239,21 @@ LATER_BLOCKS = frozenset(LATER_STATEMENTS)
 
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
-        "for": "write a comprehension, as in `[new Car in lane.centerline for lane in lanes]`; in a behavior, `while`",
-        "def": "write `NAME = lambda x: ...` for what computes a value, or a `behavior` for what an actor does",
-        "assert": "write `require`",
         "except": "write `interrupt when` with a condition",
-        "beyond": "write `after intersection by 10 m along trajectory`, or `ahead of x by 10 m`",
-        "visible": "write `require ego can see x`",
-        "contained": "write `require x in region`; that objects stand on the road is required anyway",
-        "apparently": "write `facing`, which turns an object in any direction",
-        "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",
     }
 )
 
-BARE: Mapping[str, str] = MappingProxyType(
-    {"visible": "write `require ego can see x`, or `require not (ego can see x)`, on a line of its own"}
-)
-"""For specifiers of one word, which after a comma are read as names."""
-
 LATER_OPERATORS: Mapping[str, str] = MappingProxyType(
     {
-        "relative": "`relative to` and `relative position of`",
-        "visible": "`visible`",
-        "apparent": "`apparent heading of`",
         "altitude": "`altitude`",
-        "angle": "`angle from … to …`",
-        "follow": "`follow … from … for …`",
-        "front": "`front of`",
-        "back": "`back of`",
+        "top": "`top of`",
+        "bottom": "`bottom of`",
     }
 )
 """Words of operators, and what the message calls them."""
 
 LATER_SPECIFIERS: Mapping[str, str] = MappingProxyType(
     {
-        "beyond": "`beyond`",
-        "visible": "`visible`",
-        "contained": "`contained in`",
-        "apparently": "`apparently facing`",
         "above": "`above`",
         "below": "`below`",
         "using": "`using`",

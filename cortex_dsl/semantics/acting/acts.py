@@ -9,17 +9,22 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting import bodies, loops
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
-from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
-from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
+from cortex_dsl.semantics.acting.yielding import check_handler
+from cortex_dsl.semantics.errors.behaviours import (
+    NOT_A_DRIVER,
+    NOT_AN_ACTION,
+    SAME_ACTION,
+)
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
 from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
-from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.evaluation.lists import unpack
+from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, Value, Weights
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
@@ -178,7 +183,7 @@ def _until(body: Body, node: nodes.Do, condition: Callable[[], Term]) -> ir.Bloc
     return (ir.TryInterrupt(span, block, ((condition(), left),)),)
 
 
-def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> Term:
+def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expression) -> Term:
     """[s], a little less than asked for: sums of steps are not exact."""
     ev = body.ev
     value = ev.evaluate(duration)
@@ -223,8 +228,26 @@ def _must_have_gears(body: Body, action: ActionCall, node: nodes.Expression) -> 
         raise NOT_A_DRIVER.mistake(node.span, behaviour=action.name, actual=kind_name(actor))
 
 
-def _wait(_body: Body, node: nodes.Wait) -> ir.Block:
-    return (ir.Wait(node.span),)
+def _wait(body: Body, node: nodes.Wait) -> ir.Block:
+    """For one step; until a condition holds, which is looked at first; or for a time."""
+    waits, ev = (ir.Wait(node.span),), body.ev
+    if node.until is not None:
+        return (ir.Loop(node.span, ~body.condition(node.until, repeated=True), waits),)
+    if node.duration is None:
+        return waits
+    start = ev.run.new_local()
+    over = _duration(body, node, node.duration) <= ev.algebra.time() - ev.algebra.local(start)
+    return (ir.SetLocal(node.span, start, ev.algebra.time()), ir.Loop(node.span, ~over, waits))
+
+
+def _assert(body: Body, node: nodes.Assert) -> ir.Block:
+    """The run is aborted where it does not hold."""
+    holds = body.condition(node.condition)
+    if isinstance(holds, ir.Literal) and holds.value:
+        return ()
+    message = node.message.value if isinstance(node.message, nodes.String) else ""
+    name = message or f"assert in {body.inliner.owner}: {bodies.source_of(body.ev, node.condition)}"
+    return (ir.Demand(node.span, holds, bodies.abort_rule(body.ev, node.span, name)),)
 
 
 def _try(body: Body, node: nodes.Try) -> ir.Block:
@@ -275,15 +298,6 @@ def _branches(
     return (ir.Branch(test.span, condition, then, otherwise),)
 
 
-def _while(body: Body, node: nodes.While) -> ir.Block:
-    condition = body.condition(node.condition, repeated=True)
-    if isinstance(condition, ir.Literal) and not condition.value:
-        return ()
-    acts = body.nested(node.body, repeated=True, looping=True)
-    check_loop(body.ev, condition, acts, node.condition.span)
-    return (ir.Loop(node.span, condition, acts),)
-
-
 def _leave(kind: str) -> Act:
     def act(body: Body, node: nodes.Statement) -> ir.Block:
         return (ir.Leave(node.span, kind, body.scope),)
@@ -311,7 +325,9 @@ ACTS: Mapping[type, Act] = {
     nodes.Abort: _abort,
     nodes.Terminate: _terminate,
     nodes.If: _if,
-    nodes.While: _while,
+    nodes.While: loops.while_,
+    nodes.For: loops.for_,
+    nodes.Assert: _assert,
     nodes.Break: _leave("break"),
     nodes.Continue: _leave("continue"),
     nodes.Return: _leave("return"),

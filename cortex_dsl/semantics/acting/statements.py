@@ -22,13 +22,15 @@ from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.genes import param_value
-from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.evaluation.lists import unpack
+from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.evaluation.roads import map_line, reasons_for_road
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
     BehaviourCall,
     BehaviourValue,
+    Effect,
     MonitorCall,
     MonitorValue,
     Quantity,
@@ -82,7 +84,7 @@ def _augmented(ev: Evaluator, node: nodes.AugmentedAssign) -> None:
 def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
     value = ev.evaluate(node.value)
     check_called(value, node.span)
-    if not isinstance(value, Actor | str):
+    if not isinstance(value, Actor | str | Effect):
         cure = "write `require` in front of it, assign it, or remove the line"
         ev.report(BARE_EXPRESSION.at(node.span, cure=cure))
 
@@ -300,11 +302,6 @@ TOP_LEVEL: Mapping[type, Run] = {
             nodes.Try,
             nodes.Abort,
             nodes.Terminate,
-            nodes.If,
-            nodes.While,
-            nodes.Break,
-            nodes.Continue,
-            nodes.Return,
             nodes.Pass,
         ),
         _nothing,

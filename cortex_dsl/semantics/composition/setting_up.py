@@ -9,32 +9,30 @@ with the scene too; their objects wait outside until the scenario starts, unless
 Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Composing Scenarios".
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 
 from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
-from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.composition.overriding import override
+from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE, NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
-from cortex_dsl.semantics.errors.values import WRONG_KIND
-from cortex_dsl.semantics.evaluation import making, objects
-from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.evaluation.making import checked
+from cortex_dsl.semantics.errors.scenarios import NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.evaluation import making, mutation
+from cortex_dsl.semantics.interpreter import control, functions
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.state import VariantState
 from cortex_dsl.semantics.model.values import (
     POISON,
-    Actor,
     BehaviourValue,
+    Function,
     Instance,
     MonitorValue,
     Namespace,
     ScenarioValue,
     Value,
 )
-from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
-from cortex_dsl.semantics.names.tree import bound_name, everything_in, speaks_of_run
+from cortex_dsl.semantics.names.tree import assigned, bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -55,10 +53,17 @@ OF_THE_RUN: Mapping[type, tuple[str, str]] = {
 def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
     """Run one statement; after a mistake its names are marked as failed, so that they cause no further errors."""
     try:
-        STATEMENTS[type(statement)](ev, statement)
+        _execute(ev, statement)
     except Mistake as mistake:
         ev.report(mistake)
         ev.scope.update(dict.fromkeys(_targets(statement), POISON))
+
+
+def _execute(ev: Evaluator, statement: nodes.Statement) -> None:
+    if (compound := COMPOUND.get(type(statement))) is not None:
+        compound(ev, statement, run_statement if ev.frame is None else _execute)
+    else:
+        STATEMENTS[type(statement)](ev, statement)
 
 
 def _targets(statement: nodes.Statement) -> tuple[str, ...]:
@@ -69,6 +74,8 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
             return (target,)
         case nodes.ClassDefinition(name=name):
             return (name,)
+        case nodes.For() | nodes.If() | nodes.While():
+            return tuple(assigned((statement,)))
         case nodes.Import() if (name := bound_name(statement)) is not None:
             return (name,)
         case nodes.ImportFrom(names=names):
@@ -79,9 +86,10 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
 def run_module(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
     """Run the statements of a file's top level; behaviours, monitors and scenarios are known from its start."""
     ev.names.update(_definitions(ev, statements))
-    objects.announce(ev, statements)
+    mutation.announce(ev, statements)
     for statement in statements:
-        run_statement(ev, statement)
+        with suppress(control.Leaving):  # said to stand in the wrong place
+            run_statement(ev, statement)
 
 
 def _definitions(ev: Evaluator, statements: Sequence[nodes.Statement]) -> dict[str, Value]:
@@ -94,6 +102,8 @@ def _definitions(ev: Evaluator, statements: Sequence[nodes.Statement]) -> dict[s
                 found[name] = MonitorValue(statement, ev.home)
             case nodes.ScenarioDefinition(name=name):
                 found[name] = ScenarioValue(statement, ev.home)
+            case nodes.FunctionDefinition(name=name):
+                found[name] = functions.function(ev, statement, _execute)
     return found
 
 
@@ -139,6 +149,12 @@ def _import_from(ev: Evaluator, node: nodes.ImportFrom) -> None:
         ev.scope.update(names)
 
 
+def _function(ev: Evaluator, node: nodes.FunctionDefinition) -> None:
+    """Those of the top level are known from its start."""
+    if not isinstance(ev.scope.get(node.name), Function):
+        ev.scope[node.name] = functions.function(ev, node, _execute)
+
+
 def _class(ev: Evaluator, node: nodes.ClassDefinition) -> None:
     ev.scope[node.name] = making.define(ev, node)
 
@@ -148,69 +164,20 @@ STATEMENTS: Mapping[type, Run] = {
     nodes.Import: _import,
     nodes.ImportFrom: _import_from,
     nodes.ClassDefinition: _class,
-    nodes.Mutate: objects.mutate,
+    nodes.Mutate: mutation.mutate,
+    nodes.FunctionDefinition: _function,
+    nodes.Assert: control.check_assertion,
+    nodes.Break: control.leave,
+    nodes.Continue: control.leave,
+    nodes.Return: functions.return_,
 }  # type: ignore[dict-item]
 
-# -- `override x with property value`: in a scenario, for as long as it runs -------------------------------------------
-
-SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
-"""Properties that are used before the run only."""
-
-
-def override(ev: Evaluator, node: nodes.Override, instance: Instance) -> None:
-    """Override properties of an object.
-
-    Raises:
-        Mistake: it is no object, or the property cannot change.
-    """
-    target = ev.evaluate(node.target)
-    if not isinstance(target, Actor):
-        raise WRONG_KIND.mistake(
-            node.target.span, what="what is overridden", expected="an object", actual=kind_name(target), cure=""
-        )
-    for specifier in node.specifiers:
-        if not isinstance(specifier, nodes.With):
-            raise CANNOT_OVERRIDE.mistake(
-                specifier.span,
-                name="the place of an object",
-                here="",
-                reason="where it is follows from how it moves",
-                cure="override its behavior, as in `override x with behavior B()`",
-            )
-        _property(ev, target, specifier, instance)
-
-
-def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
-    name = node.property
-    if name not in (*PROPERTIES, *FLAGS, *IGNORED) and name not in target.properties:
-        suggestion = did_you_mean(name, {*all_properties(), *target.properties})
-        raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
-    _check_can_change(ev, node, instance)
-    value = checked(ev, target.kind, name, ev.evaluate(node.value), node.value.span)
-    if name == "behavior" and instance is not ev.run.root:
-        call = None if value is None else as_behaviour(value, node.value.span)
-        target.overrides.append((instance.monitor, call))
-    else:
-        target.properties[name] = value
-
-
-def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> None:
-    name = node.property
-    if name == "speed":
-        reason, cure = "how fast it is follows from what it does", "override its behavior"
-        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
-    if name in SETTLED:
-        reason, cure = "it is used before the run only", "give it where the object is made"
-        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
-    if name not in ("behavior", *IGNORED) and instance is not ev.run.root:
-        raise CANNOT_OVERRIDE.mistake(
-            node.property_span,
-            name=name,
-            here="by a scenario that another one starts",
-            reason="it is the same from the first sample to the last",
-            cure="give it where the object is made; only `behavior` can change during the run",
-        )
-
+COMPOUND: Mapping[type, Callable[..., None]] = {
+    nodes.If: control.branch,
+    nodes.For: control.loop_over,
+    nodes.While: control.loop_while,
+}
+"""Statements with blocks, which are run by what runs the statements around them."""
 
 # -- which scenario runs -----------------------------------------------------------------------------------------------
 
@@ -276,7 +243,7 @@ def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments
             instance.names[parameter.name] = arguments[parameter.name]
         elif (default := parameter.default) is not None:
             instance.names[parameter.name] = here.tolerate(lambda default=default: here.evaluate(default))
-    objects.announce(here, node.setup)
+    mutation.announce(here, node.setup)
     before = len(ev.run.built.actors)
     with ev.naming(""):
         for statement in node.setup:

@@ -69,6 +69,21 @@ NOT_A_BEHAVIOUR = Problem(
         "behavior Stop():\n    take SetBrakeAction(1)\n\nego = new Car on road, with behavior Stop()\n",
     ),
 )
+LEAVES_WRITTEN_OUT = Problem(
+    "SCN615",
+    "a loop over things that are no numbers cannot be left",
+    "each of its rounds is written out before the run",
+    "loop over numbers, as in `for i in range(3)`, or write `while`",
+    page=Page(
+        "leaving a loop over objects",
+        "In a behavior a loop over lanes or objects is written out, a round after the other; `break` and `continue`"
+        " need a loop that the run goes through, over numbers.",
+        "ego = new Car on road, with behavior B()\nbehavior B():\n    for lane in network.lanes:\n        wait\n"
+        "        if self.speed > 3 m/s:\n            break\n",
+        "ego = new Car on road, with behavior B()\nbehavior B():\n    for i in range(8):\n        wait\n"
+        "        if self.speed > 3 m/s:\n            break\n",
+    ),
+)
 NOT_AN_ACTION = Problem(
     "SCN605",
     "`take` needs an action, but this is {actual}",

@@ -5,6 +5,17 @@ scene is drawn or runs.
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, note
 
+TURNED_RANGE = note(
+    "SCN515",
+    "this range is reversed: it is read from {low} to {high}",
+    "Scenic draws from a reversed range as from the same one the right way round",
+    page=Page(
+        "reversed range in a Scenic file",
+        "In a file with Scenic's `model` line a range may be reversed, which means the same; elsewhere it is an error.",
+        "model scenic.domains.driving.model\nego = new Car on road, with speed Range(9, 3)\n",
+        "model scenic.domains.driving.model\nego = new Car on road, with speed Range(3, 9)\n",
+    ),
+)
 REVERSED_RANGE = Problem(
     "SCN501",
     "this range is reversed: {low} is above {high}",

@@ -37,6 +37,55 @@ EGO_NEEDED = Problem(
         "ego = new Car on road\nrequire (distance to intersection) < 20 m\n",
     ),
 )
+NO_HEADING_YET = Problem(
+    "SCN475",
+    "beside a plain point, this {name} needs a heading of its own",
+    "which side is which follows from how it heads, and that follows from its place",
+    "say how it heads, as in `facing 90 deg`, or stand it beside an oriented point",
+    page=Page(
+        "beside a point without a heading",
+        "Left, right, ahead and behind of a plain point are counted in the frame of the object itself. One whose"
+        " heading follows from its place, as that of a car follows from the road, has none before it stands somewhere.",
+        "ego = new Car right of (20, 0) by 2 m\n",
+        "ego = new Car right of (20, 0) by 2 m, facing 180 deg\n",
+    ),
+)
+NO_RELATION = Problem(
+    "SCN472",
+    "`relative to` does not know {left} beside {right}",
+    "a heading is turned by a heading, and a place lies in the frame of one other",
+    "take the heading of one of them: `x.heading relative to y`",
+    page=Page(
+        "relative to two things with headings",
+        "Of two objects or oriented points it is unclear which is the offset and which the frame.",
+        "ego = new Car on road\nother = new Car on road\nrequire abs(ego relative to other) < 5 deg\n",
+        "ego = new Car on road\nother = new Car on road\nrequire abs(ego.heading relative to other) < 5 deg\n",
+    ),
+)
+NOT_A_FIELD = Problem(
+    "SCN473",
+    "what is followed must be `roadDirection`, but this is {actual}",
+    "a way follows the lanes of the road",
+    "write `following roadDirection from x for 10 m`",
+    page=Page(
+        "following what is no field of the road",
+        "A way is followed along the lanes; other fields of directions, turned ones among them, lead nowhere yet.",
+        "ego = new Car on road\nb = new Car following 30 deg from ego for 10 m\n",
+        "ego = new Car on road\nb = new Car following roadDirection from ego for 10 m\n",
+    ),
+)
+NOWHERE_UNSEEN = Problem(
+    "SCN474",
+    "everywhere out of view is no region",
+    "the world has no end, so that no place in it can be drawn",
+    "say a region: `on not visible road`",
+    page=Page(
+        "out of view, without a region",
+        "`not visible` draws from the region that an object must lie in; what may lie anywhere has none.",
+        "ego = new Car on road\nnew Obstacle not visible\n",
+        "ego = new Car on road\nnew Obstacle on not visible road\n",
+    ),
+)
 FASTER_THAN_TOP = Problem(
     "SCN437",
     "`speed` {may} {actual}, but the top speed of this {name} is {top}",
@@ -53,11 +102,12 @@ FASTER_THAN_TOP = Problem(
 NO_PLACE = Problem(
     "SCN407",
     "this {name} has no place",
-    cure="say where: `at (x, y)`, `in lane.centerline`, `on road`, `ahead of x by d`",
+    "people stand on sidewalks and crossings, which this road has not",
+    "say where: `at (x, y)`, `right of x by d`, `on road`",
     page=Page(
         "object without a place",
-        "An object is somewhere when the scene begins, and only a specifier can say where.",
-        "ego = new Car with speed 3 m/s\n",
+        "Vehicles without a place are anywhere on the road; people would be on its sidewalks.",
+        "ego = new Car on road\nnew Pedestrian\n",
         "ego = new Car on road, with speed 3 m/s\n",
     ),
 )

@@ -15,6 +15,19 @@ PROBABILITY_RANGE = Problem(
         "ego = new Car on road\nrequire[0.5] ego.speed < 1 m/s\n",
     ),
 )
+ASSERTION = Problem(
+    "SCN476",
+    "this assertion is false",
+    "{reason}",
+    "correct what it speaks of; what random values must satisfy is a `require`",
+    page=Page(
+        "assertion that is false",
+        "An `assert` says what its author takes for granted: of values that are known it is checked when the file is"
+        " compiled, of random ones it is required of the scene, and in a behavior a run that breaks it is aborted.",
+        "ego = new Car on road\nassert len(network.lanes) > 1000\n",
+        "ego = new Car on road\nassert len(network.lanes) > 1\n",
+    ),
+)
 ALWAYS_FALSE = Problem(
     "SCN423",
     "this `require` can never hold",

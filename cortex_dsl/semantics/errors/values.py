@@ -307,7 +307,7 @@ TOO_MUCH_WORK = Problem(
 )
 ENDLESS_LAMBDA = Problem(
     "SCN435",
-    "this lambda calls itself without end",
+    "this function calls itself without end",
     cure="use a list instead of recursion",
     page=Page(
         "lambda without end",

@@ -1,9 +1,6 @@
-"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for, and one sentence
-about everything that may follow a dot.
-"""
+"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import TypeVar
 
 from cortex_dsl import ir
@@ -11,7 +8,7 @@ from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
 from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
-from cortex_dsl.semantics.evaluation import driving, lanes, signals
+from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.evaluation.roads import ROAD
@@ -22,12 +19,14 @@ from cortex_dsl.semantics.model.values import (
     DirectionField,
     EnumValue,
     GlobalParameters,
+    Items,
     LaneNow,
     Namespace,
     Pose,
     Quantity,
     ScenarioCall,
     Signal,
+    SimulationNow,
     Truth,
     Unfinished,
     Value,
@@ -123,6 +122,8 @@ _SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
     "name": lambda _, light: light.name,
 }
 
+_OF_LISTS: dict[str, Callable[[Evaluator, Items], Value]] = {"append": lists.append}
+
 _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (LaneSection, lanes.OF_SECTION),
     (LaneGroup, lanes.OF_GROUP),
@@ -136,6 +137,12 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Vector, _VECTOR),
     (Pose, _POSE),
 )
+
+_BESIDE: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
+    (SimulationNow, over_run.OF_SIMULATION),
+    (Items, _OF_LISTS),
+)
+"""What has attributes and is neither a thing of the road nor a place."""
 
 _STATES: dict[str, tuple[State, ir.Dimension]] = {
     "speed": (State.SPEED, SPEED),
@@ -197,8 +204,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return lanes.of_lane_now(ev, value, name, span)
     if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
         return lanes.OF_SECTION_BESIDE[name](ev, value.lane, span)
-    for kind, table in _TABLES:
-        if isinstance(value, kind):
+    for kind, table in (*_TABLES, *_BESIDE):
+        if isinstance(value, kind) and (name in table or kind is not Items):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
@@ -259,79 +266,3 @@ def property_value(value: Value, name: str) -> Value:
             return Truth(value)
         return Quantity(value, PROPERTIES[name].dimension)
     return value
-
-
-# -- one sentence about each; a name means the same after whatever has it ----------------------------------------------
-
-ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
-    {
-        # -- places and objects
-        "x": "East of the centre of the map.",
-        "y": "North of the centre of the map.",
-        "position": "The point alone.",
-        "heading": "Anticlockwise from the east; from the north in files with a `model` line.",
-        "steer": "Steering angle, positive to the left; only during the run.",
-        "throttle": "Throttle pedal, 0 to 1; only during the run.",
-        "brake": "Brake pedal, 0 to 1; only during the run.",
-        "distanceToClosest": "Distance to the nearest object of a class.",
-        "collided": "Whether the ego has touched anybody, or a building; in `expect`, `maximize` and `minimize`.",
-        # -- the network
-        "intersections": "All intersections of the map.",
-        "lanes": "All its lanes.",
-        "maneuvers": "The ways through the intersection: from here, or all of them.",
-        "roads": "All its roads.",
-        "drivableRegion": "Everything that lanes and intersections cover.",
-        "roadDirection": "At every point the direction of the lane there.",
-        "laneGroups": "Lanes side by side that go the same way.",
-        "laneSections": "All lane sections; here a lane has one section.",
-        "laneAt": "The lane at a point or under an object.",
-        "laneSectionAt": "The lane section at a point or under an object.",
-        # -- intersections and maneuvers
-        "roadAt": "The road at a point that is known before the run.",
-        "laneGroupAt": "The lane group at a point that is known before the run.",
-        "intersectionAt": "The intersection at a point that is known before the run; `None` outside of all.",
-        "incomingLanes": "Lanes that end at the intersection.",
-        "outgoingLanes": "Lanes that begin at the intersection.",
-        "is3Way": "Whether three roads meet.",
-        "is4Way": "Whether four roads meet.",
-        "center": "The middle of the intersection.",
-        "type": "`ManeuverType.STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN` or `U_TURN`.",
-        "startLane": "The lane that leads into the intersection.",
-        "connectingLane": "The lane inside the intersection.",
-        "endLane": "The lane that leads out of the intersection.",
-        "conflictingManeuvers": "Maneuvers whose ways cross this one.",
-        "reverseManeuvers": "Maneuvers that come from the lane across, against this one.",
-        "signals": "Its traffic lights, one for each incoming lane.",
-        "signal": "The traffic light at its end.",
-        "isSignalized": "Whether it has traffic lights.",
-        "isTrafficLight": "Whether it is a traffic light.",
-        # -- lanes
-        "centerline": "The line in the middle of the lane: places on it head along it.",
-        "width": "Width.",
-        "length": "Length.",
-        "name": "Its name in reports.",
-        "intersection": "The intersection that it belongs to or leads to.",
-        "successors": "Lanes that go on from it.",
-        "predecessors": "Lanes that lead into it.",
-        "lane": "The lane.",
-        "laneSection": "The lane section.",
-        "laneGroup": "The lanes side by side with it that go the same way.",
-        "oppositeLaneGroup": "The lanes that come the other way.",
-        "routeTo": "Lanes from it to another lane by the shortest way, both included: a trajectory.",
-        "sections": "Its sections; here it has one.",
-        "sectionAt": "The section at a point.",
-        "group": "The lanes side by side with it that go the same way.",
-        "road": "Its road: the lanes of both directions.",
-        "isForward": "Whether it goes the way in which its road is drawn.",
-        "adjacentLanes": "Lanes beside it, on either side.",
-        "laneToLeft": "The lane to its left.",
-        "laneToRight": "The lane to its right.",
-        "fasterLane": "The lane beside it that is further from the edge.",
-        "slowerLane": "The lane beside it that is nearer to the edge.",
-        "opposite": "The lanes that come the other way.",
-        "speedLimit": "What signs allow there; `None`, and during the run infinite, where they say nothing.",
-        "forwardLanes": "Lanes that go the way in which the road is drawn.",
-        "backwardLanes": "Lanes that go against it.",
-        "is1Way": "Whether all lanes go the same way.",
-    }
-)

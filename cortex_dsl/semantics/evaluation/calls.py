@@ -25,6 +25,7 @@ from cortex_dsl.semantics.model.values import (
     BehaviourValue,
     BuiltinValue,
     Closure,
+    Function,
     MonitorCall,
     MonitorValue,
     Quantity,
@@ -81,7 +82,22 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
             signature = f"lambda {', '.join(callee.parameters)}"
             bound = bind("lambda", signature, slots, given, node.span)
             return callee.apply(*(bound[name].value for name in callee.parameters))
+        case Function():
+            return callee.apply(ev.moment, _function_arguments(callee, given, node.span))
     raise NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
+
+
+def _function_arguments(function: Function, given: Sequence[Given], span: Span) -> dict[str, Value]:
+    """Arguments by name; `*rest` takes those that are left over."""
+    rest = next((p.name for p in function.parameters if p.rest), None)
+    slots = [Slot(p.name, p.default is not None) for p in function.parameters if not p.rest]
+    before = next((i for i, p in enumerate(function.parameters) if p.rest), len(slots))
+    positional = [g for g in given if g.name is None]
+    further = positional[before:] if rest is not None else []
+    signature = f"{function.name}({', '.join(p.name for p in function.parameters)})"
+    bound = bind(function.name, signature, slots, [g for g in given if g not in further], span)
+    values = {name: argument.value for name, argument in bound.items()}
+    return values if rest is None else {**values, rest: tuple(g.value for g in further)}
 
 
 def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Call) -> Value:
@@ -110,7 +126,7 @@ def _function(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -
     return meaning(ev, *(bound.get(p.name) for p in row.parameters), span)
 
 
-FUNCTIONS: Mapping[str, functions.Meaning] = {**functions.MEANINGS, **driving.MEANINGS}
+FUNCTIONS: Mapping[str, functions.Meaning] = {**functions.MEANINGS, **driving.MEANINGS, **over_run.MEANINGS}
 
 
 def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:

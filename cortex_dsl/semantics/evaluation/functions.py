@@ -16,7 +16,7 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of, number_for
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Closure, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Closure, Function, Items, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import (
@@ -148,9 +148,12 @@ def _len(ev: Evaluator, items: Given, _span: Span) -> Value:
     return _count(ev, len(items_of(items.value, items.span)))
 
 
-def _closure(argument: Given) -> Closure:
+def _closure(ev: Evaluator, argument: Given) -> Closure:
     if isinstance(argument.value, Closure) and len(argument.value.parameters) == 1:
         return argument.value
+    if isinstance(argument.value, Function) and len(argument.value.parameters) == 1:
+        function, (parameter,) = argument.value, argument.value.parameters
+        return Closure((parameter.name,), lambda item: function.apply(ev.moment, {parameter.name: item}))
     raise WRONG_KIND.mistake(
         argument.span,
         what="this",
@@ -166,7 +169,7 @@ def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str) -> bool:
 
 
 def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value:
-    keep = _closure(predicate).apply
+    keep = _closure(ev, predicate).apply
     return tuple(
         item
         for item in items_of(items.value, items.span)
@@ -174,8 +177,8 @@ def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value
     )
 
 
-def _map(_ev: Evaluator, transform: Given, items: Given, _span: Span) -> Value:
-    return tuple(map(_closure(transform).apply, items_of(items.value, items.span)))
+def _map(ev: Evaluator, transform: Given, items: Given, _span: Span) -> Value:
+    return tuple(map(_closure(ev, transform).apply, items_of(items.value, items.span)))
 
 
 def _combination(of: Callable[[Term, Term], Term], *, empty: bool) -> Meaning:
@@ -217,7 +220,7 @@ def whole_number(ev: Evaluator, value: Value, span: Span, what: str) -> int:
 
 
 def _items(_ev: Evaluator, items: Given, _span: Span) -> Value:
-    return items_of(items.value, items.span)
+    return Items(items_of(items.value, items.span))
 
 
 # -- the simulation ---------------------------------------------------------------------------------------------------
@@ -232,6 +235,13 @@ def _within_distance(ev: Evaluator, vehicle: Given, distance: Given, span: Span)
         raise ONLY_WHILE_RUNNING.mistake(span, what="`withinDistanceToAnyObjs`")
     limit = number_for(ev, BUILTINS["withinDistanceToAnyObjs"].parameters[1], distance)
     return Truth(sees_within(limit, vehicle.value.index))
+
+
+def _color(ev: Evaluator, given: Sequence[Given], _span: Span) -> Value:
+    """Looks do not matter here."""
+    for each in given:
+        numbers.adopt(ev, each.value, PURE, each.span, "a share of a colour")
+    return tuple(each.value for each in given)
 
 
 def _local_path(_ev: Evaluator, path: Given, _span: Span) -> Value:
@@ -262,5 +272,6 @@ MEANINGS: Mapping[str, Meaning] = {
     "tuple": _items,
     "withinDistanceToAnyObjs": _within_distance,
     "localPath": _local_path,
+    "Color": _color,
 }
 """Functions of numbers and lists; those of the driving domain stand in `driving`."""

@@ -9,7 +9,7 @@ from cortex_dsl.semantics.errors.chance import GENE_BOUNDS, GENE_VARIES, NOT_CON
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import OVERRIDE_OUTSIDE
 from cortex_dsl.semantics.errors.values import UNKNOWN_UNIT, WRONG_KIND
-from cortex_dsl.semantics.evaluation import numbers, random_values
+from cortex_dsl.semantics.evaluation import bounds_given, numbers, random_values
 from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.functions import whole_number
@@ -78,12 +78,13 @@ class _Request:
 
     def continuous_gene(self) -> Value:
         arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = bounds_given.in_order(self.ev, self.distribution, arguments, self.site.span)
         unit, values = self._written(arguments)
         low, high = values[-2:]
-        random_values.check_order(self.distribution, low, high, self.site.span)
+        bounds_given.check_order(self.distribution, low, high, self.site.span)
         truncated = self.distribution == "TruncatedNormal"
         if truncated:
-            random_values.check_deviation(values[1], arguments[1].span)
+            bounds_given.check_deviation(values[1], arguments[1].span)
         gene = self._info(
             GeneKind.CONTINUOUS, unit, low, high, Distribution.TRUNCATED_NORMAL if truncated else Distribution.UNIFORM
         )
@@ -94,7 +95,7 @@ class _Request:
     def integer_gene(self) -> Value:
         arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
         low, high = (whole_number(self.ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in arguments)
-        random_values.check_order(self.distribution, low, high, self.site.span)
+        bounds_given.check_order(self.distribution, low, high, self.site.span)
         unit = "" if self.site.unit is None else self.site.unit.word
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.expanded:

@@ -21,6 +21,7 @@ from cortex_dsl.semantics.model.values import (
     DirectionField,
     Pose,
     Quantity,
+    Sighted,
     Truth,
     Value,
     Vector,
@@ -46,6 +47,7 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
+from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import State
 
 # -- objects now -------------------------------------------------------------------------------------------------------
@@ -186,10 +188,15 @@ def moved(start: Vector, heading: Term, right: Term, ahead: Term) -> Vector:
     return Vector(start.x + (ahead * c + right * s), start.y + (ahead * s - right * c))
 
 
+def direction_at(field: DirectionField, point: Vector) -> Term:
+    """The direction of a field at a point."""
+    return road_heading(point.x, point.y) if field.at is None else field.at(point)
+
+
 def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> Term:
     """A direction given as an angle, a field, or something that has a heading."""
     if isinstance(value, DirectionField):
-        return road_heading(point.x, point.y)
+        return direction_at(value, point)
     if (pose := pose_of(ev, value)) is not None:
         return pose.heading
     return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading"))
@@ -262,20 +269,6 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
     return region_box_distance(float(region.id), box)
 
 
-def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
-    """`relative heading of a from b`, in [-pi, pi)."""
-    origin_value = ego_of(ev, node.span, "a relative heading") if node.origin is None else ev.evaluate(node.origin)
-    origin_span = node.span if node.origin is None else node.origin.span
-    heading = _heading(ev, ev.evaluate(node.of), node.of.span)
-    difference = heading - _heading(ev, origin_value, origin_span)
-    return Quantity(wrapped(difference), ANGLE)
-
-
-def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
-    pose = pose_of(ev, value)
-    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
-
-
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
     """Whether two outlines, or an outline and a region, have a point in common."""
     left, right = ev.evaluate_all((node.left, node.right))
@@ -291,6 +284,8 @@ def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
 
 def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> Term:
     """`x in region`: the whole outline of an object, or a point."""
+    if isinstance(container, Sighted):
+        return inside(ev, item, container.region, span) & in_sector(ev, container, position(ev, item, span))
     region = region_of(container)
     if region is None:
         raise WRONG_KIND.mistake(
@@ -301,6 +296,20 @@ def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> Term:
         return region_contains_box(float(region.id), box)
     point = position(ev, item, span)
     return region_contains(float(region.id), point.x, point.y)
+
+
+def in_sector(ev: Evaluator, sighted: Sighted, point: Vector) -> Term:
+    """Whether a point is in the view of who looks, whatever hides it; the other way round for what is out of view."""
+    viewer = sighted.viewer
+    pose = current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
+    if isinstance(viewer, Actor):
+        reach, opening = size_of(viewer, "visibleDistance"), size_of(viewer, "viewAngle")
+    else:
+        reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
+    start = Vector(pose.x, pose.y)
+    off = abs(wrapped(bearing(start, point) - pose.heading))
+    seen = (between(start, point) <= reach) & (off <= opening * 0.5)
+    return seen if sighted.seen else ~seen
 
 
 def offset_by(ev: Evaluator, node: nodes.OffsetBy) -> Value:

@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
@@ -31,6 +31,11 @@ from cortex_dsl.syntax import nodes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
+SCENIC_SIZES: Mapping[ActorKind, Mapping[str, float]] = {
+    ActorKind.CAR: {"length": 4.5, "width": 2.0},
+    ActorKind.PEDESTRIAN: {"length": 0.75, "width": 0.75},
+}
+"""Outlines in Scenic's driving model, which files with its `model` line have [m]."""
 SLIP = 0.8
 """Similarity from which a property of a class of the file is taken for a misspelt one."""
 
@@ -188,6 +193,11 @@ class Making:
         pose = geometry.pose_of(self.ev, value)
         return Placement(point, None) if pose is None else Placement(point, pose.heading, lane=pose.lane)
 
+    def lies_anywhere(self) -> bool:
+        """Whether it need not lie on the road."""
+        given = "regionContainedIn" in self.defaults or any(w.property == "regionContainedIn" for w in self.given)
+        return given and self.get("regionContainedIn") is None
+
     def default_heading(self, point: Vector) -> Term | None:
         """What the class says about its heading, if it does."""
         if "heading" not in self.defaults:
@@ -256,7 +266,10 @@ class Making:
         if name == "occluding" and self.builtin in LOW:
             return algebra.truth(False)
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
-        own_length = "length" in self.defaults or any(each.property == "length" for each in self.given)
+        scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.file.from_scenic else {}
+        if name in scenic:
+            return algebra.literal(scenic[name])
+        own_length = bool(scenic) or "length" in self.defaults or any(each.property == "length" for each in self.given)
         if name in ("wheelbase", "rearToCenter") and own_length:
             return default * (self._number("length") / model.length)
         return default

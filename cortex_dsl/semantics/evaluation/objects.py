@@ -1,123 +1,35 @@
-"""`new`: points, and the objects of the scene with all their properties; `mutate`: normal noise on the pose of what is
-made under a name.
+"""`new`: points, and the objects of the scene with all their properties."""
 
-`mutate` stands below the objects, but what is placed relative to a mutated object sees the mutated pose. So the
-statements of a scope are known before its objects are made. (Scenic adds the noise when all has been placed. Here a
-pose is the same wherever it is read, so that a concrete copy, which writes it down, places all others where they were.)
-"""
-
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.names import UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import CANNOT_MUTATE, MUTATED_ALIAS, NO_PLACE, TWO_HEADINGS, TWO_PLACES
+from cortex_dsl.semantics.errors.objects import (
+    NO_HEADING_YET,
+    NO_PLACE,
+    TWO_HEADINGS,
+    TWO_PLACES,
+)
 from cortex_dsl.semantics.errors.problems import Problem
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
-from cortex_dsl.semantics.evaluation import geometry, numbers
+from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import Making, own_class
-from cortex_dsl.semantics.evaluation.random_values import SMALLEST_UNIFORM
-from cortex_dsl.semantics.evaluation.specifiers import Extent, Placement, place
+from cortex_dsl.semantics.evaluation.mutation import mutated, record
+from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.evaluation.specifiers import Extent, Placement, at_origin, place, within
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Pose, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
-from cortex_dsl.semantics.quantities.algebra import Term, maximum, normal_quantile, road_heading
-from cortex_dsl.semantics.quantities.units import PURE
+from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-
-# -- noise -------------------------------------------------------------------------------------------------------------
-
-POSITION_DEVIATION = 1.0
-"""Standard deviation of x and of y at scale 1, as in Scenic [m]."""
-HEADING_DEVIATION = math.radians(5.0)
-"""Of the heading, as in Scenic [rad]."""
-
-
-def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
-    """Remember what a scope will mutate, before its statements run."""
-    ev.run.built.mutations[ev.scope_name] = [s for s in statements if isinstance(s, nodes.Mutate)]
-
-
-def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | None:
-    """The pose with its noise; None where nothing mutates what is called `name`."""
-    statement = _statement(ev, name, node)
-    if statement is None:
-        return None
-    if name:
-        ev.run.built.mutated.add((ev.scope_name, name))
-    scale = _scale(ev, statement)
-    x, y, heading = (
-        _noisy(ev, number, scale, deviation)
-        for number, deviation in (
-            (pose.x, POSITION_DEVIATION),
-            (pose.y, POSITION_DEVIATION),
-            (pose.heading, HEADING_DEVIATION),
-        )
-    )
-    return Pose(x, y, heading)
-
-
-def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None:
-    """The last one that means this object; without names it means all objects above it."""
-    found = None
-    for statement in ev.run.built.mutations.get(ev.scope_name, ()):
-        everything = not statement.targets and node.span.start < statement.span.start
-        if name in statement.targets or (everything and node.class_name not in ("Point", "OrientedPoint")):
-            found = statement
-    return found
-
-
-def _scale(ev: Evaluator, node: nodes.Mutate) -> Term:
-    if node.amount is None:
-        return ev.algebra.literal(1.0)
-    scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, "the scale of `mutate`")
-    return numbers.in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
-
-
-def _noisy(ev: Evaluator, number: Term, scale: Term, deviation: float) -> Term:
-    positive = maximum(ev.run.new_draw(), SMALLEST_UNIFORM)
-    noise = deviation * normal_quantile(positive)
-    return number + scale * noise
-
-
-def record(
-    ev: Evaluator,
-    node: nodes.New,
-    places: Sequence[nodes.Specifier],
-    facings: Sequence[nodes.Facing],
-    pose: Pose,
-) -> None:
-    """Note down the mutated pose where a concrete copy will say it."""
-    point, heading = (pose.x, pose.y), (pose.heading,)
-    site = places[0].span if places else node.class_span
-    suffix = "" if places else " added"
-    if not facings:
-        ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"pose{suffix}", "", (*point, *heading)))
-        return
-    ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"point{suffix}", "", point))
-    ev.run.decisions.draw_sites.append(ir.DrawSite(facings[0].span, "heading", "", heading))
-
-
-def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
-    """The statement itself: its objects must have been made under these names."""
-    for name in node.targets:
-        value = ev.lookup(name, node.span)
-        if not isinstance(value, Actor | Pose):
-            cure = did_you_mean(name, _objects(ev))
-            raise CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
-        if (ev.scope_name, name) not in ev.run.built.mutated:
-            raise MUTATED_ALIAS.mistake(node.span, name=name)
-
-
-def _objects(ev: Evaluator) -> list[str]:
-    return [name for name, value in ev.scope.items() if isinstance(value, Actor | Pose)]
-
+from engine.road.network import Network
+from engine.vocabulary import ActorKind
 
 # -- new ---------------------------------------------------------------------------------------------------------------
 
@@ -129,6 +41,10 @@ class Sorted:
     places: list[nodes.Specifier] = field(default_factory=list)
     facings: list[nodes.Facing] = field(default_factory=list)
     properties: list[nodes.With] = field(default_factory=list)
+    sights: list[nodes.InSight] = field(default_factory=list)
+    """Who must see it, where another specifier says where it is."""
+    settled: Term | None = None
+    """The heading, where it had to be known before the place."""
 
 
 def new(ev: Evaluator, node: nodes.New) -> Value:
@@ -161,12 +77,18 @@ def _sorted(node: nodes.New) -> Sorted:
     for specifier in node.specifiers:
         if isinstance(specifier, nodes.With) and specifier.property == "heading":
             result.facings.append(nodes.Facing(span=specifier.span, heading=specifier.value, mode=""))
+        elif isinstance(specifier, nodes.With) and specifier.property == "position":
+            result.places.append(specifier)
         elif isinstance(specifier, nodes.With):
             result.properties.append(specifier)
         elif isinstance(specifier, nodes.Facing):
             result.facings.append(specifier)
         else:
             result.places.append(specifier)
+    if len(result.places) > 1:
+        # Beside another place, as in Scenic, `visible` says who must see it there.
+        result.sights = [each for each in result.places if isinstance(each, nodes.InSight)]
+        result.places = [each for each in result.places if not isinstance(each, nodes.InSight)] or result.sights
     _at_most_one(TWO_PLACES, node, result.places)
     _at_most_one(TWO_HEADINGS, node, result.facings)
     return result
@@ -185,10 +107,11 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
         raise UNKNOWN_PROPERTY.mistake(
             with_.property_span, kind=f"a place (`{node.class_name}`)", name=with_.property, suggestion=""
         )
-    if not found.places:
-        raise NO_PLACE.mistake(node.span, name=node.class_name)
     zero = ev.algebra.literal(0.0)
-    placement = place(ev, found.places[0], Extent(zero, zero))
+    north = as_meant(ev, zero) if ev.file.from_scenic else zero
+    placement = at_origin(ev)
+    if found.places:
+        placement = place(ev, found.places[0], Extent(zero, zero, lambda: _own_heading(ev, node, found, north), None))
     if node.class_name == "Point":
         if found.facings:
             raise NOT_SUPPORTED.mistake(
@@ -198,15 +121,18 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
         moved = mutated(ev, ev.run.assigning, node, pose)
         if moved is not None:
             pose, placement = moved, replace(placement, drawn=True, point=Vector(moved.x, moved.y))
-        _record(ev, found.places[0].span, placement, None)
+        if found.places:
+            _record(ev, found.places[0].span, placement, None)
         return placement.point
-    return _posed(ev, node, found, placement, zero, ev.run.assigning)
+    return _posed(ev, node, found, placement, north, ev.run.assigning)
 
 
 def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:
     """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
     heading = default if placement.heading is None else placement.heading
-    if found.facings:
+    if found.settled is not None:
+        heading = found.settled
+    elif found.facings:
         heading = _faced(ev, found.facings[0], placement.point)
     lane = None if found.facings else placement.lane
     pose = Pose(placement.point.x, placement.point.y, heading, lane)
@@ -215,6 +141,8 @@ def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, 
         written = as_written(ev, moved.heading)
         record(ev, node, found.places, found.facings, replace(moved, heading=written))
         return replace(moved, heading=as_meant(ev, written))
+    if not found.places and placement.drawn:
+        return _recorded_default(ev, node, found, pose)
     if not found.places or found.facings or not placement.drawn:
         if found.places:
             _record(ev, found.places[0].span, placement, None)
@@ -222,6 +150,16 @@ def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, 
     # The copy of a case gives the heading as its file counts it, so it must be made of that number here too.
     written = as_written(ev, heading)
     _record(ev, found.places[0].span, placement, written)
+    return replace(pose, heading=as_meant(ev, written))
+
+
+def _recorded_default(ev: Evaluator, node: nodes.New, found: Sorted, pose: Pose) -> Pose:
+    """A place that no specifier names is said by the copy of a case behind the class."""
+    if found.facings:
+        ev.run.decisions.draw_sites.append(ir.DrawSite(node.class_span, "point added", "", (pose.x, pose.y)))
+        return pose
+    written = as_written(ev, pose.heading)
+    record(ev, node, found.places, found.facings, replace(pose, heading=written))
     return replace(pose, heading=as_meant(ev, written))
 
 
@@ -233,6 +171,8 @@ def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | Non
 
 
 def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
+    if node.mode == "apparent":
+        return relations.heading_in_sight(ev, node, point)
     value = ev.evaluate(node.heading)
     if not node.mode:
         return geometry.heading_at(ev, value, point, node.heading.span)
@@ -246,26 +186,70 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
 
 def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
     own_name, kind = ev.run.assigning, making.kind
-    if not found.places and not making.declares("position"):
+    if not found.places and not making.declares("position") and kind is ActorKind.PEDESTRIAN:
         raise NO_PLACE.mistake(node.span, name=node.class_name)
-    making.posed = lambda: _actor_pose(making, node, found, own_name)
+    placed: list[Placement] = []
+    making.posed = lambda: _actor_pose(making, node, found, own_name, placed)
     with ev.naming(""):
         properties, pose = making.properties(), making.pose(node.span)
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
     ev.run.built.actors.append(actor)
+    _require_of(ev, actor, placed[0], node)
+    for sight in found.sights:
+        seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
+        _require_of(ev, actor, seen, node)
     return actor
 
 
-def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str) -> Pose:
+def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
+    """What the specifiers ask of an object beside its place: the region that holds it, and who sees it."""
+    line = ev.file.line(node.span)
+    own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
+    for region in (placement.contained, own):
+        if region is not None:
+            inside = geometry.inside(ev, actor, ROAD if isinstance(region, Network) else region, node.span)
+            name = f"{actor.name} lies in {kind_name(region).removeprefix('a ')}"
+            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, line))
+    if placement.observed is not None:
+        viewer, seen = placement.observed
+        sight = seeing.sees(ev, viewer, actor)
+        who = viewer.name if isinstance(viewer, Actor) else "a point"
+        name = f"{actor.name} is {'visible' if seen else 'not visible'} from {who}"
+        ev.run.built.requirements.append(ir.Requirement(sight if seen else ~sight, 1.0, name, line))
+
+
+def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str, placed: list[Placement]) -> Pose:
+    """The heading of its place comes before that of its class, and this before that of its kind."""
     ev = making.ev
-    placement = _actor_placement(making, found)
-    if (heading := making.default_heading(placement.point)) is not None:
-        placement = replace(placement, heading=heading, lane=None)
-    off_road = making.kind in OFF_ROAD
-    default = ev.algebra.literal(0.0) if off_road else road_heading(placement.point.x, placement.point.y)
+    off_road = as_meant(ev, ev.algebra.literal(0.0)) if making.kind in OFF_ROAD else None
+    placement = _actor_placement(making, node, found, off_road)
+    placed.append(placement)
+    if placement.heading is None or not found.places:
+        heading = making.default_heading(placement.point) if found.settled is None else None
+        if heading is not None:
+            placement = replace(placement, heading=heading, lane=None)
+    default = road_heading(placement.point.x, placement.point.y) if off_road is None else off_road
     return _posed(ev, node, found, placement, default, name)
+
+
+def _own_heading(ev: Evaluator, node: nodes.New, found: Sorted, default: Term | None) -> Term:
+    """How something heads, before it has a place.
+
+    Raises:
+        Mistake: that follows from its place.
+    """
+    if found.settled is None and found.facings:
+        facing = found.facings[0]
+        value = None if facing.mode else ev.evaluate(facing.heading)
+        if not facing.mode and not isinstance(value, DirectionField):
+            found.settled = geometry.heading_at(ev, value, Vector(*[ev.algebra.literal(0.0)] * 2), facing.heading.span)
+    elif found.settled is None and not found.facings:
+        found.settled = default
+    if found.settled is None:
+        raise NO_HEADING_YET.mistake(node.span, name=node.class_name)
+    return found.settled
 
 
 def _unique(ev: Evaluator, name: str) -> str:
@@ -277,10 +261,15 @@ def _unique(ev: Evaluator, name: str) -> str:
     return unique
 
 
-def _actor_placement(making: Making, found: Sorted) -> Placement:
-    if not found.places:
+def _actor_placement(making: Making, node: nodes.New, found: Sorted, heading: Term | None) -> Placement:
+    ev = making.ev
+    region = None if making.kind in OFF_ROAD or making.lies_anywhere() else ROAD
+    if not found.places and making.declares("position"):
         return making.default_place()
+    if not found.places:
+        # As in Scenic: what has a region of its own is anywhere in it, all else in the middle of the map.
+        return at_origin(ev) if making.builtin in (None, "Object") else within(ev, ROAD)
     length, width = making.get("length"), making.get("width")
     assert isinstance(length, Term)
     assert isinstance(width, Term)
-    return place(making.ev, found.places[0], Extent(length, width))
+    return place(ev, found.places[0], Extent(length, width, lambda: _own_heading(ev, node, found, heading), region))

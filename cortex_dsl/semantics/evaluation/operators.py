@@ -1,15 +1,11 @@
 """Literals, names, lists, and the operators of arithmetic, comparison and logic."""
 
 import math
-from collections.abc import Sequence
 from operator import add, and_, or_, sub
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED, TEMPORAL_PLACE
 from cortex_dsl.semantics.errors.values import (
-    BAD_INDEX,
-    BAD_UNPACKING,
     ENDLESS_LAMBDA,
     LIST_TOO_LONG,
     NEVER_EQUAL,
@@ -18,22 +14,20 @@ from cortex_dsl.semantics.errors.values import (
     UNKNOWN_UNIT,
 )
 from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
-from cortex_dsl.semantics.evaluation.arguments import Given, items_of
-from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
+from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.random_values import Site, scaled
 from cortex_dsl.semantics.evaluation.roads import named_constant
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
-    POISON,
     Actor,
-    Centerline,
     Closure,
+    Items,
     Pose,
     Quantity,
     Truth,
     Value,
     Vector,
-    Weights,
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Constant, Term, equal, where
@@ -118,68 +112,6 @@ def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     return Closure(node.parameters, apply)
 
 
-# -- lists ------------------------------------------------------------------------------------------------------------
-
-
-def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
-    values: list[Value] = []
-    for item in node.items:
-        if isinstance(item, nodes.Starred):
-            values += items_of(ev.evaluate(item.value), item.span)
-        else:
-            values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
-    if any(value is POISON for value in values):
-        raise Mistake
-    return tuple(values)
-
-
-def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
-    entries = tuple((ev.evaluate(key), ev.evaluate(value)) for key, value in node.entries)
-    return Weights(entries, tuple(key.span for key, _ in node.entries))
-
-
-def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
-    return tuple(_generated(ev, node, node.clauses))
-
-
-def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
-    if not clauses:
-        return [ev.evaluate(node.element)]
-    clause, rest = clauses[0], clauses[1:]
-    results: list[Value] = []
-    for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
-        inner = ev.inside(unpack(clause.targets, item, clause.span))
-        if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
-            results += _generated(inner, node, rest)
-    return results
-
-
-def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]:
-    """Names for a value, or for the items of a list."""
-    if len(targets) == 1:
-        return {targets[0]: value}
-    items = items_of(value, span, "what is unpacked")
-    if len(items) != len(targets):
-        raise BAD_UNPACKING.mistake(span, names=len(targets), count=len(items))
-    return dict(zip(targets, items, strict=True))
-
-
-def index(ev: Evaluator, node: nodes.Index) -> Value:
-    value, at = ev.evaluate_all((node.value, node.index))
-    if isinstance(value, Centerline):
-        value = lanes.ends(ev, value)
-    items = items_of(value, node.value.span, "what is indexed")
-    position = whole_number(ev, at, node.index.span, "an index")
-    if not -len(items) <= position < len(items):
-        raise BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
-    return items[position]
-
-
-def _indices(count: int) -> str:
-    """Which items a list has."""
-    return f"items count from 0: `[0]` to `[{count - 1}]`; `[-1]` is the last" if count else "the list is empty"
-
-
 # -- arithmetic -------------------------------------------------------------------------------------------------------
 
 _ARITHMETIC = {
@@ -215,7 +147,8 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
-        return (*left, *right)
+        joined = (*left, *right)
+        return Items(joined) if isinstance(left, Items) else joined
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
         join = add if operator == "+" else sub
         return Vector(join(left.x, right.x), join(left.y, right.y))

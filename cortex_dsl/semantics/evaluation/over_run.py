@@ -4,15 +4,21 @@ Both are worked out when the run is over. Until then they are unknown numbers, w
 number of the reading is the number of its local.
 """
 
+from collections.abc import Callable, Mapping
+
 from cortex_dsl import ir
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.objectives import NOBODY_ELSE
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Slot, bind, evaluate_arguments
 from cortex_dsl.semantics.model.context import Evaluator, Moment
-from cortex_dsl.semantics.model.values import Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import Quantity, SimulationNow, Truth, Value
 from cortex_dsl.semantics.names.builtins import REDUCERS
+from cortex_dsl.semantics.quantities.algebra import rounded
 from cortex_dsl.semantics.quantities.units import PURE, TIME, UNITS, product
+from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.config import SimulationConfig
 from engine.named_results import NAMED_RESULTS
 from engine.vocabulary import Reducer, RuleKind
 
@@ -52,3 +58,25 @@ def result(ev: Evaluator, node: nodes.Name) -> Value:
         raise NOBODY_ELSE.mistake(node.span, name=row.name)
     reading = ev.file.reading(ir.Reading(Reducer.RESULT, result=row.name))
     return Quantity(ev.algebra.local(reading), UNITS[row.unit].dimension if row.unit else PURE)
+
+
+# -- `simulation()`: the run while it goes on -----
+
+
+def _simulation(ev: Evaluator, span: Span) -> Value:
+    if not ev.moment.running:
+        raise ONLY_WHILE_RUNNING.mistake(span, what="`simulation()`")
+    return SimulationNow()
+
+
+OF_SIMULATION: dict[str, Callable[[Evaluator, SimulationNow], Value]] = {
+    "currentTime": lambda ev, _: Quantity(rounded(ev.algebra.time() / _time_step(ev)), None),
+    "timestep": lambda ev, _: Quantity(ev.algebra.literal(_time_step(ev)), TIME),
+}
+
+
+def _time_step(ev: Evaluator) -> float:
+    return ev.file.settings.time_step or SimulationConfig().time_step
+
+
+MEANINGS: Mapping[str, Callable[..., Value]] = {"simulation": _simulation}

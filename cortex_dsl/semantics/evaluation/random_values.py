@@ -9,18 +9,15 @@ from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.chance import (
-    BAD_DEVIATION,
     BAD_WEIGHTS,
-    EMPTY_RANGE,
     FIXED_EXHAUSTED,
     LIST_AS_OPTION,
     MIXED_OPTIONS,
     RANDOM_WHILE_RUNNING,
-    REVERSED_RANGE,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
-from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
-from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.errors.values import TWO_UNITS
+from cortex_dsl.semantics.evaluation import bounds_given, numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.model.choices import check_count
@@ -38,7 +35,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     table,
     where,
 )
-from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -89,28 +85,6 @@ def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | No
     return Quantity(expr, dimension)
 
 
-def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:
-    """Known bounds must hold more than one value."""
-    if low is None or high is None:
-        return
-    if low > high:
-        raise REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
-    if low == high:
-        raise EMPTY_RANGE.mistake(span, low=f"{low:g}")
-    if not math.isfinite(high - low):
-        raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
-
-
-def check_deviation(value: float | None, span: Span) -> None:
-    if value is not None and not value > 0.0:
-        raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
-
-
-def plain(argument: Given) -> float | None:
-    """A known number as it was written, for messages about it."""
-    return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None
-
-
 # -- options -----------------------------------------------------------------------------------------------------------
 
 
@@ -126,7 +100,7 @@ class Option:
 
 def uniform_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
     no_names(name, given)
-    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple):
+    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple) and not ev.file.from_scenic:
         raise LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
     return [_option(ev, g.value, g.span, 1.0, site, starred=g.node is None) for g in given]
 
@@ -269,9 +243,9 @@ def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | Non
 
 
 def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
-    arguments = bound_arguments(name, given, site.span)
+    arguments = bounds_given.in_order(ev, name, bound_arguments(name, given, site.span), site.span)
     (low, high), dimension = alike(arguments, site)
-    check_order(name, plain(arguments[0]), plain(arguments[1]), site.span)
+    bounds_given.check_order(name, bounds_given.plain(arguments[0]), bounds_given.plain(arguments[1]), site.span)
     width = high - low
     return recorded(ev, site, low + uniform(ev) * width, dimension)
 
@@ -279,7 +253,7 @@ def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
 def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation), dimension = alike(arguments, site)
-    check_deviation(plain(arguments[1]), arguments[1].span)
+    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
     positive = maximum(uniform(ev), SMALLEST_UNIFORM)
     quantile = normal_quantile(positive)
     return recorded(ev, site, mean + deviation * quantile, dimension)
@@ -288,8 +262,8 @@ def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Val
 def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
     (mean, deviation, low, high), dimension = alike(arguments, site)
-    check_deviation(plain(arguments[1]), arguments[1].span)
-    check_order(name, plain(arguments[2]), plain(arguments[3]), site.span)
+    bounds_given.check_deviation(bounds_given.plain(arguments[1]), arguments[1].span)
+    bounds_given.check_order(name, bounds_given.plain(arguments[2]), bounds_given.plain(arguments[3]), site.span)
 
     def cumulative(bound: Term) -> Term:
         return normal_cdf((bound - mean) / deviation)
@@ -306,7 +280,7 @@ def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Si
 def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     low_given, high_given = bound_arguments(name, given, site.span)
     low, high = (whole_number(ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in (low_given, high_given))
-    check_order(name, low, high, site.span)
+    bounds_given.check_order(name, low, high, site.span)
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:

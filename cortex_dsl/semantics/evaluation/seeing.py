@@ -2,18 +2,18 @@
 
 import math
 
-from cortex_dsl.semantics.evaluation.geometry import oriented, outline, size_of
+from cortex_dsl.semantics.evaluation.geometry import ego_of, oriented, outline, size_of
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Pose, Truth, Value
 from cortex_dsl.semantics.quantities.algebra import Term, in_view
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vehicles import VIEW_DISTANCE
 
 
-def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether one object sees a part of another's outline."""
+def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
+    """Whether an object, or an oriented point, sees a part of another's outline."""
     return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
 
 
@@ -55,3 +55,11 @@ def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
 def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     viewer, target = ev.evaluate_all((node.viewer, node.target))
     return Truth(_seen(ev, viewer, target, node.viewer.span, node.target.span))
+
+
+def observer(ev: Evaluator, node: nodes.InSight) -> Actor | Pose:
+    """Who looks: the ego, or what follows `from`."""
+    if node.viewer is None:
+        return ego_of(ev, node.span, "what is visible")
+    viewer = ev.evaluate(node.viewer)
+    return viewer if isinstance(viewer, Actor) else oriented(ev, viewer, node.viewer.span, "what sees")

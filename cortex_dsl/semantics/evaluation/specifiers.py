@@ -1,6 +1,8 @@
 """Where a new object is: each specifier that places it gives a point, and mostly a heading too."""
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.objects import (
@@ -8,24 +10,28 @@ from cortex_dsl.semantics.errors.objects import (
     NEVER_LEAVES,
     NO_TRAJECTORY,
     NOT_ON_TRAJECTORY,
+    NOWHERE_UNSEEN,
     OTHER_SIDE,
     TOO_FAR,
 )
 from cortex_dsl.semantics.errors.values import WRONG_KIND
-from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation import geometry, seeing
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
+from cortex_dsl.semantics.evaluation.relations import follow
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Centerline, DirectionField, Pose, Region, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Region, Sighted, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
+    cos,
     path_pose,
     path_project,
     region_sample,
-    road_follow,
     road_heading,
+    sin,
+    sqrt,
 )
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import LENGTH
@@ -34,6 +40,7 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Intersection, Lane, Network
 from engine.road.sections import LaneSection
+from engine.vehicles import VIEW_DISTANCE
 
 CONTACT_TOLERANCE = 1e-4
 """Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
@@ -49,14 +56,21 @@ class Placement:
     """Whether the specifier itself drew it."""
     lane: Lane | None = None
     """The lane along which it lies, where that is known."""
+    observed: tuple["Actor | Pose", bool] | None = None
+    """Who must see what is placed here, or must not."""
+    contained: Value = None
+    """The region that must hold the whole outline."""
 
 
 @frozen
 class Extent:
-    """Size of what is placed; zero for points."""
+    """Size of what is placed, zero for points; and how it heads, where that does not follow from its place."""
 
     length: Term
     width: Term
+    heading: Callable[[], Term]
+    region: Region | None
+    """The region that it must lie in anyway."""
 
 
 Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
@@ -75,8 +89,30 @@ def _at(ev: Evaluator, node: nodes.At, _extent: Extent) -> Placement:
     return Placement(point, pose.heading, lane=pose.lane)
 
 
+def _with_position(ev: Evaluator, node: nodes.With, _extent: Extent) -> Placement:
+    """`with position P` says nothing of the heading, whatever P is."""
+    return Placement(geometry.position(ev, ev.evaluate(node.value), node.value.span, "`position`"), None)
+
+
+def at_origin(ev: Evaluator) -> Placement:
+    """Where what has no place of its own stands: in the middle of the map."""
+    zero = ev.algebra.literal(0.0)
+    return Placement(Vector(zero, zero), None)
+
+
 def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placement:
-    value = ev.evaluate(node.region)
+    return _somewhere_in(ev, ev.evaluate(node.region), node.region.span, node.keyword)
+
+
+def _somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Placement:
+    if isinstance(value, Sighted):
+        placement = _somewhere_in(ev, value.region, span, keyword)
+        condition = geometry.in_sector(ev, value, placement.point)
+        words = " ".join(ev.file.source.slice(span).split())
+        ev.run.built.requirements.append(
+            ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span))
+        )
+        return placement
     if isinstance(value, Network):
         value = ROAD
     if isinstance(value, LaneSection):
@@ -86,8 +122,8 @@ def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placemen
     if (region := geometry.region_of(value)) is not None:
         return within(ev, region, value if isinstance(value, Lane) else None)
     raise WRONG_KIND.mistake(
-        node.region.span,
-        what=f"what follows `{node.keyword}`",
+        span,
+        what=f"what follows `{keyword}`",
         expected="a region or a centre line",
         actual=kind_name(value),
         cure="as in `in lane.centerline`, `on road`",
@@ -140,7 +176,13 @@ def _as_placement(value: Value) -> Placement:
 def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
     """Edge to edge: the distance is what lies between the outlines."""
     reference = ev.evaluate(node.reference)
-    pose = geometry.oriented(ev, reference, node.reference.span, f"what something is {node.side} of")
+    if (pose := geometry.pose_of(ev, reference)) is None:
+        # Beside a plain point: which side is which follows from how the object itself heads.
+        what = f"what something is {node.side} of"
+        if isinstance(reference, Lane | Centerline):
+            geometry.oriented(ev, reference, node.reference.span, what)
+        point = geometry.position(ev, reference, node.reference.span, what)
+        pose = Pose(point.x, point.y, extent.heading())
     along = node.side in ("ahead", "behind")
     own = extent.length if along else extent.width
     gap = _gap(ev, node, isinstance(reference, Actor))
@@ -162,21 +204,50 @@ def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> Term:
 
 
 def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placement:
-    direction = ev.evaluate(node.direction)
-    if not isinstance(direction, DirectionField):
-        raise WRONG_KIND.mistake(
-            node.direction.span,
-            what="what follows `following`",
-            expected="a direction field",
-            actual=kind_name(direction),
-            cure="write `following roadDirection from x for 10 m`",
-        )
-    origin = geometry.ego_of(ev, node.span, "`following`") if node.origin is None else ev.evaluate(node.origin)
-    start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
-    by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
-    network_of(ev)
-    x, y, heading = road_follow(start.x, start.y, by)
-    return Placement(Vector(x, y), heading)
+    pose = follow(ev, node)
+    return Placement(Vector(pose.x, pose.y), pose.heading)
+
+
+def _beyond(ev: Evaluator, node: nodes.Beyond, _extent: Extent) -> Placement:
+    """Displaced in the frame of the line of sight; it heads as the viewer does, as the axes do from a plain point."""
+    viewer = geometry.ego_of(ev, node.span, "`beyond`") if node.viewer is None else ev.evaluate(node.viewer)
+    value, offset = ev.evaluate_all((node.place, node.offset))
+    start = geometry.position(ev, viewer, node.span if node.viewer is None else node.viewer.span)
+    point = geometry.position(ev, value, node.place.span)
+    if isinstance(offset, Quantity):
+        along = adopt(ev, offset, LENGTH, node.offset.span, "the distance after `by`")
+        by = Vector(ev.algebra.literal(0.0), along)
+    else:
+        by = geometry.position(ev, offset, node.offset.span, "an offset")
+    place = geometry.moved(point, geometry.bearing(start, point), by.x, by.y)
+    pose = geometry.pose_of(ev, viewer)
+    return Placement(place, geometry.as_meant(ev, ev.algebra.literal(0.0)) if pose is None else pose.heading)
+
+
+def _in_sight(ev: Evaluator, node: nodes.InSight, extent: Extent) -> Placement:
+    """Anywhere in view, or out of view, in the region that the object must lie in anyway."""
+    viewer = seeing.observer(ev, node)
+    if extent.region is not None:
+        return replace(within(ev, extent.region), observed=(viewer, node.seen))
+    if not node.seen:
+        raise NOWHERE_UNSEEN.mistake(node.span)
+    return replace(_in_sector(ev, viewer), observed=(viewer, True))
+
+
+def _in_sector(ev: Evaluator, viewer: Actor | Pose) -> Placement:
+    """Uniform over the sector of a viewer; the radius is the square root of a uniform share."""
+    pose = geometry.current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
+    if isinstance(viewer, Actor):
+        reach, opening = (geometry.size_of(viewer, name) for name in ("visibleDistance", "viewAngle"))
+    else:
+        reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
+    far, turned = reach * sqrt(ev.run.new_draw()), pose.heading + opening * (ev.run.new_draw() - 0.5)
+    return Placement(Vector(pose.x + far * cos(turned), pose.y + far * sin(turned)), None, drawn=True)
+
+
+def _contained_in(ev: Evaluator, node: nodes.ContainedIn, _extent: Extent) -> Placement:
+    value = ev.evaluate(node.region)
+    return replace(_somewhere_in(ev, value, node.region.span, "contained in"), contained=value)
 
 
 def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
@@ -263,11 +334,15 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) 
 
 PLACERS: dict[type, Placer] = {
     nodes.At: _at,
+    nodes.With: _with_position,
     nodes.InRegion: _in_region,
     nodes.OffsetBySpecifier: _offset_by,
     nodes.OffsetAlongSpecifier: _offset_along,
     nodes.Beside: _beside,
     nodes.Following: _following,
+    nodes.Beyond: _beyond,
+    nodes.InSight: _in_sight,
+    nodes.ContainedIn: _contained_in,
     nodes.Before: _before,
     nodes.After: _after,
 }  # type: ignore[assignment]

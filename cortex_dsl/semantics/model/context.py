@@ -65,6 +65,8 @@ class Evaluator:
     moment: Moment = SCENE
     home: dict[str, Value] | None = None
     """Variables of the imported file in which the place lies; None in the main file."""
+    frame: dict[str, Value] | None = None
+    """Variables of the function that is being called."""
     observe: Observer | None = None
     """Called with every value as it is worked out; an editor collects them."""
 
@@ -91,7 +93,9 @@ class Evaluator:
 
     @property
     def scope(self) -> dict[str, Value]:
-        """Where an assignment at this place goes: a scenario has variables of its own."""
+        """Where an assignment at this place goes: functions and scenarios have variables of their own."""
+        if self.frame is not None:
+            return self.frame
         return self.names if self.moment.scenario is None else self.moment.scenario.names
 
     @property
@@ -111,7 +115,11 @@ class Evaluator:
 
     def at_home(self, home: dict[str, Value] | None) -> "Evaluator":
         """A place at the top level of a file."""
-        return replace(self, home=home, scopes=())
+        return replace(self, home=home, scopes=(), frame=None)
+
+    def framed(self, frame: dict[str, Value]) -> "Evaluator":
+        """A place in a function with these variables."""
+        return replace(self.inside(frame), frame=frame)
 
     def inside(self, names: Mapping[str, Value]) -> "Evaluator":
         """The same place with more names."""

@@ -103,9 +103,26 @@ class Effect:
     acts: ir.Block
 
 
-@frozen
+@frozen_identity
 class DirectionField:
-    """`roadDirection`: at every point the direction of the lane there."""
+    """A heading at every point. `roadDirection` has no `at`: the direction of the lane there."""
+
+    at: Callable[[Vector], Term] | None = None
+
+
+@frozen
+class Sighted:
+    """The part of a region that is in the view of an object (`seen`), or out of it."""
+
+    region: Value
+    viewer: "Actor | Pose"
+    seen: bool
+
+
+class Items(tuple[Value, ...]):
+    """A list of the file: unlike a tuple it is told from another of the same items, so that `append` finds it."""
+
+    __slots__ = ()
 
 
 @frozen_identity
@@ -114,6 +131,20 @@ class Closure:
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
+
+
+@frozen_identity
+class Function:
+    """A function that the file defines; `apply` takes the moment of the call and its arguments by name."""
+
+    name: str
+    parameters: tuple[nodes.Parameter, ...]
+    apply: Callable[..., Value]
+
+
+@frozen
+class SimulationNow:
+    """`simulation()`: the running simulation."""
 
 
 @frozen

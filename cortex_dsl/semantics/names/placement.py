@@ -5,6 +5,7 @@ from dataclasses import replace
 from cortex_dsl.semantics.errors.problems import Findings
 from cortex_dsl.semantics.errors.scenarios import MONITOR_ACTS, SETTING_IN_SCENARIO
 from cortex_dsl.semantics.errors.statements import STATEMENT_PLACE
+from cortex_dsl.semantics.names.tree import is_timed
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -29,6 +30,7 @@ TOP_LEVEL: dict[type, str] = {
     nodes.Import: "import",
     nodes.ImportFrom: "from",
     nodes.Mutate: "mutate",
+    nodes.FunctionDefinition: "def",
 }
 
 NOT_IN_SETUP: dict[type, str] = {
@@ -43,6 +45,7 @@ NOT_IN_SETUP: dict[type, str] = {
     nodes.BehaviorDefinition: "behaviors are shared by all scenarios",
     nodes.MonitorDefinition: "monitors are shared by all scenarios",
     nodes.ScenarioDefinition: "scenarios are shared by all scenarios",
+    nodes.FunctionDefinition: "functions are shared by all scenarios",
 }
 """Statements that a scenario cannot have, and why."""
 
@@ -53,12 +56,14 @@ INSIDE: dict[type, str] = {
     nodes.Try: "try",
     nodes.Abort: "abort",
     nodes.Terminate: "terminate",
-    nodes.If: "if",
-    nodes.While: "while",
-    nodes.Break: "break",
-    nodes.Continue: "continue",
-    nodes.Return: "return",
 }
+IN_LOOPS: dict[type, str] = {nodes.Break: "break", nodes.Continue: "continue"}
+
+COMPILED = (
+    nodes.Assign, nodes.AugmentedAssign, nodes.ExpressionStatement, nodes.Require, nodes.Assert, nodes.If, nodes.For,
+    nodes.While, nodes.Break, nodes.Continue, nodes.Return, nodes.Pass,
+)  # fmt: skip
+"""What may stand in a loop, a branch or a function that the compiler runs."""
 
 
 CURES = {
@@ -68,9 +73,9 @@ CURES = {
     "indented again, this line",
 }
 """What to write, by where a statement belongs."""
-VALUE_BY_IF = (
-    "to choose a value write `x = a if CONDITION else b`; what depends on the run stands in a `behavior NAME():`"
-)
+
+
+IN_FUNCTION = "in a function"
 
 
 @frozen
@@ -83,6 +88,8 @@ class _Around:
     attempt: bool = False
     setup: bool = False
     compose: bool = False
+    compiled: str = ""
+    """The loop, branch or function that the compiler runs."""
 
 
 def check_placement(module: nodes.Module, findings: Findings) -> None:
@@ -101,7 +108,11 @@ def _names(statement: nodes.Do) -> set[str]:
 
 def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> None:
     kind = type(statement)
-    if kind is nodes.Override and not around.setup:
+    if around.compiled and (kind not in COMPILED or _speaks_of_time(statement)):
+        word = {**TOP_LEVEL, **INSIDE}.get(kind, "require")
+        there = "in a behavior" if kind in INSIDE else "at the top level, outside of it"
+        _report(findings, statement, word, around.compiled, there)
+    elif kind is nodes.Override and not around.setup:
         here = "in a `compose`" if around.compose else "in a behavior" if around.behaviour else "at the top level"
         _report(findings, statement, "override", here, "in the setup of a scenario")
     elif (around.setup or around.compose) and kind in NOT_IN_SETUP:
@@ -119,8 +130,12 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
         findings.add(MONITOR_ACTS.at(statement.span, statement=INSIDE[kind]))
     elif not around.behaviour and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "at the top level", "in a behavior")
-    elif kind in (nodes.Break, nodes.Continue) and not around.loop:
-        _report(findings, statement, INSIDE[kind], "outside a loop", "in a `while`")
+    elif kind in IN_LOOPS and not around.loop:
+        _report(findings, statement, IN_LOOPS[kind], "outside a loop", "in a `while` or `for`")
+    elif isinstance(statement, nodes.Return) and not around.behaviour and around.compiled != IN_FUNCTION:
+        _report(findings, statement, "return", "at the top level", "in a behavior or a function")
+    elif isinstance(statement, nodes.Return) and around.behaviour and statement.value is not None:
+        _report(findings, statement, "return VALUE", "in a behavior", "in a function")
     elif kind is nodes.Abort and not around.attempt:
         _report(findings, statement, "abort", "outside a `try`", "in a `try` or its handlers")
     else:
@@ -136,15 +151,27 @@ def _check_inside(statement: nodes.Statement, around: _Around, findings: Finding
         case nodes.ScenarioDefinition(setup=setup, compose=compose):
             _check_all(setup, _Around(setup=True), findings)
             _check_all(compose, _Around(behaviour=True, compose=True), findings)
-        case nodes.While(body=body):
-            _check_all(body, replace(around, loop=True), findings)
+        case nodes.FunctionDefinition(body=body):
+            _check_all(body, _Around(compiled=IN_FUNCTION), findings)
+        case nodes.While(body=body) | nodes.For(body=body):
+            _check_all(body, replace(_compiled(around), loop=True), findings)
         case nodes.If(branches=branches, otherwise=otherwise):
+            around = _compiled(around)
             for _, body in branches:
                 _check_all(body, around, findings)
             _check_all(otherwise, around, findings)
         case nodes.Try(body=body, handlers=handlers):
             for block in (body, *(handler.body for handler in handlers)):
                 _check_all(block, replace(around, attempt=True), findings)
+
+
+def _compiled(around: _Around) -> _Around:
+    """Inside a loop or a branch: in a behaviour the run goes through it, elsewhere the compiler."""
+    return around if around.behaviour or around.compiled else replace(around, compiled="in a loop or a branch")
+
+
+def _speaks_of_time(statement: nodes.Statement) -> bool:
+    return isinstance(statement, nodes.Require) and is_timed(statement.condition)
 
 
 def _check_all(statements: tuple[nodes.Statement, ...], around: _Around, findings: Findings) -> None:
@@ -160,6 +187,5 @@ def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: s
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:
     word = statement.sense if isinstance(statement, nodes.Optimize) else word
     span = Span(statement.span.start, statement.span.start + len(word))
-    chooses = word == "if" and there == "in a behavior"
-    cure = VALUE_BY_IF if chooses else CURES.get(there, "move it there, or remove it")
+    cure = CURES.get(there, "move it there, or remove it")
     findings.add(STATEMENT_PLACE.at(span, statement=word, here=here, there=there, cure=cure))

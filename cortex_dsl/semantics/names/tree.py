@@ -128,7 +128,7 @@ def is_searched(value: nodes.Expression) -> bool:
 
 # -- what statements bind, and what definitions consist of -------------------------------------------------------------
 
-Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
+Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition | nodes.FunctionDefinition
 
 
 def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
@@ -144,6 +144,10 @@ def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
             return (name,)
         case nodes.ScenarioDefinition(name=name) | nodes.ClassDefinition(name=name):
             return (name,)
+        case nodes.FunctionDefinition(name=name):
+            return (name,)
+        case nodes.For(targets=targets):
+            return targets
         case nodes.Import() if (alias := bound_name(statement)) is not None:
             return (alias,)
         case nodes.ImportFrom(names=names):
@@ -175,6 +179,9 @@ def assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> 
                     yield from assigned_names(body, repeated=True)
                 yield from assigned_names(otherwise, repeated=True)
             case nodes.While(body=body):
+                yield from assigned_names(body, repeated=True)
+            case nodes.For(targets=targets, body=body):
+                yield from targets * 2
                 yield from assigned_names(body, repeated=True)
             case nodes.Try(body=body, handlers=handlers):
                 yield from assigned_names(body, repeated=True)

@@ -46,23 +46,26 @@ def not_supported(context: ErrorContext) -> Diagnostic | None:
     named = len(context.words) > 1 and context.words[1].text in ("=", ".", ",")
     if first.text in words.LATER_STATEMENTS and first.kind == "name" and not named:
         return _later(first, words.LATER_STATEMENTS[first.text], words.INSTEAD.get(first.text, ""))
-    if first.text == "wait" and found.text in ("for", "until"):
-        return _later(found, f"`wait {found.text}`", f"write `do IdleBehavior() {found.text} …`")
     if first.text == "record" and found.text in ("every", "after", "to") and context.wants_operator:
         return _later(found, f"`record … {found.text} …`", "a plain `record` takes the value at every step")
-    if first.text == "return" and before is first and found.kind != "end":
-        return _later(found, "a value after `return`", "a behavior ends with `return` alone")
-    if found.text == ":" and context.bracket is not None and context.bracket.text == "[":
-        return _later(found, "a slice", "index one element, or write a comprehension")
     if found.kind == "name" and found.text in words.LATER_OPERATORS and context.wants_operator:
         return _later(found, words.LATER_OPERATORS[found.text], words.INSTEAD.get(found.text, ""))
     if before is not None and before.text in words.LATER_OPERATORS and found.kind == "name":
         return _later(before, words.LATER_OPERATORS[before.text], words.INSTEAD.get(before.text, ""))
-    if found.text == "not" and [word.text for word in context.words[context.place + 1 :][:1]] == ["visible"]:
-        return _later(found, "`not visible`", "write `require not (ego can see x)`")
     if found.kind == "name" and found.text in words.LATER_SPECIFIERS:
         return _later(found, words.LATER_SPECIFIERS[found.text], words.INSTEAD.get(found.text, ""))
     return None
+
+
+def beyond_along(context: ErrorContext) -> Diagnostic | None:
+    """`beyond intersection by 10 m along way`: what lies behind it on a way is `after` it."""
+    if context.found.text != "along" or not any(word.text == "beyond" for word in context.words[: context.place]):
+        return None
+    return errors.UNEXPECTED.at(
+        context.found.span,
+        "`beyond` is on a line of sight, not on a way",
+        cure="write `after` instead of `beyond`, as in `after intersection by 10 m along trajectory`",
+    )
 
 
 def _later(word: Word, what: str, cure: str = "") -> Diagnostic:

@@ -41,7 +41,8 @@ MISTAKES = (
     Mistake("terminate when ego collides with truck", "SCN101", phrasing.contact),
     Mistake("b = new Car ahead ego", "SCN101", joints.side_without_of),
     Mistake("class Taxi(Car):\n    def drive():\n        pass", "SCN126", phrasing.function_in_a_class),
-    Mistake("x = 3 relative to y", "SCN115", habits.not_supported),
+    Mistake("a = new Car beyond b by 3 m along way", "SCN101", habits.beyond_along),
+    Mistake("x = altitude of y", "SCN115", habits.not_supported),
     Mistake("require allways x > 3", "SCN101", joints.misspelt_second_word),
     Mistake("require a untill b", "SCN101", joints.misspelt_joint),
     Mistake("x = always y", "SCN124", joints.temporal_elsewhere),
@@ -116,22 +117,25 @@ def name_of(word: Word) -> str:
 
 _VALUE_STARTS = frozenset({
     "NAME", "NUMBER", "STRING", "CONSTANT", "LPAR", "LSQB", "LBRACE", "PLUS", "MINUS", "STAR", "NOT", "_LAMBDA",
-    "_NEW", "DISTANCE", "_RELATIVE_HEADING_OF", "TEMPORAL", "DO_MODE", "RECORD_WHEN",
+    "_NEW", "DISTANCE", "_RELATIVE_HEADING_OF", "TEMPORAL", "DO_MODE", "RECORD_WHEN", "APPARENT_OR_POSITION",
+    "DISTANCE_PAST", "ANGLE", "_FOLLOW", "SIDE_OF", "VISIBLE",
 })  # fmt: skip
 _STATEMENT_STARTS = frozenset({
     "_BEHAVIOR", "_MAP", "_MODEL", "_PARAM", "_SIMULATION", "_REQUIRE", "_REQUIRE_PROBABLY", "_ABORT", "_TAKE",
     "TERMINATE", "_TERMINATE_AFTER", "TERMINATE_WHEN", "_WAIT", "_DO", "_BREAK", "_CONTINUE", "_RETURN",
     "_PASS", "_TRY", "_IF", "_WHILE", "$END", "_DEDENT", "_CLASS", "_COMPOSE", "_FROM", "_IMPORT", "_MONITOR",
     "_MUTATE", "_OVERRIDE", "_RECORD", "_REQUIRE_MONITOR", "_SCENARIO", "_SETUP", "_SIGNALS", "GUARD",
-    "_EXPECT", "OPTIMIZE",
+    "_EXPECT", "OPTIMIZE", "_FOR", "_DEF", "_ASSERT",
 })  # fmt: skip
 _OPERATORS = frozenset({
     "PLUS", "MINUS", "STAR", "SLASH", "DOUBLE_SLASH", "DOUBLE_STAR", "PERCENT", "AT_SIGN", "COMPARE", "IN",
     "NOT_IN", "IS", "IS_NOT", "_AND", "_OR", "_IF", "_CAN_SEE", "_DEG", "_INTERSECTS", "_OFFSET_ALONG",
-    "_OFFSET_BY", "_IMPLIES", "UNIT", "UNKNOWN_UNIT", "LPAR", "LSQB", "DOT", "AUGMENTED_ASSIGN", "SEMICOLON",
+    "_OFFSET_BY", "_IMPLIES",
+    "_RELATIVE_TO", "UNIT", "UNKNOWN_UNIT", "LPAR", "LSQB", "DOT", "AUGMENTED_ASSIGN", "SEMICOLON",
 })  # fmt: skip
 _SPECIFIERS = frozenset({
     "_AT", "ON", "_AFTER", "_BEFORE", "BESIDE", "_FACING", "_FACING_AWAY", "_FACING_TOWARD", "_FOLLOWING", "_WITH",
+    "_BEYOND", "IN_SIGHT", "_CONTAINED_IN", "_APPARENTLY_FACING",
 })  # fmt: skip
 _SPOKEN = {
     "NAME": "a name",

@@ -11,8 +11,9 @@ from cortex_dsl.editor.messages import cures
 from cortex_dsl.editor.navigation import definition, outline, references
 from cortex_dsl.editor.open_files import Positions
 from cortex_dsl.editor.place import place_of
-from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS, attribute_names
+from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.model.context import Superseded
+from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.properties import FLAGS, PROPERTIES
 from cortex_dsl.source import Source, Span
 

@@ -65,6 +65,10 @@ def specifiers(expressions: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.Before, expressions, expressions, maybe),
         node(nodes.After, expressions, expressions, maybe),
         node(nodes.Facing, expressions, st.sampled_from(["", "toward", "away"])),
+        node(nodes.Facing, expressions, st.just("apparent"), maybe),
+        node(nodes.Beyond, expressions, expressions, maybe),
+        node(nodes.InSight, maybe, st.booleans()),
+        node(nodes.ContainedIn, expressions),
         node(nodes.With, names, expressions),
     )
 
@@ -91,6 +95,18 @@ def grow(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.Conditional, inner, inner, inner),
         node(nodes.Distance, st.none() | inner, inner, st.booleans()),
         node(nodes.RelativeHeading, inner, st.none() | inner),
+        node(
+            nodes.SeenFrom,
+            st.sampled_from(["apparent heading of", "relative position of", "distance past"]),
+            inner,
+            st.none() | inner,
+        ),
+        node(nodes.Angle, inner, inner) | node(nodes.Angle, st.none(), inner) | node(nodes.Angle, inner, st.none()),
+        node(nodes.Follow, inner, st.none() | inner, inner),
+        node(nodes.SideOf, st.sampled_from(["front", "back left", "right"]), inner),
+        node(nodes.VisiblePart, inner, st.booleans()),
+        node(nodes.RelativeTo, inner, inner),
+        node(nodes.Index, inner, node(nodes.Slice, *[st.none() | inner] * 3)),
         node(nodes.CanSee, inner, inner),
         node(nodes.Intersects, inner, inner),
         node(nodes.Degrees, inner),
@@ -159,6 +175,10 @@ simple_statements = st.one_of(
     node(nodes.Do, invocations, until=expressions, mode=modes),
     node(nodes.Do, invocations, duration=expressions, in_steps=st.booleans(), mode=modes),
     node(nodes.Take, several(expressions, 1, 2)),
+    node(nodes.Wait, until=expressions),
+    node(nodes.Wait, duration=expressions, in_steps=st.booleans()),
+    node(nodes.Assert, expressions, st.none() | expressions),
+    node(nodes.Return, expressions),
     *(
         node(kind)
         for kind in (
@@ -183,6 +203,8 @@ def compound(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.Try, body, several(node(nodes.Handler, expressions, body), 1, 2)),
         node(nodes.If, several(st.tuples(expressions, body), 1, 2), several(inner, 0, 2)),
         node(nodes.While, expressions, body),
+        node(nodes.For, several(names, 1, 2), expressions, body),
+        node(nodes.FunctionDefinition, names, parameters, body, docstrings),
     )
 
 

@@ -13,10 +13,10 @@ import pytest
 
 from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation import attributes, lanes, signals
-from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
+from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Parameter
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word

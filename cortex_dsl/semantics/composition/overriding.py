@@ -1,0 +1,71 @@
+"""`override x with property value`: in a scenario, for as long as it runs."""
+
+from cortex_dsl.semantics.errors.names import UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.making import checked
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Instance
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+
+SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
+"""Properties that are used before the run only."""
+
+
+def override(ev: Evaluator, node: nodes.Override, instance: Instance) -> None:
+    """Override properties of an object.
+
+    Raises:
+        Mistake: it is no object, or the property cannot change.
+    """
+    target = ev.evaluate(node.target)
+    if not isinstance(target, Actor):
+        raise WRONG_KIND.mistake(
+            node.target.span, what="what is overridden", expected="an object", actual=kind_name(target), cure=""
+        )
+    for specifier in node.specifiers:
+        if not isinstance(specifier, nodes.With):
+            raise CANNOT_OVERRIDE.mistake(
+                specifier.span,
+                name="the place of an object",
+                here="",
+                reason="where it is follows from how it moves",
+                cure="override its behavior, as in `override x with behavior B()`",
+            )
+        _property(ev, target, specifier, instance)
+
+
+def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
+    name = node.property
+    if name not in (*PROPERTIES, *FLAGS, *IGNORED) and name not in target.properties:
+        suggestion = did_you_mean(name, {*all_properties(), *target.properties})
+        raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
+    _check_can_change(ev, node, instance)
+    value = checked(ev, target.kind, name, ev.evaluate(node.value), node.value.span)
+    if name == "behavior" and instance is not ev.run.root:
+        call = None if value is None else as_behaviour(value, node.value.span)
+        target.overrides.append((instance.monitor, call))
+    else:
+        target.properties[name] = value
+
+
+def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> None:
+    name = node.property
+    if name == "speed":
+        reason, cure = "how fast it is follows from what it does", "override its behavior"
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+    if name in SETTLED:
+        reason, cure = "it is used before the run only", "give it where the object is made"
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+    if name not in ("behavior", *IGNORED) and instance is not ev.run.root:
+        raise CANNOT_OVERRIDE.mistake(
+            node.property_span,
+            name=name,
+            here="by a scenario that another one starts",
+            reason="it is the same from the first sample to the last",
+            cure="give it where the object is made; only `behavior` can change during the run",
+        )

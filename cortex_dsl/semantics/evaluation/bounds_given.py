@@ -1,0 +1,42 @@
+"""Bounds of distributions as they are written: their order, and what a deviation may be."""
+
+import math
+
+from cortex_dsl.semantics.errors.chance import BAD_DEVIATION, EMPTY_RANGE, REVERSED_RANGE, TURNED_RANGE
+from cortex_dsl.semantics.errors.values import NOT_FINITE
+from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Quantity
+from cortex_dsl.semantics.quantities.bounds import closed_value
+from cortex_dsl.source import Span
+
+
+def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:
+    """Known bounds must hold more than one value."""
+    if low is None or high is None:
+        return
+    if low > high:
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
+    if low == high:
+        raise EMPTY_RANGE.mistake(span, low=f"{low:g}")
+    if not math.isfinite(high - low):
+        raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
+
+
+def in_order(ev: Evaluator, name: str, bounds: list[Given], span: Span) -> list[Given]:
+    """Bounds of a `Range`; a reversed one means the same in Scenic's files, which is said."""
+    low, high = (plain(bound) for bound in bounds[-2:])
+    if ev.file.from_scenic and low is not None and high is not None and low > high and name.endswith("Range"):
+        ev.report(TURNED_RANGE.at(span, low=f"{high:g}", high=f"{low:g}"))
+        return bounds[::-1]
+    return bounds
+
+
+def check_deviation(value: float | None, span: Span) -> None:
+    if value is not None and not value > 0.0:
+        raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+
+
+def plain(argument: Given) -> float | None:
+    """A known number as it was written, for messages about it."""
+    return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None

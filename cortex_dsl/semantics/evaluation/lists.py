@@ -1,0 +1,98 @@
+"""Lists: written ones, comprehensions, items and slices, and `append`, which the compiler does at once."""
+
+from collections.abc import Sequence
+
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG
+from cortex_dsl.semantics.evaluation import lanes
+from cortex_dsl.semantics.evaluation.arguments import items_of
+from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import POISON, Centerline, Closure, Effect, Items, Value, Weights
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+
+
+def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
+    values: list[Value] = []
+    for item in node.items:
+        if isinstance(item, nodes.Starred):
+            values += items_of(ev.evaluate(item.value), item.span)
+        else:
+            values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
+    if any(value is POISON for value in values):
+        raise Mistake
+    return Items(values) if isinstance(node, nodes.ListDisplay) else tuple(values)
+
+
+def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
+    entries = tuple((ev.evaluate(key), ev.evaluate(value)) for key, value in node.entries)
+    return Weights(entries, tuple(key.span for key, _ in node.entries))
+
+
+def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
+    return Items(_generated(ev, node, node.clauses))
+
+
+def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
+    if not clauses:
+        return [ev.evaluate(node.element)]
+    clause, rest = clauses[0], clauses[1:]
+    results: list[Value] = []
+    for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
+        inner = ev.inside(unpack(clause.targets, item, clause.span))
+        if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
+            results += _generated(inner, node, rest)
+    return results
+
+
+def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]:
+    """Names for a value, or for the items of a list."""
+    if len(targets) == 1:
+        return {targets[0]: value}
+    items = items_of(value, span, "what is unpacked")
+    if len(items) != len(targets):
+        raise BAD_UNPACKING.mistake(span, names=len(targets), count=len(items))
+    return dict(zip(targets, items, strict=True))
+
+
+def index(ev: Evaluator, node: nodes.Index) -> Value:
+    if isinstance(node.index, nodes.Slice):
+        return _slice(ev, node, node.index)
+    value, at = ev.evaluate_all((node.value, node.index))
+    if isinstance(value, Centerline):
+        value = lanes.ends(ev, value)
+    items = items_of(value, node.value.span, "what is indexed")
+    position = whole_number(ev, at, node.index.span, "an index")
+    if not -len(items) <= position < len(items):
+        raise BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
+    return items[position]
+
+
+def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
+    items = items_of(ev.evaluate(node.value), node.value.span, "what is sliced")
+    bounds = (part.start, part.stop, part.step)
+    at = [None if each is None else whole_number(ev, ev.evaluate(each), each.span, "a slice") for each in bounds]
+    if at[2] == 0:
+        raise BAD_INDEX.mistake(part.span, index=0, count=len(items), cure="the step of a slice is not 0")
+    return Items(items[slice(*at)])
+
+
+def _indices(count: int) -> str:
+    """Which items a list has."""
+    return f"items count from 0: `[0]` to `[{count - 1}]`; `[-1]` is the last" if count else "the list is empty"
+
+
+def append(ev: Evaluator, items: Items) -> Closure:
+    """`items.append(x)`: whatever is called so is the longer list from now on."""
+
+    def apply(item: Value) -> Value:
+        if len(items) >= RANGE_LIMIT:
+            raise LIST_TOO_LONG.mistake(ev.algebra.span, limit=RANGE_LIMIT)
+        longer = Items((*items, item))
+        for scope in (*ev.scopes, ev.names):
+            for name in [name for name, value in scope.items() if value is items]:
+                scope[name] = longer  # type: ignore[index]
+        return Effect(())
+
+    return Closure(("item",), apply)

@@ -1,0 +1,176 @@
+"""Scenic's operators that join two places: `relative to`, `angle`, `apparent heading`, `relative position`, `distance
+past`, `follow`, the edges of outlines, and what is in view of a region.
+
+Source: Scenic 3 reference, "Operators", and their definitions in its `scenic.syntax.veneer`.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
+from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Sighted, Value, Vector
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Term, cos, road_follow, sin, wrapped
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+
+# -- relative to -------------------------------------------------------------------------------------------------------
+
+
+def relative_to(ev: Evaluator, node: nodes.RelativeTo) -> Value:
+    """A field or heading turned by another, or a place in the frame of another."""
+    value, base = ev.evaluate_all((node.value, node.base))
+    spans = node.value.span, node.base.span
+    if isinstance(value, DirectionField) or isinstance(base, DirectionField):
+        return _turned_field(ev, value, base, spans)
+    poses = [geometry.pose_of(ev, each) for each in (value, base)]
+    if None not in poses:
+        raise NO_RELATION.mistake(node.span, left=kind_name(value), right=kind_name(base))
+    if isinstance(value, Quantity) or isinstance(base, Quantity):
+        return Quantity(_written(ev, value, spans[0]) + _written(ev, base, spans[1]), ANGLE)
+    if poses[0] is not None:
+        value, base, spans = base, value, spans[::-1]
+    return geometry.displaced(ev, base, geometry.position(ev, value, spans[0], "an offset"), spans[1])
+
+
+def _turned_field(ev: Evaluator, value: Value, base: Value, spans: tuple[Span, Span]) -> DirectionField:
+    """The sum of two fields, or of a field and an angle, at each place."""
+
+    def part(each: Value, span: Span) -> Callable[[Vector], Term]:
+        if isinstance(each, DirectionField):
+            return lambda point: geometry.direction_at(each, point)
+        turned = _written(ev, each, span)
+        return lambda _point: turned
+
+    one, other = (part(each, span) for each, span in zip((value, base), spans, strict=True))
+    return DirectionField(lambda point: one(point) + other(point))
+
+
+def _written(ev: Evaluator, value: Value, span: Span) -> Term:
+    """A heading as the file counts it."""
+    pose = geometry.pose_of(ev, value)
+    return adopt(ev, value, ANGLE, span, "a heading") if pose is None else as_written(ev, pose.heading)
+
+
+# -- from one place to another -----------------------------------------------------------------------------------------
+
+
+def _place(ev: Evaluator, node: nodes.Expression | None, span: Span, what: str) -> Value:
+    return geometry.ego_of(ev, span, what) if node is None else ev.evaluate(node)
+
+
+def angle(ev: Evaluator, node: nodes.Angle) -> Value:
+    """The heading of the way from one place to another, as the file counts headings."""
+    start, end = (
+        geometry.position(ev, _place(ev, each, node.span, "an `angle`"), node.span if each is None else each.span)
+        for each in (node.origin, node.target)
+    )
+    return Quantity(wrapped(as_written(ev, geometry.bearing(start, end))), ANGLE)
+
+
+def seen_from(ev: Evaluator, node: nodes.SeenFrom) -> Value:
+    of = ev.evaluate(node.of)
+    origin = _place(ev, node.origin, node.span, f"`{node.operator}`")
+    return _RELATIONS[node.operator](ev, of, origin, node)
+
+
+def _apparent_heading(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
+    """Of an object, counted from the line of sight; in [-pi, pi)."""
+    pose = geometry.oriented(ev, of, node.of.span, "what has an apparent heading")
+    start = geometry.position(ev, origin, _origin(node))
+    return Quantity(wrapped(pose.heading - geometry.bearing(start, Vector(pose.x, pose.y))), ANGLE)
+
+
+def _relative_position(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
+    end, start = geometry.position(ev, of, node.of.span), geometry.position(ev, origin, _origin(node))
+    return Vector(end.x - start.x, end.y - start.y)
+
+
+def _distance_past(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
+    """How far a place is ahead, along the heading of what is past."""
+    point = geometry.position(ev, of, node.of.span)
+    pose = geometry.oriented(ev, origin, _origin(node), "what is past")
+    return Quantity((point.x - pose.x) * cos(pose.heading) + (point.y - pose.y) * sin(pose.heading), LENGTH)
+
+
+def _origin(node: nodes.SeenFrom) -> Span:
+    return node.span if node.origin is None else node.origin.span
+
+
+_RELATIONS: Mapping[str, Callable[[Evaluator, Value, Value, nodes.SeenFrom], Value]] = {
+    "apparent heading of": _apparent_heading,
+    "relative position of": _relative_position,
+    "distance past": _distance_past,
+}
+
+
+def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
+    """`relative heading of a from b`, in [-pi, pi)."""
+    origin_value = (
+        geometry.ego_of(ev, node.span, "a relative heading") if node.origin is None else ev.evaluate(node.origin)
+    )
+    origin_span = node.span if node.origin is None else node.origin.span
+    heading = _heading(ev, ev.evaluate(node.of), node.of.span)
+    difference = heading - _heading(ev, origin_value, origin_span)
+    return Quantity(wrapped(difference), ANGLE)
+
+
+def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
+    pose = geometry.pose_of(ev, value)
+    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
+
+
+# -- places ------------------------------------------------------------------------------------------------------------
+
+
+def follow(ev: Evaluator, node: nodes.Follow | nodes.Following) -> Pose:
+    """The oriented point at which a way along the roads ends."""
+    direction = ev.evaluate(node.direction)
+    if not isinstance(direction, DirectionField) or direction.at is not None:
+        raise NOT_A_FIELD.mistake(node.direction.span, actual=kind_name(direction))
+    origin = _place(ev, node.origin, node.span, "`following`")
+    start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
+    by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
+    network_of(ev)
+    return Pose(*road_follow(start.x, start.y, by))
+
+
+_SIDES: Mapping[str, tuple[float, float]] = {
+    "front": (0.0, 1.0),
+    "back": (0.0, -1.0),
+    "left": (-1.0, 0.0),
+    "right": (1.0, 0.0),
+}
+"""To the right and ahead, in half widths and half lengths."""
+
+
+def side_of(ev: Evaluator, node: nodes.SideOf) -> Value:
+    """The middle of an edge of an outline, or a corner, heading as the object does."""
+    value = ev.evaluate(node.of)
+    pose = geometry.oriented(ev, value, node.of.span, f"what has a {node.side}")
+    if not isinstance(value, Actor):
+        return pose
+    right, ahead = (math.fsum(_SIDES[word][axis] for word in node.side.split()) for axis in (0, 1))
+    across, along = (geometry.size_of(value, name) * 0.5 for name in ("width", "length"))
+    place = geometry.moved(Vector(pose.x, pose.y), pose.heading, across * right, along * ahead)
+    return Pose(place.x, place.y, pose.heading)
+
+
+def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
+    """What the ego has in view of a region, or has not; what hides it does not count, as in Scenic."""
+    region = ev.evaluate(node.region)
+    return Sighted(region, geometry.ego_of(ev, node.span, "what is visible"), node.seen)
+
+
+def heading_in_sight(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
+    """`apparently facing H from V`: H, counted from the line of sight."""
+    viewer = _place(ev, node.viewer, node.span, "`apparently facing`")
+    start = geometry.position(ev, viewer, node.span if node.viewer is None else node.viewer.span)
+    turned = adopt(ev, ev.evaluate(node.heading), ANGLE, node.heading.span, "a heading")
+    return geometry.bearing(start, point) + turned

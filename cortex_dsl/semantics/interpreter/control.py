@@ -1,0 +1,96 @@
+"""Loops, branches and assertions at the top level, in the setup of a scenario and in functions.
+
+What they look at must be known when the file is compiled; each round costs steps of the one budget that a file has.
+"""
+
+from collections.abc import Callable, Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.statements import ASSERTION
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import items_of
+from cortex_dsl.semantics.evaluation.functions import known_truth
+from cortex_dsl.semantics.evaluation.lists import unpack
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.quantities.bounds import margin_of
+from cortex_dsl.syntax import nodes
+from engine.errors import Signal
+
+Run = Callable[[Evaluator, nodes.Statement], None]
+"""Runs one statement, and reports what is wrong with it."""
+
+
+class Leaving(Signal):
+    """Something is left before its end."""
+
+
+class Left(Leaving):
+    """`break` or `continue`, on its way to the loop around it."""
+
+    def __init__(self, ends: bool) -> None:
+        super().__init__(ends)
+        self.ends = ends
+
+
+def leave(_ev: Evaluator, node: nodes.Statement) -> None:
+    raise Left(isinstance(node, nodes.Break))
+
+
+def block(ev: Evaluator, statements: Sequence[nodes.Statement], run: Run) -> None:
+    for statement in statements:
+        run(ev, statement)
+
+
+def branch(ev: Evaluator, node: nodes.If, run: Run) -> None:
+    for condition, body in node.branches:
+        if known_truth(ev, ev.evaluate(condition), condition.span, "the condition of an `if`"):
+            return block(ev, body, run)
+    return block(ev, node.otherwise, run)
+
+
+def loop_over(ev: Evaluator, node: nodes.For, run: Run) -> None:
+    """Once for each item of a list; after mistakes no further round would say anything new."""
+    for item in items_of(ev.evaluate(node.iterable), node.iterable.span, "what `for` runs over"):
+        ev.scope.update(unpack(node.targets, item, node.span))
+        if _round(ev, node, run) or ev.file.findings.has_errors:
+            return
+
+
+def loop_while(ev: Evaluator, node: nodes.While, run: Run) -> None:
+    condition = node.condition
+    while known_truth(ev, ev.evaluate(condition), condition.span, "the condition of a `while`"):
+        if _round(ev, node, run) or ev.file.findings.has_errors:
+            return
+
+
+def _round(ev: Evaluator, node: nodes.For | nodes.While, run: Run) -> bool:
+    """One round of a loop; whether it was the last by `break`."""
+    ev.file.spend(node.span)
+    try:
+        block(ev, node.body, run)
+    except Left as left:
+        return left.ends
+    return False
+
+
+def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
+    """What is known must hold; what is random is required of the scene.
+
+    Raises:
+        Mistake: it surely does not hold.
+    """
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    if isinstance(condition, ir.Literal):
+        if not condition.value:
+            raise ASSERTION.mistake(node.condition.span, reason=message_of(node))
+        return
+    words = " ".join(ev.file.source.slice(node.condition.span).split())
+    margin = margin_of(condition, ev.run.compared)
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, 1.0, message_of(node) or words, ev.file.line(node.span), *margin)
+    )
+
+
+def message_of(node: nodes.Assert) -> str:
+    """What an assertion says of itself."""
+    return node.message.value if isinstance(node.message, nodes.String) else ""

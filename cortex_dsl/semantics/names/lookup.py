@@ -1,0 +1,125 @@
+"""The names of one expression: each is known where it stands, or reported with the nearest that is."""
+
+from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import field, replace
+
+from cortex_dsl.semantics.errors.names import UNKNOWN_NAME, UNKNOWN_PARAM, USED_BEFORE
+from cortex_dsl.semantics.errors.objects import SELF_OUTSIDE
+from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, UNASSIGNABLE, Kind, names_of
+from cortex_dsl.semantics.names.tree import TIMED, parts
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+
+
+@frozen
+class NameTable:
+    """The names of one file, and what is noted down while they are looked up."""
+
+    findings: Findings
+    params: Mapping[str, nodes.ParamEntry]
+    """Of all files."""
+    all_names: frozenset[str]
+    """All that the top level gives a value to."""
+    used: set[str] = field(default_factory=set)
+
+    def check_assignable(self, name: str, span: Span) -> None:
+        if name in UNASSIGNABLE:
+            self.findings.add(CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
+
+
+@frozen
+class Names:
+    """Looks up the names of one expression."""
+
+    table: NameTable
+    visible: AbstractSet[str]
+    inner: frozenset[str]
+    """Names of lambdas, comprehensions and the behaviour around the expression."""
+    early: frozenset[str] = frozenset()
+    """Names of the behaviour that have no value yet."""
+    in_behaviour: bool = False
+    running: bool = False
+    """In a behaviour or a monitor."""
+
+    def visit(self, node: nodes.Node) -> None:
+        match node:
+            case nodes.Name(id=name):
+                self.use(name, node.span)
+            case nodes.New(class_name=name):
+                self.table.used.add(name)
+                for part in parts(node):
+                    self.visit(part)
+            case nodes.Lambda(parameters=parameters, body=body):
+                # It is called later, when more names have a value.
+                replace(self._with(parameters), visible=self.table.all_names).visit(body)
+            case nodes.Comprehension():
+                self._comprehension(node)
+            case nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
+                self._param(name, node.name_span)
+            case nodes.Temporal(operator=operator) if operator in TIMED:
+                cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
+                cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
+                self.table.findings.add(TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
+            case _:
+                for part in parts(node):
+                    self.visit(part)
+
+    def _with(self, names: Iterable[str]) -> "Names":
+        inner = frozenset(names)
+        return replace(self, inner=self.inner | inner, early=self.early - inner)
+
+    def _comprehension(self, node: nodes.Comprehension) -> None:
+        names = self
+        for clause in node.clauses:
+            names.visit(clause.iterable)
+            names = names._with(clause.targets)
+            for condition in clause.conditions:
+                names.visit(condition)
+        names.visit(node.element)
+
+    def _param(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name not in self.table.params:
+            suggestion = did_you_mean(name, self.table.params) or "this file has no params"
+            self.table.findings.add(UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
+
+    def use(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name in self.early:
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
+        elif name == "self" and not self.in_behaviour and name not in self.inner:
+            self.table.findings.add(SELF_OUTSIDE.at(span))
+        elif not self._is_known(name):
+            self._report(name, span)
+
+    def _is_known(self, name: str) -> bool:
+        if name in self.inner or name in self.visible or name in BUILTINS:
+            return True
+        return name in SPECIAL_NAMES and name not in self.table.all_names
+
+    def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
+        """Return the cure for `truck` where no object has that name: the class `Truck` is not what is missing."""
+        mine = candidates - BUILTINS.keys()
+        if not name[0].islower() or nearest(name, mine) is not None:
+            return ""
+        meant = class_called(name, names_of(Kind.CLASS))
+        return f"make it first: `{name} = new {meant} …`" if meant else ""
+
+    def _report(self, name: str, span: Span) -> None:
+        if name in self.table.all_names:
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
+            return
+        candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
+        suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
+        self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
+        if not suggestion and name.endswith("Behavior"):
+            suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
+        elif not suggestion and name.isupper():
+            suggestion = f"declare it: `param {name} = {likely_range(name)}`"
+        self.table.findings.add(UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))

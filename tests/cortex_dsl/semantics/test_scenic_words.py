@@ -1,0 +1,217 @@
+"""Words of Scenic: what operators and specifiers give, where what has no place stands, and what the compiler runs.
+
+Expected numbers are those of Scenic 3.1.1, whose headings count from the north; where a file has no `model` line they
+count from the east.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from cortex_dsl import compile_text
+from engine.vocabulary import Column
+from tests.cortex_dsl.semantics.conftest import findings
+
+HERE = "map intersection()\n"
+MODEL = "map intersection()\nmodel scenic.domains.driving.model\n"
+FREE = ", with regionContainedIn None, with allowCollisions True"
+EGO = f"ego = new Car at (3, 2), facing 30 deg{FREE}\n"
+OTHER = f"other = new Car at (13, 12), facing 65 deg{FREE}\n"
+
+
+def rows(text: str, count: int = 1) -> np.ndarray:
+    """Columns of the actors of valid scenes: (scene, actor, column)."""
+    scenario = compile_text(text)
+    scenes = scenario.sample(count, seed=5)
+    assert scenes.valid.all()
+    values = np.asarray(scenes.values)
+    actors = values.shape[1] // len(Column)
+    return values[:, : actors * len(Column)].reshape(count, actors, len(Column))
+
+
+def errors(text: str) -> list[str]:
+    return [d.code for d in findings(text) if d.severity.value == "error"]
+
+
+@pytest.mark.parametrize("head", [HERE, MODEL])
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("relative heading of other", "35 deg"),
+        ("40 deg relative to ego", "70 deg"),
+        ("ego relative to 40 deg", "70 deg"),
+        ("(5 deg relative to 40 deg)", "45 deg"),
+        ("distance past other", None),
+        ("(relative position of other).x", "10 m"),
+        ("(relative position of ego from other).y", "-10 m"),
+    ],
+)
+def test_operators_on_places(head: str, expression: str, value: str | None) -> None:
+    """Each has the value of Scenic's reference."""
+    north = 90.0 if head == MODEL else 0.0
+    if value is None:
+        turn = math.radians(30.0 + north)
+        value = f"{10.0 * math.cos(turn) + 10.0 * math.sin(turn)} m"
+    unit = value.split()[-1]
+    rows(head + EGO + OTHER + f"require abs(({expression}) - ({value})) < 1e-9 {unit}\n")
+
+
+def test_angles_count_as_the_file_does() -> None:
+    """The way to the north-east: 45 deg from the east, -45 deg from the north; 65 deg along it are 110 deg there."""
+    for head, angle in ((HERE, 45.0), (MODEL, -45.0)):
+        rows(head + EGO + OTHER + f"require abs((angle to other) - {angle} deg) < 1e-9 deg\n")
+        rows(
+            head
+            + EGO
+            + OTHER
+            + f"require abs((angle from other to ego) - ({angle - math.copysign(180, angle)}) deg) < 1e-9 deg\n"
+        )
+        seen = 65.0 - angle
+        rows(head + EGO + OTHER + f"require abs((apparent heading of other) - {seen} deg) < 1e-9 deg\n")
+
+
+def test_places_beside_others() -> None:
+    """`beyond` on the line of sight, a corner of an outline, and the side of a plain point in its own frame."""
+    text = (
+        f"ego = new Car at (0, 0), facing 0 deg, with length 4, with width 2{FREE}\n"
+        f"a = new Car beyond (3, 4) by 5 from (0, 0){FREE}\n"
+        f"b = new Car at (front left of ego){FREE}\n"
+        f"c = new Car right of (20, 10) by 3, facing 90 deg, with width 2{FREE}\n"
+        f"d = new Car at ((1, 2) relative to ego){FREE}\n"
+    )
+    (scene,) = rows(HERE + text)
+    expected = [(0, 0), (6, 8), (2, 1), (24, 10), (2, -1)]
+    assert np.allclose(scene[:, [Column.X, Column.Y]], expected, atol=1e-9)
+
+
+def test_what_is_visible_is_seen() -> None:
+    """`visible` draws places in view, `not visible` others, and both differ from scene to scene."""
+    text = (
+        "ego = new Car before intersection by 20 m along [intersection.incomingLanes[0]]\n"
+        "near = new Car visible\nfar = new Car not visible\nspot = new Car on visible road\n"
+        "require ego can see near\nrequire not (ego can see far)\n"
+    )
+    found = rows(HERE + text, 10)
+    ego, near, far, spot = (found[:, i] for i in range(4))
+    for each in (near, spot):
+        away = np.hypot(each[:, Column.X] - ego[:, Column.X], each[:, Column.Y] - ego[:, Column.Y])
+        assert (away < 60.0).all()
+    assert len(set(far[:, Column.X])) == 10
+
+
+def test_what_has_no_place_of_its_own() -> None:
+    """A car is anywhere on the road and heads along it; an `Object` and a point stand in the middle of the map."""
+    cars = rows(HERE + "ego = new Car\n", 20)[:, 0]
+    assert len(set(cars[:, Column.X])) == 20
+    (scene,) = rows(
+        HERE + "ego = new Car at (30, -1.75)\nthing = new Object\nspot = new Point\n"
+        "other = new Object at spot offset by 0 @ 8\n"
+    )
+    assert scene[1:, [Column.X, Column.Y]].tolist() == [[0, 0], [0, 8]]
+    assert errors(HERE + "ego = new Car\nnew Pedestrian\n") == ["SCN407"]
+
+
+def test_a_default_place_comes_back_from_a_copy() -> None:
+    """What was drawn for a car without a place stands in the concrete scenario, bit for bit."""
+    loaded = compile_text(HERE + "ego = new Car\nother = new Car, facing 30 deg\n".replace(", facing", " facing"))
+    scenes = loaded.sample(1, seed=2)
+    again = compile_text(loaded.concrete(scenes, 0)).sample(1, seed=9)
+    assert again.values[0].tolist() == scenes.values[0].tolist()
+
+
+# -- what differed in silence ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("head", "heading"), [(HERE, 0.0), (MODEL, math.pi / 2)])
+def test_default_headings(head: str, heading: float) -> None:
+    """East here, north in Scenic's files: of people, of things, and of oriented points."""
+    text = (
+        f"ego = new Car at (3, 2){FREE}\na = new Pedestrian at (20, 10)\nb = new Obstacle at (20, 20)\n"
+        f"c = new Car at (new OrientedPoint at (9, 9)){FREE}\n"
+    )
+    (scene,) = rows(head + text)
+    assert scene[1:, Column.HEADING].tolist() == pytest.approx([heading] * 3)
+
+
+@pytest.mark.parametrize(("head", "size"), [(HERE, (4.508, 1.61)), (MODEL, (4.5, 2.0))])
+def test_size_of_a_car(head: str, size: tuple[float, float]) -> None:
+    """A passenger car here, Scenic's outline in Scenic's files; a size that is given stays."""
+    (scene,) = rows(head + f"ego = new Car at (3, 2){FREE}\nb = new Car at (30, 2), with length 5{FREE}\n")
+    assert scene[0, [Column.LENGTH, Column.WIDTH]].tolist() == pytest.approx(size)
+    assert scene[1, Column.LENGTH] == 5.0
+
+
+def test_places_and_headings_of_classes() -> None:
+    """A given position wins over that of the class, and the heading of a place over the heading of the class."""
+    text = (
+        "class Parked(Car):\n    position: (20, 20)\n    heading: 10 deg\n    regionContainedIn: None\n"
+        "ego = new Parked with position (3, 4)\n"
+        "b = new Parked\n"
+        "c = new Parked at (new OrientedPoint at (40, 40), facing 70 deg)\n"
+    )
+    (scene,) = rows(HERE + text)
+    assert scene[:, Column.X].tolist() == [3.0, 20.0, 40.0]
+    assert np.degrees(scene[:, Column.HEADING]).tolist() == pytest.approx([10.0, 10.0, 70.0])
+
+
+def test_reversed_ranges() -> None:
+    """An error here, a note in Scenic's files, where it is drawn from all the same."""
+    text = "ego = new Car on road, with speed Range(9, 3)\n"
+    assert errors(HERE + text) == ["SCN501"]
+    assert "SCN515" in [d.code for d in findings(MODEL + text)]
+    assert 3.0 <= rows(MODEL + text)[0, 0, Column.SPEED] <= 9.0
+
+
+# -- what the compiler runs --------------------------------------------------------------------------------------------
+
+
+def test_loops_and_functions_of_the_top_level() -> None:
+    """They leave values behind, and objects."""
+    text = (
+        "def mean(first, *others, scale=1):\n    total = first\n    for other in others:\n        total += other\n"
+        "    return scale * total / (1 + len(others))\n"
+        "def larger(a, b):\n    if a > b:\n        return a\n    return b\n"
+        "xs = []\nfor i in range(10):\n    if i % 2 == 0:\n        continue\n"
+        "    if i > 8:\n        break\n    xs.append(i)\n"
+        "ys = xs\nxs.append(100)\nassert len(ys) == 5 and ys[1:3] == [3, 5] and ys[-1] == 100\n"
+        "n = 0\nwhile n < 3:\n    n += 1\n"
+        f"ego = new Car at (mean(1, 2, 6, scale=2), larger(n, 2)){FREE}\n"
+        "for x, y in [(10, 0), (20, 5)]:\n    new Obstacle at (x, y)\n"
+    )
+    (scene,) = rows(HERE + text)
+    assert scene[:, [Column.X, Column.Y]].tolist() == [[6, 3], [10, 0], [20, 5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("while True:\n    x = 3\n", "SCN434"),
+        ("def f(n):\n    return f(n + 1)\nx = f(0)\n", "SCN435"),
+        ("for i in range(1000000000):\n    x = i\n", "SCN402"),
+        ("for i in 3:\n    x = i\n", "SCN303"),
+        ("assert 1 > 2, 'never'\n", "SCN476"),
+        ("for i in range(3):\n    param A = 3\n", "SCN431"),
+        ("break\n", "SCN431"),
+        ("return 3\n", "SCN431"),
+        ("if Range(0, 1) > 0.5:\n    x = 3\n", "SCN506"),
+        ("x = [1, 2][0:2:0]\n", "SCN424"),
+    ],
+)
+def test_limits_of_what_the_compiler_runs(text: str, code: str) -> None:
+    """Each has its code, and nothing hangs."""
+    assert errors(HERE + text + "ego = new Car on road\n")[0] == code
+
+
+def test_loops_and_waits_of_behaviours() -> None:
+    """A counted loop with `continue` and `break`, waits for a time and for a condition, and the clock in steps."""
+    text = (
+        "behavior B():\n    n = 0\n    for i in range(10):\n        if i == 1:\n            continue\n"
+        "        if i == 4:\n"
+        "            break\n        n += i\n        wait\n    assert n == 5\n    wait for 1 s\n"
+        "    wait until simulation().currentTime >= 40\n    terminate\n"
+        "ego = new Car on road, with behavior B()\nterminate after 10 s\n"
+    )
+    loaded = compile_text(HERE + text)
+    outcomes = loaded.simulate(loaded.sample(1, seed=1))
+    assert float(outcomes.end_time[0]) == pytest.approx(2.0)
