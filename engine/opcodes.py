@@ -126,6 +126,9 @@ class Op(IntEnum):
 
     ACTION = 71
     """dst <- number a (integer) of what is decided outside of the program, at this turn."""
+    CROSSING = 72
+    """dst..dst+9 <- `kernels.crossing.Crossing` of actors a and b (integers); how a looks at b is packed at c, as
+    `kernels.crossing.Foresight` has it."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

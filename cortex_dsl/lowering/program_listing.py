@@ -24,6 +24,7 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.SEES: (0, 1),
     Op.NOTICES: (0, 1),
     Op.VELOCITY: (0,),
+    Op.CROSSING: (0, 1),
     Op.TOUCHES: (0,),
     Op.IS_RUNNING: (0,),
     Op.SPAWN: (0,),
@@ -48,12 +49,14 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
     **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT, Op.REGION_DEPTH), 3),
-    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES), 3),
+    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES, Op.CROSSING), 3),
     **dict.fromkeys((Op.FOLLOW, Op.SEES, Op.TTC), 4),
 }
 """Operands that an instruction reads; 2 where it is not named here."""
 
-OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY})
+OF_ACTORS = frozenset(
+    {Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY, Op.CROSSING}
+)
 """Their plain operands are actors (of STATE the first)."""
 
 WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)

@@ -16,6 +16,7 @@ REFERENCE = (
     "reference/commands.md",
     "reference/python.md",
     "reference/metrics.md",
+    "reference/drivers.md",
     "reference/changelog.md",
 )
 

@@ -14,6 +14,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
+from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
@@ -162,6 +163,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
         elif op == Op.ACTION:
             registers[dst] = run.actions[_now(run) // plan.layout.hold, a]
+        elif op == Op.CROSSING:
+            foresee(plan, run, _now(run), row - 1)
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -288,6 +291,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         guess = path_project(plan.road, path, x, y)
     point = path_project_near(plan.road, path, x, y, guess)
     run.registers[progress] = point.s
+    run.actors[actor, Slot.PATH] = path + 1.0
     if _arrives(plan, run, sample, actor, path, plan.road.path_length[path] - point.s):
         run.actors[actor, Slot.ROUTE_DONE] = 1.0
         return True

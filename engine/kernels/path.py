@@ -74,7 +74,9 @@ def speed_limit_ahead(road: RoadTables, path: int, s: float, max_lateral: float,
 
     min over the primitives ahead of sqrt(v_i^2 + 2 a (s_i - s)), with v_i^2 = `max_lateral` / |curvature|.
     """
-    return _speed_limit(road.primitives, road.path_start[path], road.path_start[path + 1], s, max_lateral, deceleration)
+    return chain_speed_limit(
+        road.primitives, road.path_start[path], road.path_start[path + 1], s, max_lateral, deceleration
+    )
 
 
 @kernel
@@ -198,7 +200,9 @@ def _point(primitives: Floats, row: int, s: float, ahead: float, left: float) ->
 
 
 @inlined
-def _speed_limit(primitives: Floats, start: int, end: int, s: float, max_lateral: float, deceleration: float) -> float:
+def chain_speed_limit(
+    primitives: Floats, start: int, end: int, s: float, max_lateral: float, deceleration: float
+) -> float:
     squared = math.inf
     for row in range(_find(primitives, start, end, s), end):
         allowance = 2.0 * deceleration * max(primitives[row, S0] - s, 0.0)

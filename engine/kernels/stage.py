@@ -137,6 +137,8 @@ class Slot(IntEnum):
     """1 while the gear is the reverse one; stays until the next."""
     OFFSET = 19
     """How far left of its path an actor is to follow it in this step [m]."""
+    PATH = 20
+    """1 more than the path that its driver followed last; 0: none."""
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0

@@ -168,6 +168,7 @@ WORDS: Mapping[Op, str] = {
     Op.STATE: "the state of an actor in a calculation",
     Op.VELOCITY: "the state of an actor in a calculation",
     Op.LEAD: "the gap to who drives ahead",
+    Op.CROSSING: "where its way crosses another's",
     Op.SELECT: "a choice between two numbers",
     Op.CAN_SEE: "`can see`",
     Op.SEES: "`can see`",
@@ -199,7 +200,8 @@ def varied_params(case: Case) -> Iterator[Parameter]:
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 
 DYNAMIC = (
-    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY, Op.ACTION
+    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY,
+    Op.ACTION, Op.CROSSING
 )  # fmt: skip
 """Operations that ask the running simulation."""
 AT_START = {State.X: Column.X, State.Y: Column.Y, State.HEADING: Column.HEADING, State.SPEED: Column.SPEED}

@@ -73,6 +73,16 @@ STAND_INS: Mapping[str, StandIn] = {
         ("do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",),
         "it never gives way",
     ),
+    "GivingWayBehavior": StandIn(
+        ("target_speed=10", "trajectory=None"),
+        (
+            "if trajectory is None:",
+            "    do FollowLaneBehavior(target_speed=target_speed)",
+            "else:",
+            "    do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",
+        ),
+        "it neither gives way nor keeps its distance",
+    ),
     "EmergencyBrakeBehavior": StandIn(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"
     ),

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import caution, external, following
+from cortex_dsl.semantics.acting import caution, external, following, giving_way
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
@@ -43,6 +43,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "FollowLaneBehavior": following.follow_lane,
     "CarFollowingBehavior": following.follow_car,
     "GapAcceptanceBehavior": caution.accept_gap,
+    "GivingWayBehavior": giving_way.give_way,
     "LaneChangeBehavior": following.change_lane,
     "EmergencyBrakeBehavior": caution.emergency_brake,
     "DriveAvoidingCollisions": caution.drive_avoiding,

@@ -29,6 +29,16 @@ from itertools import accumulate
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import follow_lane
+from cortex_dsl.semantics.acting.foreseeing import (
+    GAP,
+    LINE,
+    Conflict,
+    Sight,
+    braking_helps,
+    can_stop,
+    foreseen,
+    throttle,
+)
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
@@ -49,7 +59,7 @@ from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees, unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin
+from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin, where
 from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
@@ -61,6 +71,10 @@ AVOIDANCE_THRESHOLD = 10.0
 """Default of Scenic's `DriveAvoidingCollisions` [m]."""
 CLEAR = 4.0
 """Time to collision above which braking ends [s]."""
+MARGIN = 0.3
+"""Two who are in the area so shortly after one another count as being there at a time [s]; *ours*."""
+RESUMED = 5.0
+"""Speed that a driver at rest is taken to go on with [m/s]; *ours*."""
 STANDSTILL = 0.01
 """[m/s]"""
 HOLD_GAP = 3.0
@@ -76,13 +90,80 @@ def emergency_brake(job: Job) -> ir.Block:
         raise WRONG_KIND.mistake(
             span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
         )
-    close = _collision_is_close(job)
-    on = _on_collision_course(job) | _blocked(job)
+    if job.flag("foresees", default=True):
+        partners, sight = others(job.ev, job.actor), Sight.of(job)
+        close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
+        on = job.ev.algebra.any_of([_stays_close(job, each, sight) for each in partners]) | _blocked(job)
+    else:
+        close = _collision_is_close(job)
+        on = _on_collision_course(job) | _blocked(job)
     return (ir.TryInterrupt(job.call.span, job.inline(call), ((close, (_full_brake(job, on),)),)),)
 
 
 def _on_collision_course(job: Job) -> Term:
     return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < CLEAR)
+
+
+def _collision_is_close(job: Job) -> Term:
+    if job.given("threshold") is not None:
+        close = job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < job.number("threshold")
+    else:
+        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
+    return _moves(job) & close
+
+
+def _within_reference(job: Job, other: Actor) -> Term:
+    """TTC < v_rel / (2 b) + delay."""
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
+    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
+    return is_present(job.ev, other) & (time < threshold)
+
+
+def _works(job: Job) -> Term:
+    """Whether the actor moves, within the range of speeds in which its brake works."""
+    speed = job.speed()
+    return _moves(job) & (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
+
+
+def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
+    """Whether it is time to brake for another: where ways cross, as long as one can stop before the area, or passes
+    behind; in one lane by time to collision.
+    """
+    still = job.ev.algebra.literal(0.0)
+    conflict = foreseen(job, -1.0, other, sight, job.speed(), still)
+    speed, closing = job.speed(), _closing(job, other, conflict)
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    delay = job.number("delay", REFERENCE_DELAY)
+    if job.given("threshold") is not None:
+        threshold = job.number("threshold")
+        last = maximum(conflict.arrives, conflict.their_arrival) < threshold
+        in_lane = conflict.enter < closing * threshold
+    else:
+        last = conflict.enter < speed * (speed / braking + delay) + LINE
+        # TTC < v_rel / (2 b) + delay
+        in_lane = (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
+    crossing = conflict.crosses & conflict.coincides(MARGIN) & last
+    crossing = crossing & (can_stop(job, conflict) | braking_helps(job, conflict))
+    following = (conflict.is_ahead | conflict.comes) & conflict.exists & in_lane
+    return is_present(job.ev, other) & (crossing | following)
+
+
+def _stays_close(job: Job, other: Actor, sight: Sight) -> Term:
+    """Whether to go on braking, or to wait: before an area until one who drives on is through before the other."""
+    conflict = foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
+    last = where(conflict.leave < math.inf, conflict.clears, conflict.arrives) + GAP
+    waits = conflict.crosses & (conflict.enter > 0.0) & (last >= conflict.their_arrival)
+    waits = waits & (can_stop(job, conflict) | braking_helps(job, conflict))
+    inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
+    closes = conflict.enter < _closing(job, other, conflict) * CLEAR
+    follows = (conflict.is_ahead | conflict.comes) & conflict.exists & closes
+    return is_present(job.ev, other) & (waits | ((follows | inside) & _moves(job)))
+
+
+def _closing(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """How fast the gap to another shrinks that is on one's way [m/s]."""
+    return job.speed() - hypot(*_velocity(job, other)) * conflict.along
 
 
 def _blocked(job: Job) -> Term:
@@ -105,22 +186,6 @@ def _moves(job: Job) -> Term:
 def _full_brake(job: Job, while_: Term) -> ir.Act:
     pedal = job.number("brake", 1.0)
     return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
-
-
-def _collision_is_close(job: Job) -> Term:
-    if job.given("threshold") is not None:
-        close = job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < job.number("threshold")
-    else:
-        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
-    return _moves(job) & close
-
-
-def _within_reference(job: Job, other: Actor) -> Term:
-    """TTC < v_rel / (2 b) + delay."""
-    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
-    threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
-    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
-    return is_present(job.ev, other) & (time < threshold)
 
 
 def _relative_speed(job: Job, other: Actor) -> Term:

@@ -125,11 +125,13 @@ def _idm_target(job: Job, path: Term) -> Term:
     return job.speed() + idm_acceleration(job, path) / SPEED_GAIN
 
 
-def idm_acceleration(job: Job, path: Term) -> Term:
-    """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) of the actor along `path` [m/s^2]."""
-    speed, a = job.speed(), job.number("max_acceleration", MAX_ACCELERATION)
+def idm_acceleration(
+    job: Job, path: Term, acceleration: float = MAX_ACCELERATION, deceleration: float = COMFORTABLE_DECELERATION
+) -> Term:
+    """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) of the actor along `path` [m/s^2]; a and b where none are given."""
+    speed, a = job.speed(), job.number("max_acceleration", acceleration)
     gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
-    wanted = _wanted_gap(job, a, lead)
+    wanted = _wanted_gap(job, a, job.number("comfortable_deceleration", deceleration), lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
     desired = maximum(job.target_speed(), 0.1)
     free = (speed / desired) ** job.number("exponent", EXPONENT)
@@ -137,9 +139,9 @@ def idm_acceleration(job: Job, path: Term) -> Term:
     return a * (1.0 - free - share * share)
 
 
-def _wanted_gap(job: Job, a: Term, lead: Term) -> Term:
+def _wanted_gap(job: Job, a: Term, b: Term, lead: Term) -> Term:
     """s* = s0 + max(0, v T + v (v - v_lead) / (2 sqrt(a b))) [m]."""
-    speed, b = job.speed(), job.number("comfortable_deceleration", COMFORTABLE_DECELERATION)
+    speed = job.speed()
     closing = speed * (speed - lead) / (2.0 * sqrt(a * b))
     return job.number("min_gap", MIN_GAP) + maximum(0.0, speed * job.number("time_headway", TIME_HEADWAY) + closing)
 

@@ -60,10 +60,10 @@ class Job:
         parameter = next(p for p in row.parameters if p.name == name)
         return number_for(self.ev, parameter, Given(self.call.arguments[name], self.call.spans[name]))
 
-    def flag(self, name: str) -> bool:
-        """A switch that must be known at compile time; off without it."""
+    def flag(self, name: str, *, default: bool = False) -> bool:
+        """A switch that must be known at compile time."""
         if name not in self.call.arguments:
-            return False
+            return default
         return known_truth(self.ev, self.call.arguments[name], self.call.spans[name], f"`{name}`")
 
     def max_lateral(self) -> Term:

@@ -2,7 +2,7 @@
 classes of `new`.
 
 A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
-`random_values`, `following` and `caution` hold what the rows do.
+`random_values`, `following`, `caution` and `giving_way` hold what the rows do.
 """
 
 from collections.abc import Mapping
@@ -92,6 +92,11 @@ _OBEY = Parameter("obey_signals", default="False")
 _LIMIT = Parameter("respect_speed_limit", default="False")
 _OPPOSITE = Parameter("is_oppositeTraffic", default="False")
 _LANE = Parameter("laneToFollow", default="the lane it is on")
+_SIGHT = (
+    Parameter("range", LENGTH, "as far as one sees", low=0.0),
+    Parameter("field_of_view", ANGLE, "360 deg", low=0.0),
+    Parameter("latency", TIME, "0 s", low=0.0),
+)
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 _ROWS = (
@@ -190,6 +195,13 @@ _ROWS = (
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
                _LATERAL, _OBEY, _LIMIT),
+    _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
+               _SPEED, Parameter("trajectory", default="the lane it is on"),
+               Parameter("time_headway", TIME, "1.6 s", low=0.0),
+               Parameter("min_gap", LENGTH, "2 m", low=0.0),
+               Parameter("max_acceleration", ACCELERATION, "3 m/s^2", low=0.01),
+               Parameter("comfortable_deceleration", ACCELERATION, "3 m/s^2", low=0.01),
+               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY, _LIMIT, *_SIGHT),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
                Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5),
                _LIMIT),
@@ -197,7 +209,10 @@ _ROWS = (
                Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
                Parameter("brake", PURE, "1", 0.0, 1.0),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
-               Parameter("delay", TIME, "0.35 s", low=0.0)),
+               Parameter("delay", TIME, "0.35 s", low=0.0),
+               Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
+               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT,
+               Parameter("foresees", default="True")),
     _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
                Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),

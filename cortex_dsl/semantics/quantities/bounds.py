@@ -28,7 +28,7 @@ from engine.opcodes import Op
 # -- parts and values --------------------------------------------------------------------------------------------------
 
 _DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING,
-                      Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY, Op.ACTION})  # fmt: skip
+                      Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY, Op.ACTION, Op.CROSSING})  # fmt: skip
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:

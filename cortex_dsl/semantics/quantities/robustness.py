@@ -25,7 +25,7 @@ ANGLE_UNIT = 0.1
 
 _DEPTHS = {Op.REGION_CONTAINS: region_depth, Op.REGION_CONTAINS_BOX: region_box_depth}
 _COMPARISONS = (Op.LT, Op.LE, Op.EQ, Op.NE)
-_ENDLESS = (Op.TTC, Op.LEAD)
+_ENDLESS = (Op.TTC, Op.LEAD, Op.CROSSING)
 """What is infinite where nothing lies ahead."""
 
 

@@ -1,0 +1,236 @@
+"""Where does a driver stand? `python -m benchmarks.drivers [--scenes 2000] [--files A,B,cut_in] [--drivers NAMES]`
+
+Each driver of the library drives the same fair scenes of the examples A to F and of `benchmarks.suite`. The ego of a
+file is replaced by the driver, who follows the same lanes. In A to F it wants to go as fast as it starts, but at least
+30 km/h, so that it can be through within the 20 s of a run; a run ends when the ego is 3 m behind the intersection.
+What is fair is asked of the blind driver, who follows its lanes and looks at nobody.
+
+    collisions  share of the scenes in which the ego touches somebody
+    avoidable   … that the reference driver of UN R157 avoids, from where this driver has brought itself
+    struck      … in which it is struck from behind, or while it stands where one may stand
+    stood       … in which it touches somebody, slower than 0.1 m/s, anywhere else
+    through     share of the scenes in which it is through within the time, where the blind driver touches nobody
+                and comes nobody nearer than 5 m
+    lost        how much longer than the blind driver it takes, on average, where both are through [s]
+"""
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+import cortex_dsl as cx
+from engine.avoidability import blame
+from engine.batch import simulate
+from engine.fairness import fair_starts
+from engine.host import requested
+from engine.outcomes import Outcomes
+from engine.sampling import draw_genomes, sample
+from engine.streams import key_rows
+from engine.tables import Bools
+from engine.vocabulary import Blame, EndReason, Fault, Method
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = {
+    "A": "left_turn",
+    "B": "left_against_crossing",
+    "C": "crossing_left_turn",
+    "D": "right_and_oncoming_left",
+    "E": "right_into_crossing",
+    "F": "three_way_left",
+}
+DRIVERS = {
+    "blind": "FollowTrajectoryBehavior({speed}, {way})",
+    "straight brake": "EmergencyBrakeBehavior(FollowTrajectoryBehavior({speed}, {way}), foresees=False)",
+    "emergency brake": "EmergencyBrakeBehavior(FollowTrajectoryBehavior({speed}, {way}))",
+    "gap acceptance": "GapAcceptanceBehavior({speed}, {way})",
+    "gap acceptance + brake": "EmergencyBrakeBehavior(GapAcceptanceBehavior({speed}, {way}))",
+    "IDM": "CarFollowingBehavior({speed}, {way})",
+    "IDM + brake": "EmergencyBrakeBehavior(CarFollowingBehavior({speed}, {way}))",
+    "gives way": "GivingWayBehavior({speed}, {way})",
+}
+"""What each is in the language; `straight brake`: of constant velocities, as it was before 0.3."""
+NEAR = 5.0
+"""The blind driver met somebody [m]."""
+STANDING = 0.1
+"""[m/s]"""
+SEED = 4_000
+BLOCK = 20_000
+THROUGH = "ego in egoManeuver.endLane and (distance from ego to intersection) > 3 m"
+PASSED = "(distance from ego to intersection) > 3 m and ego.position.y > 0"
+
+
+@dataclass(frozen=True)
+class Row:
+    """How one driver does in one file; shares of `scenes`."""
+
+    file: str
+    driver: str
+    scenes: int
+    collisions: float
+    avoidable: float
+    struck: float
+    stood: float
+    through: float
+    lost: float
+
+
+def text_of(file: str, driver: str) -> str:
+    """The file with a driver at the wheel of its ego."""
+    if file in EXAMPLES:
+        return _example(file, driver)
+    text = (ROOT / "benchmarks" / "suite" / f"{file}.scn").read_text()
+    start = text.index("with behavior ", text.index("ego = new Car")) + len("with behavior ")
+    end = _end_of_call(text, start)
+    way = next((way for way in ("ahead", "turn") if f"EGO_SPEED, {way}" in text[start:end]), None)
+    text = text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:]
+    return _ended(text, PASSED)
+
+
+def _example(file: str, driver: str) -> str:
+    text = (ROOT / "examples" / f"{EXAMPLES[file]}.scn").read_text()
+    text = re.sub(r"behavior EgoBehavior.*?\n\n", "", text, count=1, flags=re.DOTALL)
+    speed = "max(EGO_SPEED, 30 km/h)"
+    text = text.replace("EgoBehavior(egoTrajectory)", _driver(driver, speed, "egoTrajectory"))
+    return _ended(re.sub(r"terminate when .* TERM_DIST\n", "", text), THROUGH)
+
+
+def _driver(driver: str, speed: str, way: str | None) -> str:
+    if way is None and driver.endswith("blind"):
+        return f"FollowLaneBehavior({speed})"
+    call = DRIVERS[driver].format(speed=speed, way=way or "")
+    if way is None:
+        call = call.replace("FollowTrajectoryBehavior", "FollowLaneBehavior")
+        call = call.replace("GapAcceptanceBehavior", "FollowLaneBehavior")
+    return call.replace(", )", ")")
+
+
+def _end_of_call(text: str, start: int) -> int:
+    """Behind the bracket that closes a call."""
+    depth = 0
+    for at in range(text.index("(", start), len(text)):
+        depth += (text[at] == "(") - (text[at] == ")")
+        if depth == 0:
+            return at + 1
+    raise ValueError(text[start:])
+
+
+def _ended(text: str, through: str) -> str:
+    """With runs that go on until the ego is through, or the time is over; every start counts."""
+    text = re.sub(r"simulation\(.*\)", "", text)
+    return f'{text}\nterminate when {through}\nexpect eventually ({through}) as "it is through"\n'
+
+
+# -- driving -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A block of scenes, driven by one driver: arrays (n,)."""
+
+    valid: Bools
+    fair: Bools
+    outcomes: Outcomes
+    blamed: np.ndarray
+
+
+def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> Driven:
+    """The scenes of these numbers; `fair`: whether to ask for fair starts."""
+    scenario = cx.compile_text(text)
+    program, config = scenario.program, scenario.config.simulation
+    keys = key_rows(SEED, Method.SAMPLE, 0, 0, np.arange(first, last))
+    scenes = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
+    starts = fair_starts(program, requested(program, scenes), config, jobs) if fair else scenes.valid
+    outcomes = simulate(program, scenes, config, jobs)
+    return Driven(scenes.valid, starts & scenes.valid, outcomes, blame(program, scenes, config, jobs=jobs))
+
+
+def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:
+    """One row a driver, of at least so many fair scenes."""
+    counted = {name: np.zeros(8) for name in drivers}
+    first, done = 0, 0
+    while done < scenes and first < 50 * scenes:
+        last = first + min(BLOCK, max(500, 2 * (scenes - done)))
+        blind = driven(text_of(file, "blind"), first, last, jobs, fair=True)
+        for name in drivers:
+            one = blind if name == "blind" else driven(text_of(file, name), first, last, jobs)
+            assert np.array_equal(one.valid, blind.valid), f"{file}: other scenes with {name}"
+            counted[name] += _counts(one, blind)
+        done, first = done + int(blind.fair.sum()), last
+    return [_row(file, name, counts) for name, counts in counted.items()]
+
+
+def _counts(one: Driven, blind: Driven) -> np.ndarray:
+    """Scenes, collisions, avoidable, struck, stood, of how many it should get through, gets through, …"""
+    outcomes, fair = one.outcomes, blind.fair
+    every = np.arange(len(fair))
+    pair = np.maximum(outcomes.contact_actors[:, 1] - 1, 0)
+    hits = fair & outcomes.collided
+    may_stand = outcomes.fault[every, pair] != Fault.EGO
+    stood = hits & (np.abs(outcomes.ego_speed[every, pair]) < STANDING) & ~may_stand
+    free = fair & ~blind.outcomes.collided & (blind.outcomes.min_distance.min(axis=1) > NEAR)
+    through, blinds = (each.outcomes.end_reason == EndReason.RULE for each in (one, blind))
+    both = fair & through & blinds
+    lost = (outcomes.end_time - blind.outcomes.end_time)[both]
+    shares = [
+        fair,
+        hits,
+        hits & (one.blamed == Blame.AVOIDABLE),
+        hits & (one.blamed == Blame.STRUCK),
+        stood,
+        free,
+        free & through,
+    ]
+    # The mean of what is lost is weighed by the scenes of each block.
+    mean = float(lost.mean()) if len(lost) else 0.0
+    return np.array([*(float(each.sum()) for each in shares), mean * fair.sum()])
+
+
+def _row(file: str, driver: str, counts: np.ndarray) -> Row:
+    scenes, hits, avoidable, struck, stood, free, through, lost = (float(number) for number in counts)
+    shares = [each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood)]
+    return Row(file, driver, int(scenes), *shares, through / free if free else float("nan"), lost / max(scenes, 1.0))
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
+
+
+def table(made: Sequence[Row]) -> str:
+    """As Markdown."""
+    return "\n".join(_lines(made))
+
+
+def _lines(made: Sequence[Row]) -> Iterator[str]:
+    yield "| file | driver | collisions | avoidable | struck | stood | through | lost |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for row in made:
+        shares = " | ".join(f"{100 * each:.2f} %" for each in (row.collisions, row.avoidable, row.struck, row.stood))
+        through = "" if row.through != row.through else f"{100 * row.through:.1f} %"
+        yield f"| {row.file} | {row.driver} | {shares} | {through} | {row.lost:+.1f} s |"
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.drivers", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--scenes", type=int, default=2000, help="fair ones of each file")
+    parser.add_argument(
+        "--files", default=",".join(EXAMPLES), help="A to F, and names of the suite, or `suite`, or `all`"
+    )
+    parser.add_argument("--drivers", default=",".join(DRIVERS), help="names with commas between them")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(arguments)
+    suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
+    groups = {"suite": suite, "all": [*EXAMPLES, *suite]}
+    files = groups.get(options.files) or options.files.split(",")
+    made = [row for file in files for row in rows(file, options.drivers.split(","), options.scenes, options.jobs)]
+    print(json.dumps([asdict(row) for row in made]) if options.json else table(made))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

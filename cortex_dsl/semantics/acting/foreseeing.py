@@ -1,0 +1,148 @@
+"""What drivers of the library foresee of others: where ways cross, when both are there, and whether braking helps.
+
+The search for the area of conflict, and the times, are `engine.kernels.crossing`. Here they become terms, and the
+question that all drivers ask: can one still stop before the area; if not, does one come after the other has left it, or
+leave it before the other comes?
+"""
+
+import math
+from dataclasses import fields
+
+from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
+from cortex_dsl.semantics.evaluation.geometry import size_of, state
+from cortex_dsl.semantics.evaluation.seeing import notice_reach
+from cortex_dsl.semantics.model.values import Actor
+from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
+from engine.frozen import frozen
+from engine.opcodes import Op
+from engine.vocabulary import State
+
+LINE = 1.0
+"""How far before the area a driver comes to rest [m]; *ours*."""
+LEAST_LINE = 0.2
+"""Nearer than this to it no stop is tried [m]."""
+GAP = 0.7
+"""Between one's leaving the area and the other's coming into it [s]; *ours*, of the size of a reaction time."""
+THEIRS = 3.0
+"""Acceleration of other vehicles that is reckoned with: full throttle of a car here [m/s^2]."""
+THROTTLE, BRAKES = 0.9, 0.9
+"""Shares of one's own engine and brakes that are reckoned with."""
+LATE = 0.05
+"""Brakes act from the next step on [s]."""
+SAME_WAY = 0.5
+"""Cosine from which another goes the same way, or comes the opposite one."""
+STANDING = 0.1
+"""Who is slower stands [m/s]."""
+
+
+@frozen
+class Sight:
+    """How far [m], in which sector [rad], and with which delay [s] a driver sees."""
+
+    reach: Term
+    angle: Term
+    latency: Term
+
+    @staticmethod
+    def of(job: Job) -> "Sight":
+        """As the weather lets anybody see, all around and at once, where the call names nothing else."""
+        reach = minimum(notice_reach(job.ev), job.number("range", math.inf))
+        return Sight(reach, job.number("field_of_view", math.tau), job.number("latency", 0.0))
+
+
+@frozen
+class Conflict:
+    """What is foreseen of one other: `engine.kernels.crossing.Crossing`, as terms."""
+
+    enter: Term
+    leave: Term
+    arrives: Term
+    clears: Term
+    their_enter: Term
+    their_leave: Term
+    earliest: Term
+    their_arrival: Term
+    their_clearing: Term
+    along: Term
+
+    @property
+    def exists(self) -> Term:
+        """Whether the ways meet, and the other is seen."""
+        return self.enter < math.inf
+
+    @property
+    def is_ahead(self) -> Term:
+        """Whether the other is on my way already and goes it too: somebody to follow."""
+        return (self.their_enter <= 0.0) & (self.along > SAME_WAY)
+
+    @property
+    def is_behind(self) -> Term:
+        """Whether the other comes after me, on a way that we share from here on."""
+        return (self.enter <= 0.0) & (self.along > SAME_WAY) & (self.their_enter > 0.0)
+
+    @property
+    def comes(self) -> Term:
+        """Whether the other comes towards me on my way."""
+        return (self.their_enter <= 0.0) & (self.along < -SAME_WAY)
+
+    @property
+    def crosses(self) -> Term:
+        """Whether there is an area of two ways that cross or join."""
+        return self.exists & ~(self.is_ahead | self.is_behind | self.comes)
+
+    def coincides(self, by: float) -> Term:
+        """Whether both are in the area at a time, if nobody does anything."""
+        return (self.arrives < self.their_clearing + by) & (self.their_arrival < self.clears + by)
+
+
+def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: Term, acceleration: Term) -> Conflict:
+    """The conflict with another, who goes on along a path (-1: the way it is on) up to a target speed."""
+    algebra = job.ev.algebra
+    mine = path if isinstance(path, Term) else algebra.literal(path)
+    look = algebra.pack(mine, sight.reach, sight.angle, sight.latency, target, acceleration, _theirs(job, other))
+    actors, numbers = (job.actor.index, other.index), len(fields(Conflict))
+    return Conflict(*algebra.items(algebra.apply(Op.CROSSING, look, immediates=actors, width=numbers), numbers))
+
+
+def _theirs(job: Job, other: Actor) -> Term:
+    """Acceleration of the other's that is reckoned with: people on foot walk as they do. Of two who stand and wait for
+    one another the one that comes first in the file goes.
+    """
+    algebra = job.ev.algebra
+    if other.kind in NOT_VEHICLES:
+        return algebra.literal(0.0)
+    if other.index < job.actor.index:
+        return algebra.literal(THEIRS)
+    return where(state(job.ev, other, State.SPEED) < STANDING, 0.0, algebra.literal(THEIRS))
+
+
+def braking(job: Job) -> Term:
+    """Deceleration that is reckoned with [m/s^2]."""
+    return BRAKES * size_of(job.actor, "maxBraking")
+
+
+def throttle(job: Job) -> Term:
+    """Acceleration that is reckoned with [m/s^2]."""
+    return THROTTLE * size_of(job.actor, "maxAcceleration")
+
+
+def can_stop(job: Job, conflict: Conflict) -> Term:
+    """Whether full braking ends before the area."""
+    speed = job.speed()
+    late = LATE + 0.5 * size_of(job.actor, "pedalTime")
+    return speed * late + speed * speed / (2.0 * braking(job)) + LEAST_LINE < conflict.enter
+
+
+def braking_helps(job: Job, conflict: Conflict) -> Term:
+    """Whether to brake where one can no longer stop before the area: one comes after the other has left it, or neither
+    that nor leaving it before the other comes is possible. Nobody brakes inside, but for one who is there.
+    """
+    speed, hard = job.speed(), braking(job)
+    # Beyond its stopping distance nobody comes: there the square root is of nothing.
+    slowed = speed * speed - 2.0 * hard * minimum(conflict.enter, 1000.0)
+    late = (speed - sqrt(maximum(slowed, 0.0))) / hard
+    outside = conflict.enter > 0.0
+    passes_behind = outside & ((slowed <= 0.0) | (late > conflict.their_clearing))
+    passes_before = conflict.clears < conflict.their_arrival
+    return passes_behind | (~passes_before & (outside | (conflict.their_enter <= 0.0)))

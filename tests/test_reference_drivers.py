@@ -1,0 +1,140 @@
+"""Reference drivers: who gives way, and the emergency brake along ways, in both hosts, and on the examples."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.drivers import DRIVERS, EXAMPLES, rows, text_of
+from cortex_dsl import compile_text
+from engine.tables import Floats
+from engine.vocabulary import State
+from tests.test_driving_library import CAR_LENGTH, states
+
+TURN = """
+map intersection(approach=100 m)
+turn = filter(lambda m: m.type is ManeuverType.LEFT_TURN, intersection.maneuvers)[0]
+oncoming = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, turn.conflictingManeuvers))
+ego = new Car before intersection by 40 m along turn, with speed 9 m/s, with behavior {driver}
+other = new Car before intersection by {distance} m along oncoming, with speed 10 m/s,
+    with behavior FollowTrajectoryBehavior(10 m/s, oncoming)
+terminate after 20 s
+"""
+GIVES_WAY = "GivingWayBehavior(9 m/s, turn)"
+BRAKES = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(9 m/s, turn))"
+INSIDE = 9.5
+"""From the middle of the intersection to its stop lines [m]."""
+
+
+def distance_apart(run: Floats) -> float:
+    return float(np.hypot(*(run[:, 1, :2] - run[:, 0, :2]).T).min())
+
+
+@pytest.mark.parametrize("driver", [GIVES_WAY, BRAKES])
+@pytest.mark.parametrize("distance", [40, 55, 70])
+def test_a_driver_stops_before_the_area_and_clears_it(driver: str, distance: float) -> None:
+    """The blind driver, whatever it meets, goes on; the others wait, if need be, outside, and get through."""
+    _, run = states(TURN.format(driver=driver, distance=distance))
+    ego = run[:, 0]
+    there = ego[:, State.PRESENT] != 0.0
+    slow = there & (ego[:, State.SPEED] < 0.1)
+    middle = np.abs(ego[:, :2]).max(axis=1)
+    assert not (slow & (middle < 1.75 + 0.5 * CAR_LENGTH)).any(), "nobody stands in the area"
+    assert distance_apart(run) > 2.5
+    assert not there[-1] or middle[-1] > INSIDE + CAR_LENGTH, "it is through"
+
+
+def test_nobody_waits_for_who_follows() -> None:
+    """Another 30 m behind on the same way changes nothing."""
+    text = TURN.format(driver=GIVES_WAY, distance=70)
+    behind = text.replace("along oncoming", "along turn").replace("(10 m/s, oncoming)", "(9 m/s, turn)")
+    _, run = states(behind.replace("10 m/s", "9 m/s"))
+    _, alone = states(text.replace("along oncoming", "along turn").replace("(10 m/s, oncoming)", "(1 m/s, turn)"))
+    np.testing.assert_allclose(run[:120, 0], alone[:120, 0], atol=1e-9)
+
+
+def test_of_two_who_give_way_one_goes() -> None:
+    """Two that arrive at a time do not wait for ever."""
+    text = TURN.format(driver=GIVES_WAY, distance=40).replace(
+        "FollowTrajectoryBehavior(10 m/s, oncoming)", "GivingWayBehavior(10 m/s, oncoming)"
+    )
+    _, run = states(text)
+    assert (np.abs(run[-1, :, :2]).max(axis=1) > 15.0).all() or (run[-1, :, State.PRESENT] == 0.0).any()
+    assert distance_apart(run) > 2.5
+
+
+# -- the emergency brake, by UN R152 -----------------------------------------------------------------------------------
+
+AHEAD = """
+map intersection(approach=200 m)
+lane = intersection.incomingLanes[0]
+ego = new Car before intersection by 150 m along [lane], with speed {speed} km/h, with behavior {behaviour}
+target = new Car before intersection by 60 m along [lane], with speed {target} km/h,
+    with behavior FollowLaneBehavior({target} km/h)
+terminate after 25 s
+"""
+R152 = "EmergencyBrakeBehavior(FollowLaneBehavior({speed} km/h), reference_deceleration=5 m/s^2{more})"
+
+
+def met(speed: float, target: float, more: str = "") -> Any:
+    driver = R152.format(speed=speed, more=more)
+    scenario = compile_text(AHEAD.format(speed=speed, target=target, behaviour=driver))
+    return scenario.simulate(scenario.sample(1, seed=5))
+
+
+@pytest.mark.parametrize("speed", [20, 30, 40, 60])
+def test_the_brake_avoids_a_car_that_stands(speed: float) -> None:
+    """R152, 5.2.1.4: up to 40 km/h no contact; up to 60 km/h at most 35 km/h are left, which this brake undercuts."""
+    assert not met(speed, 0).collided[0]
+
+
+@pytest.mark.parametrize(("speed", "target"), [(40, 20), (60, 20)])
+def test_the_brake_avoids_a_slower_car(speed: float, target: float) -> None:
+    """R152, 6.5: a target that drives 20 km/h."""
+    assert not met(speed, target).collided[0]
+
+
+def test_below_its_range_of_speeds_the_brake_does_nothing() -> None:
+    """R152, 5.2.1.3: it works at least from 10 to 60 km/h; below and above, this one does not."""
+    assert met(18, 0, ", min_speed=20 km/h").collided[0]
+    assert met(62, 0, ", max_speed=60 km/h").collided[0]
+
+
+@pytest.mark.parametrize("more", [", range=4 m", ", field_of_view=0.1 deg, range=4 m"])
+def test_a_brake_that_sees_too_little_brakes_too_late(more: str) -> None:
+    """From 60 km/h 4 m are not enough."""
+    assert met(60, 0, more).collided[0]
+
+
+def test_a_latency_costs_the_way_driven_meanwhile() -> None:
+    """Seen 0.5 s late, the brake is late by as much: 0.5 s at 13.9 m/s."""
+    standing = []
+    for more in ("", ", latency=0.5 s"):
+        driver = R152.format(speed=50, more=more + ", delay=0.8 s")
+        _, run = states(AHEAD.format(speed=50, target=5, behaviour=driver))
+        standing.append(int(np.flatnonzero(run[:, 0, State.BRAKE] > 0.0)[0]))
+    assert standing[1] - standing[0] == 10
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", ["A", "E"])
+def test_who_gives_way_leaves_no_collision_that_could_be_avoided(file: str) -> None:
+    """On few scenes, what `python -m benchmarks.drivers` says of many."""
+    blind, careful = rows(file, ["blind", "gives way"], 150, 1)
+    assert blind.scenes == careful.scenes >= 150
+    assert blind.collisions > 0.1
+    assert careful.collisions < 0.05
+    assert careful.avoidable <= 0.01
+    assert careful.stood == 0.0
+    assert careful.through > 0.9
+    assert careful.lost < 10.0
+
+
+@pytest.mark.parametrize("file", [*EXAMPLES, "cut_in", "crowd", "two_walkers"])
+@pytest.mark.parametrize("driver", DRIVERS)
+def test_every_driver_fits_into_every_file(file: str, driver: str) -> None:
+    """With the same params."""
+    names = compile_text(text_of(file, driver)).program.space.names
+    assert names == compile_text(text_of(file, "blind")).program.space.names
