@@ -21,18 +21,18 @@ from engine.search.store import JOURNAL
 
 FILE = "examples/own_driver/crossing.scn"
 STACK = Path("examples/own_driver/stack.py").resolve()
+PAUSE = (0.5, 2.0)
+"""From one kill to the next, in which a stack can start and answer [s]."""
 TABLES = ("individual", "simulation", "action")
 """Of a journal."""
 
 
 def main(kills: int = 10, file: str = FILE) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        begun = time.monotonic()
         undisturbed = searched(file, Path(folder) / "one")
-        lasted = time.monotonic() - begun
         done = threading.Event()
         killed: list[float] = []
-        killer = threading.Thread(target=kill, args=(kills, lasted, killed, done))
+        killer = threading.Thread(target=kill, args=(kills, killed, done))
         killer.start()
         disturbed = searched(file, Path(folder) / "other")
         done.set()
@@ -48,7 +48,7 @@ def main(kills: int = 10, file: str = FILE) -> None:
 def searched(file: str, folder: Path) -> dict[str, list[Any]]:
     """The journal of a search, without what tells of the clock."""
     scenario = cx.load(file).driven_by(f"process:{sys.executable} {STACK}", block=32)
-    scenario.search("ga", generations=40, population=40, seed=1, out=folder)
+    scenario.search("ga", generations=60, population=40, seed=1, out=folder)
     return journal(folder / JOURNAL)
 
 
@@ -58,11 +58,11 @@ def journal(path: Path) -> dict[str, list[Any]]:
         return {table: sorted(opened.execute(f"SELECT * FROM {table}"), key=repr) for table in TABLES}
 
 
-def kill(kills: int, lasted: float, killed: list[float], done: threading.Event) -> None:
-    """Kill our stack at random moments of a search that lasts about so long [s]."""
+def kill(kills: int, killed: list[float], done: threading.Event) -> None:
+    """Kill our stack at random moments of a search."""
     moments = random.Random()
     while len(killed) < kills and not done.is_set():
-        done.wait(moments.uniform(0.0, lasted / kills))
+        done.wait(moments.uniform(*PAUSE))
         for process in children():
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)

@@ -28,6 +28,8 @@ SIDE_BY_SIDE = 8
 FASTEST = 20.0
 """[m/s]"""
 EPISODES = 200
+PATIENCE = 0.999
+"""Discount of a step: what an episode brings comes at its end."""
 
 
 def scenario() -> cx.Scenario:
@@ -69,8 +71,10 @@ def paid(
 def compared(duel: cx.Scenario, seed: int, steps: int) -> str:
     """Train one, and hold it against chance."""
     many = make_vec_env(lambda: Duel(duel), SIDE_BY_SIDE, seed=seed)
-    scaled = VecNormalize(many, norm_reward=False)
-    model = PPO("MlpPolicy", scaled, n_steps=256, batch_size=256, seed=seed, device="cpu")
+    scaled = VecNormalize(many, gamma=PATIENCE)
+    model = PPO(
+        "MlpPolicy", scaled, n_steps=512, batch_size=256, gamma=PATIENCE, gae_lambda=0.98, seed=seed, device="cpu"
+    )
     model.learn(steps)
     learning = [each for episodes in many.get_attr("episode_returns") for each in episodes]
     scaled.training = False

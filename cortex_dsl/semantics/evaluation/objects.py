@@ -88,7 +88,8 @@ def _sorted(node: nodes.New) -> Sorted:
     if len(result.places) > 1:
         # Beside another place, as in Scenic, `visible` says who must see it there.
         result.sights = [each for each in result.places if isinstance(each, nodes.InSight)]
-        result.places = [each for each in result.places if not isinstance(each, nodes.InSight)] or result.sights
+        others = [each for each in result.places if not isinstance(each, nodes.InSight)]
+        result.places = others if others else [*result.sights]
     _at_most_one(TWO_PLACES, node, result.places)
     _at_most_one(TWO_HEADINGS, node, result.facings)
     return result

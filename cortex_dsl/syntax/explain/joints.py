@@ -11,7 +11,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.explain.context import ErrorContext, Word
-from cortex_dsl.syntax.words import BLOCK_WORDS, GUARDS, RESERVED, TEMPORAL_PREFIXES
+from cortex_dsl.syntax.words import BLOCK_WORDS, GUARDS, RESERVED, SPECIFIER_WORDS, TEMPORAL_PREFIXES
 
 _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -197,3 +197,15 @@ def side_without_of(context: ErrorContext) -> Diagnostic | None:
     meant = _SIDES[word.text]
     cure = f"write `{meant}`, as in `{meant} ego by 5 m`"
     return errors.UNEXPECTED.at(word.span, f"`{word.text}` is no specifier", f"did you mean `{meant}`?", cure=cure)
+
+
+def misspelt_specifier(context: ErrorContext) -> Diagnostic | None:
+    """`new Car att (3, 4)`, `new Car on road, wiht speed 3`."""
+    found = context.found
+    if found.kind != "name" or "_WITH" not in context.accepts:
+        return None
+    if (meant := nearest(found.text, SPECIFIER_WORDS)) is None:
+        return None
+    return errors.UNEXPECTED.at(
+        found.span, f"`{found.text}` is no specifier", f"did you mean `{meant}`?", cure=f"write `{meant}`"
+    )

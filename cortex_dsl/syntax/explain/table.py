@@ -74,6 +74,7 @@ MISTAKES = (
     Mistake("x = f(g(3) y(4))", "SCN119", punctuation.word_read_as_unit),
     Mistake("x = 3 steps", "SCN111", punctuation.unknown_unit),
     Mistake("requires x", "SCN101", punctuation.misspelt_statement),
+    Mistake("ego = new Car att (3, 4)", "SCN101", joints.misspelt_specifier),
     Mistake("for = 3", "SCN113", punctuation.reserved_word),
     Mistake("require", "SCN101", punctuation.nothing_follows),
     Mistake("x = $", "SCN118", punctuation.strange_character),

@@ -144,7 +144,7 @@ def test_a_text_is_mended_before_its_dot(broken, whole):
     [
         ("terminate ", {"when", "after", "simulation", "simulation when"}),
         ("x = a offset ", {"by", "along"}),
-        ("require (distance ", {"from", "to"}),
+        ("require (distance ", {"from", "to", "past"}),
         ("require (ego can ", {"see"}),
         ("param ", set()),
         ("behavior ", set()),
