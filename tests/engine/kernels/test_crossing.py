@@ -68,7 +68,7 @@ def test_who_accelerates_to_a_target_is_there_sooner() -> None:
 @pytest.mark.parametrize("change", [{"heading": 270.0}, {"heading": 0.0}, {"y": 130.0}])
 def test_ways_that_do_not_cross(change: dict[str, float]) -> None:
     """The other drives away, alongside, or has passed."""
-    found = foreseen(at_right_angles(**change))
+    found = foreseen(at_right_angles("Car", **change))
     assert found.enter == math.inf
     assert found.earliest == math.inf
 
