@@ -158,7 +158,9 @@ def beside(wall: Box, before: Box, after: Box) -> bool:
 
     A circle about a wall, which is as long as a street, would nearly always reach who drives along it.
     """
-    cos, sin = math.cos(wall.heading), math.sin(wall.heading)
+    cos, sin = 1.0, 0.0
+    if wall.heading != 0.0:  # asked of every wall in every step, and those of a grid all lie along its axes
+        cos, sin = math.cos(wall.heading), math.sin(wall.heading)
     x0, y0, x1, y1 = before.x - wall.x, before.y - wall.y, after.x - wall.x, after.y - wall.y
     ahead0, ahead1 = cos * x0 + sin * y0, cos * x1 + sin * y1
     aside0, aside1 = cos * y0 - sin * x0, cos * y1 - sin * x1
