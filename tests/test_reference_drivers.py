@@ -132,6 +132,14 @@ def test_who_gives_way_leaves_no_collision_that_could_be_avoided(file: str) -> N
     assert careful.lost < 10.0
 
 
+def test_the_brake_along_ways_ends_no_run_early_and_gets_through() -> None:
+    """In B the ego joins the way of a slow car far away, which is nothing to brake for: as it once did, for good."""
+    brake = rows("B", ["emergency brake"], 150, 1)[0]
+    assert brake.avoidable == 0.0
+    assert brake.stood == 0.0
+    assert brake.through > 0.99
+
+
 @pytest.mark.parametrize("file", [*EXAMPLES, "cut_in", "crowd", "two_walkers"])
 @pytest.mark.parametrize("driver", DRIVERS)
 def test_every_driver_fits_into_every_file(file: str, driver: str) -> None:

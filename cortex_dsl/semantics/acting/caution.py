@@ -93,7 +93,8 @@ def emergency_brake(job: Job) -> ir.Block:
     if job.flag("foresees", default=True):
         partners, sight = others(job.ev, job.actor), Sight.of(job)
         close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
-        on = job.ev.algebra.any_of([_stays_close(job, each, sight) for each in partners]) | _blocked(job)
+        # It brakes on while it would begin to: a handler that ends at once would be entered again, without an action.
+        on = close | job.ev.algebra.any_of([_stays_close(job, each, sight) for each in partners]) | _blocked(job)
     else:
         close = _collision_is_close(job)
         on = _on_collision_course(job) | _blocked(job)
@@ -101,7 +102,9 @@ def emergency_brake(job: Job) -> ir.Block:
 
 
 def _on_collision_course(job: Job) -> Term:
-    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < CLEAR)
+    """Whether something would be hit soon, and no later than where braking begins."""
+    soon = maximum(CLEAR, job.number("threshold")) if job.given("threshold") is not None else CLEAR
+    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < soon)
 
 
 def _collision_is_close(job: Job) -> Term:

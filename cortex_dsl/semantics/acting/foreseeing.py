@@ -24,6 +24,8 @@ LEAST_LINE = 0.2
 """Nearer than this to it no stop is tried [m]."""
 GAP = 0.7
 """Between one's leaving the area and the other's coming into it [s]; *ours*, of the size of a reaction time."""
+MERGING_GAP = 1.5
+"""By how much one comes before another into a way that both go on [s]; *ours*: a short time gap."""
 THEIRS = 3.0
 """Acceleration of other vehicles that is reckoned with: full throttle of a car here [m/s^2]."""
 THROTTLE, BRAKES = 0.9, 0.9
@@ -92,8 +94,10 @@ class Conflict:
         return self.exists & ~(self.is_ahead | self.is_behind | self.comes)
 
     def coincides(self, by: float) -> Term:
-        """Whether both are in the area at a time, if nobody does anything."""
-        return (self.arrives < self.their_clearing + by) & (self.their_arrival < self.clears + by)
+        """Whether both are in the area at a time, or, where ways join, shortly after one another, as they are going."""
+        joins = self.leave >= math.inf
+        crossing = (self.arrives < self.their_clearing + by) & (self.their_arrival < self.clears + by)
+        return where(joins, abs(self.arrives - self.their_arrival) < MERGING_GAP, crossing)
 
 
 def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: Term, acceleration: Term) -> Conflict:

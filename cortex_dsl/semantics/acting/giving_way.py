@@ -15,6 +15,7 @@ from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_foll
 from cortex_dsl.semantics.acting.foreseeing import (
     GAP,
     LINE,
+    MERGING_GAP,
     Conflict,
     Sight,
     braking_helps,
@@ -28,8 +29,6 @@ from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from engine.vocabulary import State
 
-MERGING_GAP = 1.5
-"""By how much it comes before another into a way that both go on [s]; *ours*: a short time gap."""
 JOINING_SPEED = 5.0
 """With which it is taken to turn into another's way [m/s]: that of a bend of 8 m radius."""
 STOP_PREVIEW = 0.25
