@@ -332,7 +332,7 @@ def write_specifier(node: nodes.Specifier) -> str:
 def _operand(node: nodes.Expression) -> str:
     """A name that begins like an operator would make `behind`, `facing` and their like a name before it."""
     text = write(node, Level.OR)
-    return f"({text})" if re.match(r"(?:deg|intersects)\b", text) else text
+    return f"({text})" if re.match(r"(?:deg|intersects)\b|offset$", text) else text
 
 
 def _tail(word: str, node: nodes.Expression | None) -> str:

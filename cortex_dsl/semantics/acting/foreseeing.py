@@ -15,7 +15,6 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from engine.frozen import frozen
-from engine.opcodes import Op
 from engine.vocabulary import State
 
 LINE = 1.0
@@ -105,8 +104,7 @@ def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: T
     algebra = job.ev.algebra
     mine = path if isinstance(path, Term) else algebra.literal(path)
     look = algebra.pack(mine, sight.reach, sight.angle, sight.latency, target, acceleration, _theirs(job, other))
-    actors, numbers = (job.actor.index, other.index), len(fields(Conflict))
-    return Conflict(*algebra.items(algebra.apply(Op.CROSSING, look, immediates=actors, width=numbers), numbers))
+    return Conflict(*algebra.crossing(job.actor.index, other.index, look, len(fields(Conflict))))
 
 
 def _theirs(job: Job, other: Actor) -> Term:

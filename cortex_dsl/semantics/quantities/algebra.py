@@ -120,28 +120,22 @@ class Operation(Term, ir.Apply):
     arguments: tuple[Term, ...]
 
 
-class _Gene(Term, ir.Gene):
-    pass
+class _Gene(Term, ir.Gene): ...
 
 
-class _Draw(Term, ir.Draw):
-    pass
+class _Draw(Term, ir.Draw): ...
 
 
-class _Local(Term, ir.Local):
-    pass
+class _Local(Term, ir.Local): ...
 
 
-class _Running(Term, ir.Running):
-    pass
+class _Running(Term, ir.Running): ...
 
 
-class _Pack(Term, ir.Pack):
-    pass
+class _Pack(Term, ir.Pack): ...
 
 
-class _Item(Term, ir.Item):
-    pass
+class _Item(Term, ir.Item): ...
 
 
 # -- the algebra of a variant ------------------------------------------------------------------------------------------
@@ -192,6 +186,10 @@ class Algebra:
         """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
         noticed = () if reach is None else (reach,)
         return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
+
+    def crossing(self, me: int, other: int, look: "Term", width: int) -> tuple["Term", ...]:
+        """Where two ways cross: the numbers of `engine.kernels.crossing.Crossing`, for one who looks so."""
+        return self.items(self.apply(Op.CROSSING, look, immediates=(me, other), width=width), width)
 
     def decided_outside(self, number: int) -> Term:
         return self.apply(Op.ACTION, immediates=(number,))

@@ -13,6 +13,7 @@
 # - Scenic has no `CarFollowingBehavior`; what stands in for it lacks something: it keeps its speed, also behind others
 # - line 18: Scenic has no `before … by`: left out
 # - Scenic has no `EmergencyBrakeBehavior`; what stands in for it lacks something: it drives as the behavior that it is given, without an emergency brake
+# - line 20: `EmergencyBrakeBehavior` is written without `foresees`, which Scenic's has not
 # - Scenic has no `GapAcceptanceBehavior`; what stands in for it lacks something: it never gives way
 # - Scenic has no `CrossingBehavior`; what stands in for it lacks something: it walks at its least speed, and does not time its arrival
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
