@@ -1,6 +1,6 @@
 """esmini is named and never looked for, plays in a process of its own, and what it saw is held against the run.
 
-A stub with the calls of esminiLib.hpp stands for the library; `python -m benchmarks.validation.esmini` takes a real one.
+A stub with the calls of esminiLib.hpp stands for the library; `benchmarks/validation/esmini.py` takes a real one.
 """
 
 import ctypes
