@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.exchange import export, measure, measure_all
     from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.runs import open_run, resume, search
@@ -36,6 +36,7 @@ __all__ = [
     "export",
     "load",
     "measure",
+    "measure_all",
     "open_run",
     "resume",
     "search",
@@ -51,6 +52,7 @@ _HOMES = {
     "export": "cortex_dsl.api.exchange",
     "load": "cortex_dsl.api.loading",
     "measure": "cortex_dsl.api.exchange",
+    "measure_all": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
     "resume": "cortex_dsl.api.runs",
     "search": "cortex_dsl.api.runs",
