@@ -14,16 +14,29 @@ import numpy as np
 
 from engine.host import pair_arrays
 from engine.interchange.contract import InterchangeError
-from engine.interchange.recording import SAME_INSTANT
-from engine.interchange.tables.read import gaps_of, mixed_rates, usual_step
+from engine.interchange.measuring import outcomes_of
+from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.tables.read import actor_of, gaps_of, mixed_rates, usual_step
 from engine.interchange.tables.tracks import TableTrack, Tracks
-from engine.kernels.every_pair import CONTACT, OVERLAPPING, TOUCHED, TTC, TTC_TIME, Crowd, judge_windows, near_windows
-from engine.kernels.pair import PLACES
+from engine.kernels.every_pair import (
+    CONTACT,
+    FASTEST_AT,
+    NEAREST_AT,
+    OVERLAPPING,
+    TOUCHED,
+    TTC,
+    TTC_TIME,
+    Crowd,
+    judge_windows,
+    near_windows,
+)
+from engine.kernels.pair import PLACES, ROWS
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, assess
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import State, Verdict
 
+NEAREST = PLACES.index(ROWS.index("min_distance"))
 NEAR = 50.0
 """Farther apart than this, centres of two have no window [m]."""
 MOST_WINDOWS = 1_000_000
@@ -84,6 +97,7 @@ def rank_pairs(
         cure = "look nearer, as in --near 20, or at a part of it"
         raise InterchangeError(f"more than {MOST_WINDOWS:,} times two come near", cure, tracks.file)
     rows = judge_windows(crowd, windows, on)
+    _judge_between_steps(tracks, windows, rows, on)
     remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own))
     return _ranked(tracks, windows, rows, on, profile, remarks)
 
@@ -140,6 +154,40 @@ def _fastest(states: Floats) -> float:
         return math.inf
     ways = np.diff(states[:, [State.X, State.Y]], axis=0)
     return float(np.hypot(ways[:, 0], ways[:, 1]).max(initial=0.0))
+
+
+# -- who has rows between steps, as those of contact in recordings of ours: they may touch between two steps ------------
+
+CLOSE = 1.0
+"""Farther apart than this at every step nobody touches between two of them [m]."""
+ON_STEP = 1e-6
+"""How far from a step a row may lie and still be on it [s]."""
+
+
+def _judge_between_steps(tracks: Tracks, windows: Ints, rows: Floats, step: float) -> None:
+    """Judge the closest pairs again at every instant at which one of them has a row."""
+    off = np.array(
+        [bool((np.abs(t.time / step - np.round(t.time / step)) * step > ON_STEP).any()) for t in tracks.tracks]
+    )
+    close = (rows[:, CONTACT] != OVERLAPPING) & (rows[:, NEAREST] < CLOSE)
+    for row in np.flatnonzero(close & (off[windows[:, 0]] | off[windows[:, 1]])).tolist():
+        one, other, first, last = (int(value) for value in windows[row])
+        outcomes = outcomes_of(_alone((tracks.tracks[one], tracks.tracks[other]), first * step, last * step, step))
+        rows[row, : len(PLACES)] = [float(getattr(outcomes, ROWS[place])[0, 0]) for place in PLACES]
+        rows[row, [NEAREST_AT, FASTEST_AT]] += first * step
+        if outcomes.collided[0]:
+            rows[row, [CONTACT, TTC, TTC_TIME]] = TOUCHED, 0.0, rows[row, NEAREST_AT]
+
+
+def _alone(pair: tuple[TableTrack, TableTrack], begin: float, end: float, step: float) -> Recording:
+    """A recording of two alone, while both are there."""
+    times = [track.time[(track.time > begin + ON_STEP) & (track.time < end - ON_STEP)] for track in pair]
+    instants = np.unique(np.concatenate([[begin, end], *times]))
+    instants = instants[np.append(True, np.diff(instants) > SAME_INSTANT)]
+    states = np.zeros((len(instants), 2, len(State)))
+    for number, track in enumerate(pair):
+        _fill(states[:, number], track, instants)
+    return Recording("pair", tuple(map(actor_of, pair)), instants - begin, states, step, commands=False)
 
 
 # -- from numbers to ranks ---------------------------------------------------------------------------------------------

@@ -13,7 +13,8 @@ from types import MappingProxyType
 import numpy as np
 
 from engine.interchange.contract import InterchangeError
-from engine.interchange.openscenario.read import Imported, read_openscenario
+from engine.interchange.openscenario import read as openscenario
+from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import Recording
 from engine.interchange.tables.read import read_tracks, recording_of
 from engine.interchange.tables.tracks import TableTrack, Tracks
@@ -128,7 +129,7 @@ def read_traffic(path: Path, rate: float | None = None) -> Tracks:
         InterchangeError: unreadable, or no recording of a kind that is read.
     """
     if path.suffix.lower() == SCENARIO:
-        read = read_openscenario(path)
+        read = openscenario.read_openscenario(path)
         return tracks_of_recording(read.recording, path.name, read.remarks)
     source = source_of(path)
     if not source.reader:
@@ -143,7 +144,7 @@ def read_recording(
 ) -> Imported:
     """The recording of an ego and of whom it meets, from a file of any kind; as `read_traffic`."""
     if path.suffix.lower() == SCENARIO:
-        return read_openscenario(path, ego=ego, step=step)
+        return openscenario.read_openscenario(path, ego=ego, step=step)
     return recording_of(read_traffic(path, rate), path.stem, ego, step)
 
 

@@ -84,7 +84,7 @@ def recording_of(tracks: Tracks, name: str, ego: str | None = None, step: float 
     time, remarks = _clock(kept, tracks)
     recording = Recording(
         name=name,
-        actors=tuple(map(_actor, kept)),
+        actors=tuple(map(actor_of, kept)),
         time=time - time[0],
         states=_states(kept, time),
         step=usual_step(time) if step is None else step,
@@ -133,7 +133,8 @@ def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[
     return [tracks[first], *tracks[:first], *tracks[first + 1 :]], remarks
 
 
-def _actor(track: TableTrack) -> RecordedActor:
+def actor_of(track: TableTrack) -> RecordedActor:
+    """What a recording says of it; what a table does not know is usual for its kind."""
     model, scale = MODELS[track.kind], track.length / MODELS[track.kind].length
     return RecordedActor(
         name=track.name,
