@@ -96,7 +96,7 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
     assert 0 < collided <= len(run.record.actions)
     assert main(["replay", "run", "--case", "1", "--to", "worst.svg"]) == 0
     assert main(["report", "run", "--cases", "1"]) == 0
-    assert main(["verify", "run", "--worst", "1"]) == 0
+    assert main(["verify", "run", "--model", "dynamic", "--worst", "1"]) == 0
     capsys.readouterr()
     assert main(["resume", "run", "--generations", "3"]) == 2
     assert "decided in this scene is not kept" in capsys.readouterr().err.replace("\n", " ")
