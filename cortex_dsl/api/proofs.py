@@ -53,6 +53,12 @@ class Proof:
         same = self.again - len(self.differ)
         return f"{same:,} of {self.again:,} simulations that were run again are the same, bit for bit"
 
+    @property
+    def first(self) -> str:
+        """The first that differs, and how many more; empty for none."""
+        *more, first = self.differ[::-1] or ("",)
+        return f"{first}, and {len(more):,} more," if more else first
+
     def _repr_html_(self) -> str:
         chain = "holds" if self.proved else "none: an earlier version wrote the journal"
         return facts_table([("chain", chain), ("run again", str(self.again)), ("differ", str(len(self.differ)))])
@@ -88,8 +94,7 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
         remarks=remarks,
     )
     if proof.differ and not proof.reasons:
-        more = f", and {len(differ) - 1:,} more" if len(differ) > 1 else ""
-        raise damaged(opened.folder / JOURNAL, f"the simulation of {differ[0]}{more} comes to something else again")
+        raise damaged(opened.folder / JOURNAL, f"the simulation of {proof.first} comes to something else again")
     return proof
 
 

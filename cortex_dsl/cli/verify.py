@@ -52,8 +52,7 @@ def _lines(run: OpenedRun, proof: Proof) -> list[str]:
     chain = f"the chain holds: {size} as they were written" if proof.proved else f"{size}, unproved"
     lines = [f"{run.folder}", f"  {chain}", f"  {proof.text}"]
     if proof.differ:
-        more = f" and {len(proof.differ) - 1:,} more" if len(proof.differ) > 1 else ""
-        lines.append(f"  {proof.differ[0]}{more} come to something else: {'; '.join(proof.reasons)}")
+        lines.append(f"  something else came of {proof.first} as {'; '.join(proof.reasons)}")
     return lines
 
 

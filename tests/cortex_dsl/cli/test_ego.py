@@ -10,6 +10,7 @@ import cortex_dsl as cx
 from cortex_dsl.cli.entry import main
 from engine.errors import ControllerError
 from engine.search.store import StoreError
+from tests.journals import unchain
 
 TEXT = """
 map intersection(ways=4, lanes=1)
@@ -131,6 +132,7 @@ def test_files_start_nothing(home: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert main(["trap.scn"]) == 2
     assert "nobody drives: `python:trap:drive`" in capsys.readouterr().err.replace("\n", " ")
     assert main(["mine.scn", *SMALL, *EGO, "--out", "run"]) == 0
+    unchain(Path("run/journal.sqlite"))
     with sqlite3.connect("run/journal.sqlite") as connection:
         connection.execute(
             "UPDATE manifest SET value = replace(value, 'planner_of_mine', 'trap') WHERE field = 'driver'"
