@@ -156,7 +156,7 @@ def _fastest(states: Floats) -> float:
     return float(np.hypot(ways[:, 0], ways[:, 1]).max(initial=0.0))
 
 
-# -- who has rows between steps, as those of contact in recordings of ours: they may touch between two steps ------------
+# -- who has rows between steps, as at contact in recordings of ours: they may touch between two steps -----------------
 
 CLOSE = 1.0
 """Farther apart than this at every step nobody touches between two of them [m]."""

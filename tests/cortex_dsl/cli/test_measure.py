@@ -315,7 +315,7 @@ def test_control_characters_of_a_stranger_do_not_reach_the_terminal(cortexc: Cor
 
 
 def test_every_pair_of_a_recording(cortexc: Cortexc, tmp_path: Path, recording: Recording) -> None:
-    """Ours among them: a contact between two steps is found as by `measure`; text, JSON, table and page say the same."""
+    """Ours, too: a contact between two steps is found as by `measure`; text, JSON, table and page say the same."""
     path = tmp_path / "case.csv"
     path.write_text(str(write_csv(recording, "case").files["case.csv"]))
     result = cortexc("measure", path, "--all", "--table", tmp_path / "t.csv", "--page", tmp_path / "p.html", "--json")
