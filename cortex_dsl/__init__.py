@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cortex_dsl.api.exchange import export, measure
     from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
+    from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.runs import open_run, resume, search
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.api.studies import study
@@ -37,6 +38,7 @@ __all__ = [
     "load",
     "measure",
     "open_run",
+    "prove",
     "resume",
     "search",
     "study",
@@ -52,6 +54,7 @@ _HOMES = {
     "load": "cortex_dsl.api.loading",
     "measure": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
+    "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.runs",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",

@@ -36,6 +36,8 @@ def export(
     seed: int | None = None,
     osc: str | None = None,
     mode: str | None = None,
+    player: str | None = None,
+    after_contact: str | None = None,
     force: bool = False,
 ) -> list[Path]:
     """Write a case for other tools; return the paths of all its files, the one to open first before the others.
@@ -50,6 +52,9 @@ def export(
         osc: version of an xosc, 1.0 to 1.3; None: 1.2.
         mode: how an xosc is written: `trajectory` (None) replays the case exactly, `maneuver` says it in speeds, routes
             and triggers.
+        player: `carla`: an xosc that CARLA's ScenarioRunner replays exactly, with the controller that does so.
+        after_contact: what a replay shows after contact: `through` (None, of an xosc), `stop` or `physics` (None, of
+            recordings).
         force: write over files that hold something else.
 
     Raises:
@@ -66,8 +71,9 @@ def export(
     folder = arguments.path_of("out", out, "name a folder")
     names = _formats([formats] if isinstance(formats, str) else arguments.several("formats", formats))
     if "xosc" not in names:
-        _no_effect("without the format xosc", "leave it out, or add xosc to the formats", osc=osc, mode=mode)
-    how = ExportOptions(osc or "1.2", mode or "trajectory")
+        cure = "leave it out, or add xosc to the formats"
+        _no_effect("without the format xosc", cure, osc=osc, mode=mode, player=player)
+    how = ExportOptions(osc or ("1.2" if player is None else "1.0"), mode or "trajectory", player, after_contact)
     gathered = gather(_cases(what, case, top, seed), names, how)
     for refused in gathered.refused.values():
         raise refused

@@ -24,6 +24,8 @@ MOST_CASES = 1_000
 """With --top; all their files are in memory before the first is written."""
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
+PLAYERS = ("carla",)
+AFTER_CONTACT = ("through", "stop", "physics")
 
 
 def _export(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -69,10 +71,10 @@ def _formats_document() -> str:
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
     """Each format once, in the order of the list."""
-    if options.to is None:
+    if options.to is None and options.player is None:
         raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
-    names = known_formats(options.to.split(","), "--to: ")
-    for flag, value in (("--osc", options.osc), ("--mode", options.mode)):
+    names = known_formats((options.to or "xosc").split(","), "--to: ")
+    for flag, value in (("--osc", options.osc), ("--mode", options.mode), ("--for", options.player)):
         if value is not None and "xosc" not in names:
             raise UsageError(f"{flag} has no effect without the format xosc", f"leave {flag} out, or add xosc to --to")
     return names
@@ -158,9 +160,13 @@ def _write(
 ) -> int:
     from cortex_dsl.report.findings.interchange_report import export_document
     from cortex_dsl.report.terminal.interchange_view import export_view
-    from engine.interchange.contract import ExportOptions
+    from engine.interchange.contract import ExportOptions, InterchangeError
 
-    how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
+    usual = "1.2" if options.player is None else "1.0"
+    try:
+        how = ExportOptions(options.osc or usual, options.mode or "trajectory", options.player, options.after_contact)
+    except InterchangeError as error:
+        raise UsageError(error.message, error.cure) from None
     written = write_cases(cases, formats, folder, how, force=options.force)
     gathered = written.gathered
     formats = [name for name in formats if name not in gathered.refused]
@@ -209,6 +215,19 @@ def _options(parser: Parser) -> None:
         choices=MODES,
         metavar="HOW",
         help="of xosc: trajectory, an exact replay, or maneuver, in speeds, routes and triggers (trajectory)",
+    )
+    parser.add_argument(
+        "--for",
+        dest="player",
+        choices=PLAYERS,
+        metavar="PLAYER",
+        help="carla: an xosc, and what replays it exactly there",
+    )
+    parser.add_argument(
+        "--after-contact",
+        choices=AFTER_CONTACT,
+        metavar="HOW",
+        help="what a replay shows then: through, all go on through each other (an xosc), stop, or physics (all others)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")

@@ -171,8 +171,10 @@ def writer_of(name: str) -> Writer:
 def _of_recording(write: RecordingWriter) -> Writer:
     """Turn a writer of recordings into a writer of cases: it writes actors that take part and remarks on others."""
 
-    def written(case: "ExportCase", stem: str, _options: "ExportOptions") -> "Export":
-        export = write(case.replay, stem)
+    def written(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+        from engine.interchange.after_contact import shown_after_contact
+
+        export = write(shown_after_contact(case.replay, options.after_contact or "physics"), stem)
         return replace(export, remarks=(*case.left_out, *export.remarks))
 
     return written
