@@ -155,6 +155,9 @@ def export_view(written: Written, how: "ExportOptions") -> RenderableType:
         parts.append(
             section("what these formats leave out or change", _format_remarks(written), note=_version(written, how))
         )
+    if written.certificates:
+        rows = [(Text(each.file, "title"), Text(each.line)) for each in written.certificates[:MOST_FILES]]
+        parts.append(section("played by esmini", columns(left(), left(wrap=True), rows=rows)))
     if written.findings is not None:
         parts.append(_check(written.findings, written.checked))
     return Group(*parts)
