@@ -14,9 +14,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.exchange import export, measure, measure_all
     from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
+    from cortex_dsl.api.proofs import prove
     from cortex_dsl.api.runs import open_run, resume, search
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.api.studies import study
@@ -36,7 +37,9 @@ __all__ = [
     "export",
     "load",
     "measure",
+    "measure_all",
     "open_run",
+    "prove",
     "resume",
     "search",
     "study",
@@ -51,7 +54,9 @@ _HOMES = {
     "export": "cortex_dsl.api.exchange",
     "load": "cortex_dsl.api.loading",
     "measure": "cortex_dsl.api.exchange",
+    "measure_all": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
+    "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.runs",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",

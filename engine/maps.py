@@ -89,6 +89,9 @@ class MapFile:
     """`map opendrive(...)`: the roads of a file."""
 
     kind: ClassVar[str] = "opendrive"
+    speed_limit: ClassVar[float | None] = None
+    """Its lanes have limits of their own."""
+
     file: str
     """As it is named where it is asked for."""
     path: str = field(repr=False)

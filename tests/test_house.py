@@ -13,7 +13,7 @@ LONGEST = 350
 """Lines of a file."""
 LONGER = {
     "cortex_dsl/ir.py": 480,
-    "cortex_dsl/syntax/nodes.py": 800,
+    "cortex_dsl/syntax/nodes.py": 820,
     "cortex_dsl/syntax/expressions.py": 450,
 }
 """Files that are one list each of small things of one kind, where a reader jumps to a name."""

@@ -75,6 +75,13 @@ CHECKS = (
         ("encounter",),
         (r'"TTC": [\d.]+', '"TTC": 0.5'),
     ),
+    Check(
+        "scenario_runner",
+        "CARLA's ScenarioRunner and map parser",
+        "everybody where ours is at every tick, to 1e-5 m",
+        ("carla",),
+        (r'name="ahead" value="[^"]*"', 'name="ahead" value="0.5"'),
+    ),
     Check("omega_prime", "omega-prime", "valid columns, everybody at every sample", ("csv", "parquet"), ("yaw", "yew")),
     Check(
         "",

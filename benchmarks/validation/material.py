@@ -6,13 +6,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.validation.items import Item
 from benchmarks.validation.roads import counted
 from cortex_dsl import Scenario, load, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.writing import gather
 from engine.interchange import ExportOptions, InterchangeError
+from engine.interchange.after_contact import shown_after_contact
 from engine.interchange.contract import OSC_VERSIONS
+from engine.interchange.openscenario.document import entity_names
+from engine.interchange.recording import states_at
 from engine.vocabulary import State, Verdict
 
 ROOT = Path(__file__).parents[2]
@@ -39,6 +44,7 @@ class Wanted:
 WANTED = (
     *(Wanted("replay", "xosc", ".xosc", ExportOptions(osc), osc) for osc in OSC_VERSIONS),
     *(Wanted("maneuver", "xosc", ".xosc", ExportOptions(osc, "maneuver"), osc) for osc in OSC_VERSIONS),
+    Wanted("carla", "xosc", ".xosc", ExportOptions("1.0", player="carla")),
     Wanted("road", "xodr", ".xodr"),
     Wanted("commonroad", "commonroad", ".cr.xml"),
     Wanted("scenic", "scenic", ".scenic"),
@@ -96,7 +102,21 @@ def _written(case: ExportCase, way: Wanted, folder: Path) -> Iterator[Item]:
         (folder / name).write_bytes(content)
     for name in files:
         if name.endswith(way.suffix):
-            yield Item(way.kind, folder / name, facts(case), case, version=way.version)
+            told = {**facts(case), **ticks(case, list(files))} if way.kind == "carla" else facts(case)
+            yield Item(way.kind, folder / name, told, case, version=way.version)
+
+
+def ticks(case: ExportCase, files: Sequence[str]) -> dict[str, Any]:
+    """Where a player must have everybody at each tick of our step, and the road that it plays on."""
+    recording = shown_after_contact(case.replay, "through").from_zero()
+    times = np.arange(int(recording.time[-1] / recording.step + 1e-9) + 1) * recording.step
+    rows = states_at(recording, times)
+    return {
+        "road": next(name for name in files if name.endswith(".xodr")),
+        "names": entity_names(recording),
+        "tick": recording.step,
+        "ticks": [[row[: State.SPEED].tolist() if row[State.PRESENT] else None for row in rows_of] for rows_of in rows],
+    }
 
 
 def facts(case: ExportCase) -> dict[str, Any]:

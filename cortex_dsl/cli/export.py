@@ -24,6 +24,8 @@ MOST_CASES = 1_000
 """With --top; all their files are in memory before the first is written."""
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
+PLAYERS = ("carla",)
+AFTER_CONTACT = ("through", "stop", "physics")
 
 
 def _export(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -69,10 +71,10 @@ def _formats_document() -> str:
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
     """Each format once, in the order of the list."""
-    if options.to is None:
+    if options.to is None and options.player is None:
         raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
-    names = known_formats(options.to.split(","), "--to: ")
-    for flag, value in (("--osc", options.osc), ("--mode", options.mode)):
+    names = known_formats((options.to or "xosc").split(","), "--to: ")
+    for flag, value in (("--osc", options.osc), ("--mode", options.mode), ("--for", options.player)):
         if value is not None and "xosc" not in names:
             raise UsageError(f"{flag} has no effect without the format xosc", f"leave {flag} out, or add xosc to --to")
     return names
@@ -158,13 +160,20 @@ def _write(
 ) -> int:
     from cortex_dsl.report.findings.interchange_report import export_document
     from cortex_dsl.report.terminal.interchange_view import export_view
-    from engine.interchange.contract import ExportOptions
+    from engine.interchange.contract import ExportOptions, InterchangeError
 
-    how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
-    written = write_cases(cases, formats, folder, how, force=options.force)
+    usual = "1.2" if options.player is None else "1.0"
+    try:
+        how = ExportOptions(options.osc or usual, options.mode or "trajectory", options.player, options.after_contact)
+    except InterchangeError as error:
+        raise UsageError(error.message, error.cure) from None
+    esmini = _esmini(options, formats)
+    written = write_cases(cases, formats, folder, how, force=options.force, esmini=esmini)
     gathered = written.gathered
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
+    if findings is not None:
+        findings += [finding for each in written.certificates for finding in each.findings]
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
     written = replace(written, findings=findings, checked=checked)
     if options.json:
@@ -174,6 +183,29 @@ def _write(
     for error in gathered.refused.values():
         terminal.complain(f"{error.place}: {error.message}", error.cure)
     return Exit.DIAGNOSTICS if findings else Exit.USAGE if gathered.refused else Exit.FINE
+
+
+def _esmini(options: argparse.Namespace, formats: Sequence[str]) -> Path | None:
+    """The library that plays what is written; None where no player is asked for.
+
+    Raises:
+        UsageError: there is none, or nothing for it to play.
+    """
+    if options.checking is None:
+        if options.esmini is not None:
+            raise UsageError("--esmini has no effect without --player esmini", "add --check --player esmini")
+        return None
+    if not options.check:
+        raise UsageError("--player has no effect without --check", "add --check")
+    if "xosc" not in formats:
+        raise UsageError("--player has no effect without the format xosc", "leave --player out, or add xosc to --to")
+    from engine.interchange.contract import InterchangeError
+    from engine.interchange.esmini import esmini_library
+
+    try:
+        return esmini_library(options.esmini)
+    except InterchangeError as error:
+        raise UsageError(error.message, error.cure) from None
 
 
 def _findings(
@@ -210,9 +242,30 @@ def _options(parser: Parser) -> None:
         metavar="HOW",
         help="of xosc: trajectory, an exact replay, or maneuver, in speeds, routes and triggers (trajectory)",
     )
+    parser.add_argument(
+        "--for",
+        dest="player",
+        choices=PLAYERS,
+        metavar="PLAYER",
+        help="carla: an xosc, and what replays it exactly there",
+    )
+    parser.add_argument(
+        "--after-contact",
+        choices=AFTER_CONTACT,
+        metavar="HOW",
+        help="what a replay shows then: through, all go on through each other (an xosc), stop, or physics (all others)",
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
     parser.add_argument("--check", action="store_true", help="read back what was written, and hold it against the run")
+    parser.add_argument(
+        "--player",
+        dest="checking",
+        choices=("esmini",),
+        metavar="NAME",
+        help="with --check: let esmini play each xosc, and write a certificate of its fidelity",
+    )
+    parser.add_argument("--esmini", type=Path, metavar="PATH", help="library of esmini (CORTEXC_ESMINI)")
 
 
 def _readers() -> str:

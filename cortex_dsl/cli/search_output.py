@@ -45,6 +45,9 @@ SOLVABLE = (
 )
 
 
+UNPROVED = "unproved: an earlier version wrote this journal, without the digests that tell of every change"
+
+
 @contextmanager
 def usage_errors() -> Iterator[None]:
     """Turn an error that the user can solve into a UsageError."""
@@ -180,6 +183,18 @@ def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> Ope
         terminal.err.print(f"`--ego {driver.name}` tells also what new runs show", style="quiet", soft_wrap=True)
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
+    check_past(run, terminal)
+    return run
+
+
+def check_past(run: OpenedRun, terminal: Terminal) -> None:
+    """Check that the individuals of a run are those that its method proposes.
+
+    Raises:
+        UsageError: they are not.
+    """
+    if not run.record.proved:
+        terminal.err.print(UNPROVED, style="quiet", soft_wrap=True)
     try:
         check_journal(run)
     except ForeignPastError as error:
@@ -187,7 +202,6 @@ def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> Ope
     except (MissingExtraError, PluginError, UnknownMethodError):
         method = run.record.manifest.method
         terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
-    return run
 
 
 def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> None:

@@ -1,24 +1,67 @@
-"""`cortexc verify RUN`: a second opinion on the worst cases of a search, by a better model of the car."""
+"""`cortexc verify RUN`: is a run what its search wrote, and does it come to the same again? With `--model dynamic`: a
+second opinion on its worst cases, by a better model of the car.
+"""
 
 import argparse
 
 from cortex_dsl.api.opinions import MODELS, keep, verify
-from cortex_dsl.api.runs import WORST
-from cortex_dsl.cli.search_output import checked_run, usage_errors
+from cortex_dsl.api.proofs import SAMPLE, Proof, prove
+from cortex_dsl.api.runs import WORST, OpenedRun
+from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.simulating import compile_kernels
-from cortex_dsl.console.terminal import Exit, Terminal
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document, plain
+from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
 
+BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"
+
 
 def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
+    if options.model is None:
+        if options.worst is not None:
+            raise UsageError("--worst goes with --model dynamic", BELONGS)
+        return _journal(options, terminal)
+    if options.sample is not None:
+        raise UsageError("--sample goes without --model", BELONGS)
+    return _opinion(options, terminal)
+
+
+def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
+    """The journal itself."""
+    run = opened_run(options.run, options.ego)
+    check_past(run, terminal)
+    compile_kernels(run.scenario, terminal)
+    with usage_errors():
+        proof = prove(run, SAMPLE if options.sample is None else options.sample, jobs=options.jobs)
+    if options.json:
+        terminal.write(document("proof", {"folder": run.folder, **plain(proof)}))
+        return Exit.FINE
+    for line in _lines(run, proof):
+        terminal.out.print(line, soft_wrap=True)
+    for remark in proof.remarks:
+        terminal.err.print(remark, style="quiet", soft_wrap=True)
+    return Exit.FINE
+
+
+def _lines(run: OpenedRun, proof: Proof) -> list[str]:
+    size = f"{counted(proof.generations, 'generation')}, {counted(proof.simulations, 'simulation')}"
+    chain = f"the chain holds: {size} as they were written" if proof.proved else f"{size}, unproved"
+    lines = [f"{run.folder}", f"  {chain}", f"  {proof.text}"]
+    if proof.differ:
+        lines.append(f"  something else came of {proof.first} as {'; '.join(proof.reasons)}")
+    return lines
+
+
+def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
+    """The worst cases, by another model."""
     run = checked_run(options.run, terminal, options.ego)
     compile_kernels(run.scenario, terminal)
     with usage_errors():
-        found = verify(run, options.worst, model=options.model, jobs=options.jobs)
+        found = verify(run, WORST if options.worst is None else options.worst, model=options.model, jobs=options.jobs)
     program = run.scenario.program
     content = plain(verification_content(program, found.cases, found.answers))
     if options.json:
@@ -34,22 +77,27 @@ def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
 def _options(parser: Parser) -> None:
     add_run(parser)
     parser.add_argument(
-        "--model", choices=MODELS, metavar="NAME", default=MODELS[0], help="dynamic: tyres that slip (dynamic)"
+        "--sample", metavar="N", type=whole_number(0, 10**9), help=f"simulations that are run again ({SAMPLE})"
     )
     parser.add_argument(
-        "--worst", metavar="N", type=whole_number(1, 10**6), default=WORST, help=f"cases, worst first ({WORST})"
+        "--model", choices=MODELS, metavar="NAME", help="dynamic: the worst cases, with tyres that slip"
     )
+    parser.add_argument("--worst", metavar="N", type=whole_number(1, 10**6), help=f"of these, worst first ({WORST})")
     add_jobs(parser)
     add_ego(parser, batch=False)
 
 
 VERIFY = Command(
     name="verify",
-    usage="RUN [--model dynamic] [--worst N] [--jobs N] [--json]",
+    usage="RUN [--sample N] [--jobs N] [--json]\nRUN --model dynamic [--worst N] [--jobs N] [--json]",
     description="""\
-The worst cases again, their cars driven by a dynamic model whose tyres slip:
-which survive, which differ, and which are artefacts of the search's model or
-of its time step.""",
+Is the journal of a run what its search wrote? Checks the digests of all that
+it holds, and runs a sample of its simulations again: each must come to the
+same, bit for bit. Ends with 0 unless the journal is damaged.
+
+With --model dynamic: the worst cases again, their cars driven by a model
+whose tyres slip: which survive, which differ, and which are artefacts of the
+search's model or of its time step.""",
     options=_options,
     function=_verify,
     needs=("run", "no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`"),

@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from engine.interchange.recording import Recording
 
 TABLES = (".csv", ".parquet")
+LOGS = (".xml", ".txt", ".log", ".mcap")
 SCENARIO = ".xosc"
-RECORDINGS = (*TABLES, SCENARIO)
-"""Suffixes of the recordings that are read: tables of trajectories, and OpenSCENARIO files with timed polylines."""
+RECORDINGS = (*TABLES, *LOGS, SCENARIO)
+"""Suffixes of the recordings that are read: tables of trajectories, what simulators and data sets write otherwise (see
+`engine.interchange.sources`), and OpenSCENARIO files with timed polylines."""
 
 
 class Writer(Protocol):
@@ -171,8 +173,10 @@ def writer_of(name: str) -> Writer:
 def _of_recording(write: RecordingWriter) -> Writer:
     """Turn a writer of recordings into a writer of cases: it writes actors that take part and remarks on others."""
 
-    def written(case: "ExportCase", stem: str, _options: "ExportOptions") -> "Export":
-        export = write(case.replay, stem)
+    def written(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+        from engine.interchange.after_contact import shown_after_contact
+
+        export = write(shown_after_contact(case.replay, options.after_contact or "physics"), stem)
         return replace(export, remarks=(*case.left_out, *export.remarks))
 
     return written

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.interchange.cases import ExportCase, road_name
 from cortex_dsl.interchange.formats import writer_of
+from engine.interchange.after_contact import shown_after_contact
 from engine.interchange.contract import Export, ExportOptions, InterchangeError
 from engine.maps import MapFile
 
@@ -83,9 +84,12 @@ def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
 
         export = maneuver_files(case, stem, options, road_file)
         return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
-    from engine.interchange.openscenario import write_trajectories
-
-    export = write_trajectories(case.replay, stem, options, road_file)
+    if options.player == "carla":
+        from engine.interchange.openscenario.carla import write_for_carla as write
+    else:
+        from engine.interchange.openscenario import write_trajectories as write
+    replay = shown_after_contact(case.replay, options.after_contact or "through")
+    export = write(replay, stem, options, road_file)
     return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
 
 
@@ -95,14 +99,15 @@ def refuse_map_file(case: ExportCase, how: str, cure: str) -> None:
         raise InterchangeError(f"the roads of an OpenDRIVE file are not written {how}", cure)
 
 
-def opendrive(case: ExportCase, _stem: str, _options: ExportOptions) -> Export:
+def opendrive(case: ExportCase, _stem: str, options: ExportOptions) -> Export:
     """The road, under a name that all cases of the scenario share."""
-    from engine.interchange.opendrive import write_opendrive
+    from engine.interchange.opendrive import SOMEWHERE, write_opendrive
 
     program, name = case.scenario.program, road_name(case.scenario)
     if isinstance(program.road_spec, MapFile):
         return Export(dict(map_copies(program)))
-    text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance)
+    place = SOMEWHERE if options.player == "carla" else ""
+    text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance, place)
     return Export({f"{name}.xodr": text})
 
 

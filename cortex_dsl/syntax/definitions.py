@@ -49,22 +49,19 @@ def behavior(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
 
 
 def monitor(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
-    word, *parameters, block = parts
-    docstring, rest = _docstring(builder, block)
-    return nodes.MonitorDefinition(
-        str(word),
-        _parameters(builder, parameters),
-        builder.statements(rest),
-        docstring,
-        span=span,
-        name_span=span_of(token(word)),
-    )
+    return _named_block(nodes.MonitorDefinition, builder, parts, span)
 
 
 def def_(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
+    return _named_block(nodes.FunctionDefinition, builder, parts, span)
+
+
+def _named_block(
+    kind: type[nodes.MonitorDefinition | nodes.FunctionDefinition], builder: Builder, parts: Parts, span: Span
+) -> nodes.Statement:
     word, *parameters, block = parts
     docstring, rest = _docstring(builder, block)
-    return nodes.FunctionDefinition(
+    return kind(
         str(word),
         _parameters(builder, parameters),
         builder.statements(rest),

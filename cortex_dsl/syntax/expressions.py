@@ -316,10 +316,11 @@ class ExpressionBuilder:
         words, of, origin = tree.children
         return nodes.SeenFrom(_words(words), self.expression(of), self.optional(origin), span=span)
 
-    def angle(self, tree: Branch, span: Span) -> nodes.Expression:
-        value = self.expression(tree.children[-1])
-        backwards = self.source.slice(Span(span.start, value.span.start)).split()[1] == "from"
-        return nodes.Angle(value, None, span=span) if backwards else nodes.Angle(None, value, span=span)
+    def angle_from(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.Angle(self.expression(tree.children[1]), None, span=span)
+
+    def angle_to(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.Angle(None, self.expression(tree.children[1]), span=span)
 
     def angle_from_to(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.Angle(*self.expressions(tree.children[1:]), span=span)
@@ -431,10 +432,9 @@ _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expressio
         _B.number, _B.with_unit, _B.string, _B.constant, _B.name, _B.attribute, _B.index, _B.call, _B.starred,
         _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary, _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
-        _B.distance_from_to, _B.distance_to_from, _B.relative_heading,
-        _B.seen_from, _B.angle, _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part,
-        _B.relative_to, _B.slice, _B.new, _B.bare_tuple, _B.temporal, _B.until,
-        _B.implies,
+        _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.seen_from, _B.angle_from, _B.angle_to,
+        _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.relative_to, _B.slice, _B.new,
+        _B.bare_tuple, _B.temporal, _B.until, _B.implies,
     )
 }  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

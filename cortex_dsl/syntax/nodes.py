@@ -694,6 +694,11 @@ class Assert(Statement):
     condition: Expression
     message: Expression | None = None
 
+    @property
+    def name(self) -> str:
+        """What it says of itself."""
+        return self.message.value if isinstance(self.message, String) else ""
+
 
 @frozen
 class Handler(Node):

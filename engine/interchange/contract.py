@@ -57,6 +57,12 @@ def name_cure(word: str, names: Iterable[str]) -> str:
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 """Of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
 MODES = ("trajectory", "maneuver")
+PLAYERS = ("carla",)
+"""Tools that want a replay written for them alone."""
+AFTER_CONTACT = ("through", "stop", "physics")
+"""What a replay shows after first contact: all go on as they went, through each other, so that outlines overlap; all
+stand; or contact physics, which keeps outlines apart.
+"""
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,10 @@ class ExportOptions:
     """Version of OpenSCENARIO XML, one of `OSC_VERSIONS`."""
     mode: str = "trajectory"
     """`trajectory` replays a case exactly; `maneuver` says it in speeds, routes and triggers, for others to vary."""
+    player: str | None = None
+    """One of `PLAYERS`, for which an `.xosc` and its road are written; None: as the standard has it."""
+    after_contact: str | None = None
+    """One of `AFTER_CONTACT`; None: `through` in an `.xosc` that replays, contact physics in recordings."""
 
     def __post_init__(self) -> None:
         if self.osc not in OSC_VERSIONS:
@@ -75,6 +85,28 @@ class ExportOptions:
             )
         if self.mode not in MODES:
             raise InterchangeError(f"there is no mode `{self.mode}`", f"name one of {', '.join(MODES)}")
+        if self.after_contact not in (None, *AFTER_CONTACT):
+            raise InterchangeError(
+                f"nobody goes on `{self.after_contact}` after contact", f"name one of {', '.join(AFTER_CONTACT)}"
+            )
+        if self.mode == "maneuver" and self.after_contact is not None:
+            raise InterchangeError(
+                "in maneuver mode the player says what follows contact", "leave after_contact out, or the mode"
+            )
+        self._check_player()
+
+    def _check_player(self) -> None:
+        if self.player is None:
+            return
+        if self.player not in PLAYERS:
+            raise InterchangeError(f"nothing is written for `{self.player}`", f"name one of {', '.join(PLAYERS)}")
+        if self.osc != "1.0":
+            raise InterchangeError(f"CARLA's ScenarioRunner does not read OpenSCENARIO {self.osc}", "take version 1.0")
+        if self.mode != "trajectory":
+            raise InterchangeError(
+                "CARLA's ScenarioRunner fails at every route of maneuver mode, since August 2025",
+                "leave the mode out: trajectories are replayed exactly",
+            )
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,8 @@ class Contact:
     time: float
     """[s]"""
     actors: tuple[int, ...]
+    after: str = "physics"
+    """What the samples after it are, one of `contract.AFTER_CONTACT`."""
 
 
 ARMS = ("north", "east", "south", "west")

@@ -46,7 +46,7 @@ MAKERS: Mapping[type[MapSpec], Maker] = {
 def wrong_numbers(spec: MapSpec) -> Iterator[RoadError]:
     """Every number that no road of its kind has, whatever the others are."""
     yield from MAKERS[type(spec)].wrong_numbers(spec)
-    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+    if spec.speed_limit is not None:
         yield from wrong_length("speed_limit", spec.speed_limit, *SPEED_LIMITS, unit="m/s")
 
 
@@ -62,6 +62,6 @@ def build_network(spec: MapSpec) -> Network:
     if error is not None:
         raise error
     network = maker.make(spec)
-    if not isinstance(spec, MapFile) and spec.speed_limit is not None:
+    if spec.speed_limit is not None:
         network.speed_limits = {lane.id: spec.speed_limit for lane in network.lanes}
     return network

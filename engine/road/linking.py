@@ -95,6 +95,13 @@ ROUTE = 1000.0
 """A driver without a plan is led so far [m], and to the end of the lane there."""
 
 
+def maneuver(index: int, intersection: int, start: Lane, connecting: Lane, end: Lane) -> Maneuver:
+    """The one that leads from lane to lane, called after them."""
+    kind = maneuver_type(start, connecting, end)
+    name = f"{start.name}-{end.name} {kind.name.lower()}"
+    return Maneuver(connecting.network, index, name, kind, start.id, connecting.id, end.id, intersection)
+
+
 def maneuver_type(start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
     """Back on the same road is a U-turn; else by how much the connecting lane turns, as in Scenic."""
     if start.road == end.road:

@@ -14,7 +14,7 @@ import numpy as np
 from engine.frozen import frozen
 from engine.maps import Roundabout
 from engine.road.junction import CHORD_TOLERANCE
-from engine.road.linking import link_by_ways, maneuver_type
+from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Maneuver, Network, Road
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, strip, triangulate
@@ -48,7 +48,7 @@ def wrong_roundabout_numbers(spec: Roundabout) -> Iterator[RoadError]:
 def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
     """What numbers that are fine alone do not allow together."""
     if not _fits(spec, spec.radius):
-        least = next((radius for radius in range(8, int(RADII[1]) + 1) if _fits(spec, radius)), None)
+        least = next((radius for radius in range(*map(int, RADII)) if _fits(spec, radius)), None)
         width = spec.lanes * spec.lane_width
         yield RoadError(
             f"`radius` is {spec.radius:g} m, too small for a ring of {width:g} m with an island, and {spec.arms} arms "
@@ -245,7 +245,7 @@ class _Builder:
         ]
         network.lanes = tuple(self.lanes)
         ways.sort(key=lambda way: (way[0], way[1].role is not LaneRole.INCOMING, way[1].number))
-        network.maneuvers = tuple(self.maneuver(index, *way) for index, way in enumerate(ways))
+        network.maneuvers = tuple(maneuver(index, *way) for index, way in enumerate(ways))
         network.intersections = tuple(
             self.intersection(arm, areas[arm], inward[arm], outward[arm], before[arm], ring[arm]) for arm in self.arms
         )
@@ -302,11 +302,6 @@ class _Builder:
         ways = ((True, forward), (False, backward))
         there, back = (LaneGroup(self.network, name, way, tuple(lanes)) for way, lanes in ways)
         return Road(self.network, name, there, back, (middle,))
-
-    def maneuver(self, index: int, arm: int, start: Lane, connecting: Lane, end: Lane) -> Maneuver:
-        kind = maneuver_type(start, connecting, end)
-        name = f"{start.name}-{end.name} {kind.name.lower()}"
-        return Maneuver(self.network, index, name, kind, start.id, connecting.id, end.id, arm)
 
     def intersection(self, arm: int, area: int, *lanes: tuple[Lane, ...]) -> Intersection:
         """Its lanes: in from the arm, out by it, in from the ring, out by that."""

@@ -1,9 +1,9 @@
 """What became of simulations, as a campaign keeps it: verdict, counts, metrics and risk, one row a simulation.
 
-`to_columns` and `from_columns` turn the rows into flat named columns, for the journal and for result files, and back.
+`to_arrays` and `from_columns` turn the rows into flat named columns, for the journal and for result files, and back.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar, cast
 
@@ -57,17 +57,22 @@ SCALARS: tuple[str, ...] = tuple(name for row in COLUMNS for name in row.columns
 """Names of the columns."""
 
 
-def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
-    """Lists (n,) by the names of `SCALARS`, from arrays (n, …)."""
-    columns: dict[str, list[float | int]] = {}
+def to_arrays(runs: Assessment) -> dict[str, NDArray[Any]]:
+    """Arrays (n,) of int64 or float64 by the names of `SCALARS`, from arrays (n, …)."""
+    columns: dict[str, NDArray[Any]] = {}
     for row in COLUMNS:
         array = getattr(runs, row.name).astype(np.float64 if row.kind is float else np.int64)
-        columns |= dict(zip(row.columns, array.T.tolist() if row.parts else [array.tolist()], strict=True))
+        columns |= dict(zip(row.columns, array.T if row.parts else [array], strict=True))
     return columns
 
 
-def from_columns(columns: dict[str, list[float | int | None]], **others: Any) -> Assessment:
-    """Inverse of `to_columns`; None is NaN. `others` are the arrays that are no columns."""
+def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
+    """The same as lists."""
+    return {name: array.tolist() for name, array in to_arrays(runs).items()}
+
+
+def from_columns(columns: Mapping[str, NDArray[Any]], **others: Any) -> Assessment:
+    """Inverse of `to_arrays`. `others` are the arrays that are no columns."""
     arrays: dict[str, Any] = dict(others)
     for row in COLUMNS:
         lists = [columns[name] for name in row.columns]

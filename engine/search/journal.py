@@ -7,11 +7,11 @@ took (`pace`, `status`) lies in tables of its own. Taken in order, the individua
 | table      | one row for each                                                                       |
 |------------|----------------------------------------------------------------------------------------|
 | manifest   | field of `Manifest`, as JSON                                                           |
-| generation | generation: its figures, as JSON                                                       |
+| generation | generation: its figures, as JSON, and its link (see `engine.search.chain`)            |
 | individual | place in a generation: genome, operator, parents, birth, fitness                       |
 | simulation | rollout that was run: verdict, counts per requirement, metrics, risk; named by birth   |
 | pace       | generation: seconds since the start                                                    |
-| status     | `running`, `stopped` or `finished` (one row)                                           |
+| status     | `running`, `stopped` or `finished`, and the seal of the journal (one row)              |
 | action     | scene in which a controller's decisions are kept: its key, the shape, float64 numbers  |
 
 A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian
@@ -31,8 +31,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from engine.search.assessment import COLUMNS, take, to_columns
+from engine.search.assessment import COLUMNS, take, to_arrays
 from engine.search.campaign import Campaign, Progress
+from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, last_link, link, seal
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
@@ -40,15 +41,17 @@ from engine.tables import Floats
 
 APPLICATION_ID = 0x43525458
 """Marks the file as ours ("CRTX")."""
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Rises with every change of the tables."""
+WITHOUT_CHAIN = 2
+"""The version before links and seals: read and gone on with as it is, and never proved."""
 
 _SIMULATION = ",\n    ".join(
     f"{name} {'REAL' if row.kind is float else 'INTEGER NOT NULL'}" for row in COLUMNS for name in row.columns
 )
 SCHEMA = f"""
 CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE generation (generation INTEGER PRIMARY KEY, figures TEXT NOT NULL);
+CREATE TABLE generation (generation INTEGER PRIMARY KEY, figures TEXT NOT NULL, link BLOB NOT NULL);
 CREATE TABLE individual (
     generation INTEGER NOT NULL, place INTEGER NOT NULL,
     birth_generation INTEGER NOT NULL, birth_place INTEGER NOT NULL, reused INTEGER NOT NULL,
@@ -65,12 +68,11 @@ CREATE TABLE simulation (
     PRIMARY KEY (generation, place, rollout)
 ) WITHOUT ROWID;
 CREATE TABLE pace (generation INTEGER PRIMARY KEY, seconds REAL NOT NULL);
-CREATE TABLE status (status TEXT NOT NULL, seconds REAL);
-INSERT INTO status VALUES ('running', NULL);
+CREATE TABLE status (status TEXT NOT NULL, seconds REAL, seal BLOB NOT NULL);
+INSERT INTO status VALUES ('running', NULL, zeroblob({PART * len(PARTS)}));
 PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
-"""  # noqa: S608 (made of names in this package alone, as are the next two)
-_ADD_INDIVIDUAL = f"INSERT INTO individual VALUES ({', '.join('?' * 13)})"  # noqa: S608
+"""  # noqa: S608 (made of names in this package alone)
 _SOUGHT = "\n    sought BLOB NOT NULL,"
 """Kept of a run that looks for something else than the risk, or whose file has objectives."""
 
@@ -82,8 +84,14 @@ CREATE TABLE IF NOT EXISTS action
 """Only of a run in which a controller drives."""
 
 
-def _adding(columns: int) -> str:
-    return f"INSERT INTO simulation VALUES ({', '.join('?' * columns)})"  # noqa: S608
+def _adding(table: str, columns: int) -> str:
+    return f"INSERT INTO {table} VALUES ({', '.join('?' * columns)})"  # noqa: S608
+
+
+def has_chain(connection: sqlite3.Connection) -> bool:
+    """Whether the journal has links and a seal."""
+    tables = [[row[1] for row in connection.execute(f"PRAGMA table_info({each})")] for each in ("generation", "status")]
+    return ["link" in tables[0], "seal" in tables[1]] != [False, False]
 
 
 class Journal:
@@ -93,6 +101,7 @@ class Journal:
         self.path = path
         self._connection = connection
         self._inode = path.stat().st_ino
+        self._chained = has_chain(connection)
 
     @classmethod
     def create(cls, path: Path, manifest: Manifest) -> "Journal":
@@ -112,6 +121,7 @@ class Journal:
                 connection.execute("PRAGMA journal_mode = WAL")
                 connection.executescript("BEGIN; " + SCHEMA.format(sought=_SOUGHT if manifest.keeps_sought else ""))
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
+                seal(connection)
                 connection.execute("COMMIT")
             unborn.rename(path)
         return cls(path, _open(path))
@@ -130,7 +140,9 @@ class Journal:
                 connection.execute("UPDATE status SET status = 'running', seconds = NULL")
                 if manifest is not None:
                     connection.executemany("REPLACE INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
-        return cls(path, connection)
+                if has_chain(connection):
+                    seal(connection)
+            return cls(path, connection)
 
     def write(self, progress: Progress) -> None:
         """Add one generation: all of it or, if anything goes wrong, nothing.
@@ -152,7 +164,9 @@ class Journal:
         with store_errors(self.path), _transaction(self._connection) as connection:
             connection.execute(_ACTIONS)
             rows = [(key, *each.shape, each.astype("<f8").tobytes()) for key, each in actions.items()]
+            old = [row for key in actions for row in connection.execute("SELECT * FROM action WHERE key = ?", (key,))]
             connection.executemany("INSERT OR REPLACE INTO action VALUES (?, ?, ?, ?)", rows)
+            self._seal(connection, actions_digest([*old, *rows]))
 
     def complete(self, campaign: Campaign) -> None:
         """Add what Ctrl-C kept from being written."""
@@ -169,6 +183,7 @@ class Journal:
             with _transaction(self._connection) as connection:
                 status = "stopped" if campaign.stopped else "finished"
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
+                self._seal(connection)
             with suppress(sqlite3.OperationalError):  # while another process reads, the mode stays: no harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
@@ -179,13 +194,23 @@ class Journal:
 
     def _write(self, evaluations: Evaluations, figures: GenerationFigures, seconds: float) -> None:
         insist_on(self.path, self._inode)
+        text = figures_json(figures)
+        individuals, simulations = _individuals(evaluations), _simulations(evaluations)
         with store_errors(self.path), _transaction(self._connection) as connection:
-            row = figures.generation, figures_json(figures)
-            connection.execute("INSERT INTO generation VALUES (?, ?)", row)
-            connection.executemany(_ADD_INDIVIDUAL, _individual_rows(evaluations))
-            rows = list(_simulation_rows(evaluations))
-            connection.executemany(_adding(len(rows[0]) if rows else 1), rows)
+            if self._chained:
+                before = last_link(connection)
+                row = figures.generation, text, link(before, text, individuals, simulations)
+            else:
+                row = figures.generation, text
+            connection.execute(_adding("generation", len(row)), row)
+            connection.executemany(_adding("individual", 13), _individual_rows(individuals))
+            connection.executemany(_adding("simulation", len(simulations)), _simulation_rows(simulations))
             connection.execute("INSERT INTO pace VALUES (?, ?)", (figures.generation, seconds))
+            self._seal(connection)
+
+    def _seal(self, connection: sqlite3.Connection, actions: bytes = NO_ACTIONS) -> None:
+        if self._chained:
+            seal(connection, actions)
 
 
 def _open(path: Path) -> sqlite3.Connection:
@@ -235,7 +260,8 @@ def finite(value: Any) -> Any:
     return finite(asdict(value)) if hasattr(value, "__dataclass_fields__") else value
 
 
-def _individual_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
+def _individuals(evaluations: Evaluations) -> tuple[Array, ...]:
+    """Integers (n, 11), fitness (n,) and genomes (n, d), in the order of the columns."""
     integers = np.concatenate(
         [
             evaluations.places,
@@ -247,27 +273,29 @@ def _individual_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
         ],
         axis=1,
     )
-    genomes = evaluations.genomes.astype("<f8")
-    rows = zip(integers.tolist(), evaluations.fitness.tolist(), genomes, strict=True)
-    return ((*numbers, fitness, genome.tobytes()) for numbers, fitness, genome in rows)
+    return integers, evaluations.fitness, evaluations.genomes.astype("<f8")
 
 
-def _simulation_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
-    """One row for each rollout that this generation ran, elites left out."""
+def _individual_rows(individuals: tuple[Array, ...]) -> Iterable[tuple[Any, ...]]:
+    integers, fitness, genomes = individuals
+    rows = zip(integers.tolist(), fitness.tolist(), genomes, strict=True)
+    return ((*numbers, fit, genome.tobytes()) for numbers, fit, genome in rows)
+
+
+def _simulations(evaluations: Evaluations) -> tuple[Array, ...]:
+    """One row for each rollout that this generation ran, elites left out: an array a column, blobs (n, m)."""
     new = take(evaluations, evaluations.simulated)
     count, rollouts = map(int, new.rollouts.verdict.shape)
     keys = np.concatenate(
-        [
-            np.repeat(new.births, rollouts, axis=0),
-            np.tile(np.arange(rollouts), count)[:, np.newaxis],
-        ],
-        axis=1,
+        [np.repeat(new.births, rollouts, axis=0), np.tile(np.arange(rollouts), count)[:, np.newaxis]], axis=1
     )
     runs = flat_rollouts(new)
-    counts = np.concatenate([runs.tested, runs.failed], axis=1).astype("<i4")
-    columns = to_columns(runs).values()
-    blobs = [(row.tobytes() for row in counts)]
+    blobs = [np.concatenate([runs.tested, runs.failed], axis=1).astype("<i4")]
     if runs.sought.shape[1] + runs.broken.shape[1] > 0:
-        sought = np.concatenate([runs.sought, runs.broken, runs.found[:, np.newaxis]], axis=1).astype("<f8")
-        blobs.append(row.tobytes() for row in sought)
-    return zip(*keys.T.tolist(), *columns, *blobs, strict=True)
+        blobs.append(np.concatenate([runs.sought, runs.broken, runs.found[:, np.newaxis]], axis=1).astype("<f8"))
+    return (*keys.T, *to_arrays(runs).values(), *blobs)
+
+
+def _simulation_rows(simulations: tuple[Array, ...]) -> Iterable[tuple[Any, ...]]:
+    columns = (each.tolist() if each.ndim == 1 else [row.tobytes() for row in each] for each in simulations)
+    return zip(*columns, strict=True)

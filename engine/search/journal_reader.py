@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import Signal
 from engine.outcomes import Assessment
-from engine.search.assessment import SCALARS, from_columns, map_arrays, take
+from engine.search.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
+from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
 from engine.search.evaluations import (
     Evaluations,
     Figures,
@@ -20,11 +22,14 @@ from engine.search.evaluations import (
     generation_figures,
     goal_of,
 )
-from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
+from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
 from engine.search.manifest import Manifest, read_manifest
 from engine.search.store import StoreError, example_run, store_errors
 from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
+
+NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
+"""What SQLite says of a file that is as it should be."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,9 @@ class Record:
     """Until the last generation was written [s]."""
     actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
     """What controllers decided, (turns, numbers) by the bytes of a scene's key, where it is kept."""
+    proved: bool = False
+    """Whether its chain says that everything is as it was written (`engine.search.chain`); a journal from before there
+    were chains cannot say so."""
 
     def past(self) -> list[Evaluations]:
         """The evaluations of each generation, as `run_campaign` takes them."""
@@ -61,9 +69,13 @@ def read_journal(path: Path) -> Record:
         _check(path, connection)
         try:
             return _consistent(_record(connection))
-        except ManifestError as error:
+        except (ManifestError, BrokenChainError) as error:
             raise damaged(path, error) from error
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+        except sqlite3.DatabaseError as error:
+            if getattr(error, "sqlite_errorcode", 0) & 0xFF in NO_DAMAGE:
+                raise
+            raise damaged(path, error) from error
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, RecursionError) as error:
             raise damaged(path, f"what it holds does not fit together ({type(error).__name__})") from error
 
 
@@ -93,16 +105,51 @@ def _record(connection: sqlite3.Connection) -> Record:
     status, seconds = connection.execute("SELECT status, seconds FROM status").fetchone()
     if not isinstance(status, str) or not isinstance(seconds, float | int | None):
         raise TypeError("a status is a word and its seconds a number")
+    individuals, simulations = _individuals(connection, manifest), _simulations(connection, manifest)
     figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
+    proved = has_chain(connection)
+    if proved:
+        _check_links(connection, individuals, simulations)
+    kept = _action_rows(connection)
+    if proved and (broken := broken_parts(connection, actions_digest(kept))):
+        raise BrokenChainError(" and ".join(f"`{name}`" for name in broken) + " is not what was written")
     return Record(
         manifest=manifest,
-        evaluations=_evaluations(connection, manifest),
+        evaluations=_evaluations(individuals, simulations, manifest),
         generations=tuple(_figures(generation, text) for generation, text in figures),
         status=status,
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
-        actions=_actions(connection),
+        actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in kept},
+        proved=proved,
     )
+
+
+class BrokenChainError(Signal, ValueError):
+    """Rows are not what was written."""
+
+
+def _check_links(
+    connection: sqlite3.Connection, individuals: tuple[Array, ...], simulations: tuple[Array, ...]
+) -> None:
+    """Make the link of every generation again.
+
+    Raises:
+        BrokenChainError: one of them is another.
+    """
+    rows = connection.execute("SELECT generation, figures, link FROM generation ORDER BY generation").fetchall()
+    born, simulated = individuals[0][:, 0], simulations[0]
+    if [row[0] for row in rows] != list(range(len(rows))) or max([-1, *born, *simulated]) >= len(rows):
+        raise BrokenChainError("its generations are not those that were written")
+    before = BEGINNING
+    for generation, figures, kept in rows:
+        parts = [
+            [array[slice(*np.searchsorted(order, (generation, generation + 1)))] for array in table]
+            for order, table in ((born, individuals), (simulated, simulations))
+        ]
+        before = link(before, figures, *parts)
+        if before != kept:
+            raise BrokenChainError(f"generation {generation} is not what was written")
 
 
 def _consistent(record: Record) -> Record:
@@ -122,12 +169,11 @@ def _consistent(record: Record) -> Record:
     return record
 
 
-def _actions(connection: sqlite3.Connection) -> dict[bytes, Floats]:
+def _action_rows(connection: sqlite3.Connection) -> list[tuple[Any, ...]]:
     """Of a run in which a controller drives."""
     if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'action'").fetchone()[0]:
-        return {}
-    rows = connection.execute("SELECT key, turns, numbers, decided FROM action").fetchall()
-    return {key: np.frombuffer(decided, dtype="<f8").reshape(turns, numbers) for key, turns, numbers, decided in rows}
+        return []
+    return connection.execute("SELECT key, turns, numbers, decided FROM action").fetchall()
 
 
 def _spent(connection: sqlite3.Connection) -> float:
@@ -141,11 +187,13 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a run")
     found = connection.execute("PRAGMA user_version").fetchone()[0]
-    if found != SCHEMA_VERSION:
+    if found not in (SCHEMA_VERSION, WITHOUT_CHAIN):
         raise StoreError(
-            f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
+            f"`{path}` has version {found} of the journal, this program reads {WITHOUT_CHAIN} and {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
+    if has_chain(connection) != (found == SCHEMA_VERSION):
+        raise damaged(path, "its version is not that of its tables")
     kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:]
     if tuple(kept) not in ((*SCALARS, "counts"), (*SCALARS, "counts", "sought")):
         raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
@@ -173,17 +221,16 @@ def _number(value: Any) -> Any:
     return float("nan") if value is None else value
 
 
-def _evaluations(connection: sqlite3.Connection, manifest: Manifest) -> Evaluations:
-    rows = connection.execute("SELECT * FROM individual ORDER BY generation, place").fetchall()
-    integers = np.array([row[:11] for row in rows], dtype=np.int32).reshape(len(rows), 11)
-    genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
+def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...], manifest: Manifest) -> Evaluations:
+    integers, _, genomes = individuals
+    integers = integers.astype(np.int32)
     births = integers[:, 2:4]
-    names, runs = _simulations(connection, manifest)
+    names, runs = _runs(simulations, manifest)
     at = np.array([names[generation, place] for generation, place in births.tolist()], dtype=np.int64)
     rollouts = map_arrays(runs, lambda array: array[at])
     valid = rollouts.verdict == 0
     return Evaluations(
-        genomes=genomes.reshape(len(rows), len(manifest.parameters)),
+        genomes=genomes,
         places=integers[:, 0:2],
         births=births,
         operator=integers[:, 5],
@@ -196,30 +243,56 @@ def _evaluations(connection: sqlite3.Connection, manifest: Manifest) -> Evaluati
     )
 
 
-def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
-    """Row of each birth, and all simulations as arrays (births, k, …)."""
+def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
+    """As the journal's writer had them: integers (n, 11), fitness (n,), genomes (n, d)."""
+    rows = connection.execute("SELECT * FROM individual ORDER BY generation, place").fetchall()
+    integers = np.stack([whole_numbers([row[i] for row in rows]) for i in range(11)], axis=1)
+    genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
+    return integers, numbers([row[11] for row in rows]), genomes.reshape(len(rows), len(manifest.parameters))
+
+
+def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
+    """As the journal's writer had them: an array for each column, blobs being (n, m)."""
     rows = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
-    births = {birth: number for number, birth in enumerate(dict.fromkeys((row[0], row[1]) for row in rows))}
-    values = list(zip(*rows, strict=True)) or [()] * (len(SCALARS) + 5)
-    end, requirements = 3 + len(SCALARS), len(manifest.requirements)
-    columns = {name: list(column) for name, column in zip(SCALARS, values[3:end], strict=True)}
-    counts = np.frombuffer(b"".join(values[end]), dtype="<i4").astype(np.int64).reshape(len(rows), 2, requirements)
-    others = _sought(values[end + 1], manifest) if manifest.keeps_sought else _nothing_sought(columns)
+    kinds = [int] * 3 + [row.kind for row in COLUMNS for _ in row.columns]
+    values = list(zip(*rows, strict=True)) or [()] * (len(kinds) + 1 + manifest.keeps_sought)
+    if len(values) != len(kinds) + 1 + manifest.keeps_sought:
+        raise ValueError("what was sought is kept where something else than the risk is, and nowhere else")
+    pairs = zip(kinds, values, strict=False)
+    columns = [numbers(column) if kind is float else whole_numbers(column) for kind, column in pairs]
+    counts, *sought = values[len(kinds) :]
+    tables = [_table(counts, "<i4", 2 * len(manifest.requirements))]
+    tables += [_table(each, "<f8", manifest.aims + len(manifest.objectives) + 1) for each in sought]
+    return (*columns, *tables)
+
+
+def _table(blobs: Sequence[bytes], kind: str, wide: int) -> Array:
+    """Blobs of so many numbers as rows."""
+    return np.frombuffer(b"".join(blobs), dtype=kind).reshape(len(blobs), wide)
+
+
+def _runs(simulations: tuple[Array, ...], manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
+    """Row of each birth, and all simulations as arrays (births, k, …)."""
+    generation, place = simulations[:2]
+    count, columns = len(generation), dict(zip(SCALARS, simulations[3:], strict=False))
+    born = dict.fromkeys(zip(generation.tolist(), place.tolist(), strict=True))
+    births = {birth: number for number, birth in enumerate(born)}
+    counts, *sought = simulations[3 + len(SCALARS) :]
+    counts = counts.astype(np.int64).reshape(count, 2, len(manifest.requirements))
+    others = _sought(sought[0], manifest) if sought else _nothing_sought(columns)
     runs = from_columns(columns, tested=counts[:, 0], failed=counts[:, 1], **others)
-    rollouts = len(rows) // max(1, len(births))
+    rollouts = count // max(1, len(births))
     return births, map_arrays(runs, lambda array: array.reshape(len(births), rollouts, *array.shape[1:]))
 
 
-def _sought(blobs: Sequence[bytes], manifest: Manifest) -> dict[str, Any]:
-    aims, expected = manifest.aims, len(manifest.objectives)
-    numbers = np.frombuffer(b"".join(blobs), dtype="<f8").astype(np.float64).reshape(len(blobs), aims + expected + 1)
-    return {"sought": numbers[:, :aims], "broken": numbers[:, aims:-1], "found": numbers[:, -1] == 1.0}
+def _sought(table: Array, manifest: Manifest) -> dict[str, Any]:
+    aims, values = manifest.aims, table.astype(np.float64)
+    return {"sought": values[:, :aims], "broken": values[:, aims:-1], "found": values[:, -1] == 1.0}
 
 
-def _nothing_sought(columns: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
-    count = len(columns["collided"])
-    nothing = np.zeros((count, 0))
-    return {"sought": nothing, "broken": nothing, "found": np.array(columns["collided"], dtype=bool).reshape(count)}
+def _nothing_sought(columns: Mapping[str, Array]) -> dict[str, Any]:
+    nothing = np.zeros((len(columns["collided"]), 0))
+    return {"sought": nothing, "broken": nothing, "found": columns["collided"].astype(bool)}
 
 
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:

@@ -155,7 +155,7 @@ class Place:
     answer: Avoidability | None = None
     """Of the reference driver."""
     opinion: str = ""
-    """What `cortexc verify` said of it."""
+    """What `cortexc verify --model dynamic` said of it."""
 
 
 def card(replay: CaseReplay, place: Place, number: int) -> Element:
@@ -206,7 +206,9 @@ def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
     if not used > MODEL_RANGE:
         return None
     text = f"beyond the vehicle model: {percent(used, 0)} of the grip"
-    return element("span", text, class_="badge warn", title="`cortexc verify` drives it again with slipping tyres")
+    return element(
+        "span", text, class_="badge warn", title="`cortexc verify --model dynamic` drives it again with slipping tyres"
+    )
 
 
 def _verdict(replay: CaseReplay, case: Case) -> Node:

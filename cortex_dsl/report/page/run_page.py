@@ -49,7 +49,7 @@ class RunPage:
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
     opinions: Mapping[str, str]
-    """Answers of `cortexc verify` by the keys of cases, where it was asked."""
+    """Answers of `cortexc verify --model dynamic` by the keys of cases, where it was asked."""
 
     @property
     def record(self) -> Record:
@@ -240,7 +240,7 @@ def _answer(found: RunPage, case: Case) -> Avoidability | None:
 
 
 def _opinion(found: RunPage, case: Case) -> str:
-    """What `cortexc verify` said of a case, if it was asked."""
+    """What `cortexc verify --model dynamic` said of a case, if it was asked."""
     return found.opinions.get(format_key(case.key), "")
 
 

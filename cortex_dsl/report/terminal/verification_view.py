@@ -1,4 +1,4 @@
-"""What `cortexc verify` says: which of the worst cases a car with slipping tyres would see, too."""
+"""What `cortexc verify --model dynamic` says: which of the worst cases a car with slipping tyres would see, too."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ WIDE = 96
 def verification_view(
     program: Program, cases: Sequence[Case], answers: Sequence[Verified], width: int
 ) -> RenderableType:
-    """The whole page of `cortexc verify`."""
+    """The whole page of `cortexc verify --model dynamic`."""
     if not answers:
         return Group(heading(program.name), Text("no valid case to drive again", "warn"))
     head = Text.assemble((counted(len(answers), "case"), "title"), f" driven again: {counts_text(answers)}")

@@ -13,11 +13,7 @@ from cortex_dsl.semantics.acting import bodies, loops, properties
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler
-from cortex_dsl.semantics.errors.behaviours import (
-    NOT_A_DRIVER,
-    NOT_AN_ACTION,
-    SAME_ACTION,
-)
+from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
 from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
@@ -250,12 +246,7 @@ def _wait(body: Body, node: nodes.Wait) -> ir.Block:
 
 def _assert(body: Body, node: nodes.Assert) -> ir.Block:
     """The run is aborted where it does not hold."""
-    holds = body.condition(node.condition)
-    if isinstance(holds, ir.Literal) and holds.value:
-        return ()
-    message = node.message.value if isinstance(node.message, nodes.String) else ""
-    name = message or f"assert in {body.inliner.owner}: {bodies.source_of(body.ev, node.condition)}"
-    return (ir.Demand(node.span, holds, bodies.abort_rule(body.ev, node.span, name)),)
+    return bodies.demand(body.ev, node, body.condition(node.condition), body.inliner.owner)
 
 
 def _try(body: Body, node: nodes.Try) -> ir.Block:
@@ -281,7 +272,7 @@ def _terminate(body: Body, node: nodes.Terminate) -> ir.Block:
 
 def _require(body: Body, node: nodes.Require) -> ir.Block:
     probability = soft_probability(body.ev, node.probability)
-    return bodies.demand(body.ev, node, body.condition(node.condition), probability, body.inliner.owner)
+    return bodies.demand(body.ev, node, body.condition(node.condition), body.inliner.owner, probability)
 
 
 def _if(body: Body, node: nodes.If) -> ir.Block:

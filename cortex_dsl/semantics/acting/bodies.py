@@ -76,14 +76,17 @@ def source_of(ev: Evaluator, node: nodes.Node) -> str:
     return " ".join(ev.file.source.slice(node.span).split())
 
 
-def demand(ev: Evaluator, node: nodes.Require, holds: Term, probability: float, owner: str) -> ir.Block:
-    """`require` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
+def demand(
+    ev: Evaluator, node: nodes.Require | nodes.Assert, holds: Term, owner: str, probability: float = 1.0
+) -> ir.Block:
+    """`require` or `assert` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
     if probability < 1.0:
         spared = probability <= ev.algebra.random()
         holds = spared | holds
     if isinstance(holds, ir.Literal) and holds.value:
         return ()
-    name = node.name or f"require in {owner}: {source_of(ev, node.condition)}"
+    word = "assert" if isinstance(node, nodes.Assert) else "require"
+    name = node.name or f"{word} in {owner}: {source_of(ev, node.condition)}"
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 

@@ -1,9 +1,9 @@
 """Library behaviours that react to others: braking for a close collision, giving way at an intersection, and people
 on foot who cross another's way.
 
-The reference emergency brake acts on time to collision: exact for the outlines, at constant velocities. Its default
-threshold is that of UN Regulation 157 (automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle
-that cuts in must be avoided:
+The emergency brake acts on the ways that both go, as `foreseeing` tells them; with `foresees=False` on time to
+collision, exact for the outlines, at constant velocities. The default threshold of both is that of UN Regulation 157
+(automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle that cuts in must be avoided:
 
     TTC < v_rel / (2 * 6 m/s^2) + 0.35 s
 
@@ -155,7 +155,7 @@ def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
 def _stays_close(job: Job, other: Actor, sight: Sight) -> Term:
     """Whether to go on braking, or to wait: before an area until one who drives on is through before the other."""
     conflict = foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
-    last = where(conflict.leave < math.inf, conflict.clears, conflict.arrives) + GAP
+    last = where(conflict.parts, conflict.clears, conflict.arrives) + GAP
     waits = conflict.crosses & (conflict.enter > 0.0) & (last >= conflict.their_arrival)
     waits = waits & (can_stop(job, conflict) | braking_helps(job, conflict))
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)

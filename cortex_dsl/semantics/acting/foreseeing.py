@@ -73,6 +73,11 @@ class Conflict:
         return self.enter < math.inf
 
     @property
+    def parts(self) -> Term:
+        """Whether my way leaves theirs again: they cross, where others join."""
+        return self.leave < math.inf
+
+    @property
     def is_ahead(self) -> Term:
         """Whether the other is on my way already and goes it too: somebody to follow."""
         return (self.their_enter <= 0.0) & (self.along > SAME_WAY)
@@ -94,9 +99,8 @@ class Conflict:
 
     def coincides(self, by: float) -> Term:
         """Whether both are in the area at a time, or, where ways join, shortly after one another, as they are going."""
-        joins = self.leave >= math.inf
         crossing = (self.arrives < self.their_clearing + by) & (self.their_arrival < self.clears + by)
-        return where(joins, abs(self.arrives - self.their_arrival) < MERGING_GAP, crossing)
+        return where(self.parts, crossing, abs(self.arrives - self.their_arrival) < MERGING_GAP)
 
 
 def foreseen(job: Job, path: Term | float, other: Actor, sight: Sight, target: Term, acceleration: Term) -> Conflict:

@@ -8,8 +8,6 @@ deceleration of 3 m/s^2 where that is enough. Where it can no longer stop there,
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
 
-import math
-
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
 from cortex_dsl.semantics.acting.foreseeing import (
@@ -67,7 +65,7 @@ def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
     slower = maximum(theirs - JOINING_SPEED, 0.0)
     caught_up = slower * slower / (2.0 * throttle(job) * theirs)
     joining = conflict.arrives + (MERGING_GAP + caught_up)
-    return where(conflict.leave < math.inf, conflict.clears + GAP, joining) < conflict.earliest
+    return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
 
 
 def _approach(job: Job, room: Term) -> Term:

@@ -61,49 +61,45 @@ def _written(ev: Evaluator, value: Value, span: Span) -> Term:
 # -- from one place to another -----------------------------------------------------------------------------------------
 
 
-def _place(ev: Evaluator, node: nodes.Expression | None, span: Span, what: str) -> Value:
-    return geometry.ego_of(ev, span, what) if node is None else ev.evaluate(node)
+def _place(ev: Evaluator, node: nodes.Expression | None, span: Span, what: str) -> tuple[Value, Span]:
+    """What is written, or the ego for the whole; and where it is written."""
+    return (geometry.ego_of(ev, span, what), span) if node is None else (ev.evaluate(node), node.span)
 
 
 def angle(ev: Evaluator, node: nodes.Angle) -> Value:
     """The heading of the way from one place to another, as the file counts headings."""
     start, end = (
-        geometry.position(ev, _place(ev, each, node.span, "an `angle`"), node.span if each is None else each.span)
-        for each in (node.origin, node.target)
+        geometry.position(ev, *_place(ev, each, node.span, "an `angle`")) for each in (node.origin, node.target)
     )
     return Quantity(wrapped(as_written(ev, geometry.bearing(start, end))), ANGLE)
 
 
 def seen_from(ev: Evaluator, node: nodes.SeenFrom) -> Value:
     of = ev.evaluate(node.of)
-    origin = _place(ev, node.origin, node.span, f"`{node.operator}`")
-    return _RELATIONS[node.operator](ev, of, origin, node)
+    origin, origin_span = _place(ev, node.origin, node.span, f"`{node.operator}`")
+    return _RELATIONS[node.operator](ev, of, node.of.span, origin, origin_span)
 
 
-def _apparent_heading(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
+def _apparent_heading(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
     """Of an object, counted from the line of sight; in [-pi, pi)."""
-    pose = geometry.oriented(ev, of, node.of.span, "what has an apparent heading")
-    start = geometry.position(ev, origin, _origin(node))
+    pose = geometry.oriented(ev, of, of_span, "what has an apparent heading")
+    start = geometry.position(ev, origin, span)
     return Quantity(wrapped(pose.heading - geometry.bearing(start, Vector(pose.x, pose.y))), ANGLE)
 
 
-def _relative_position(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
-    end, start = geometry.position(ev, of, node.of.span), geometry.position(ev, origin, _origin(node))
+def _relative_position(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
+    end, start = geometry.position(ev, of, of_span), geometry.position(ev, origin, span)
     return Vector(end.x - start.x, end.y - start.y)
 
 
-def _distance_past(ev: Evaluator, of: Value, origin: Value, node: nodes.SeenFrom) -> Value:
+def _distance_past(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
     """How far a place is ahead, along the heading of what is past."""
-    point = geometry.position(ev, of, node.of.span)
-    pose = geometry.oriented(ev, origin, _origin(node), "what is past")
+    point = geometry.position(ev, of, of_span)
+    pose = geometry.oriented(ev, origin, span, "what is past")
     return Quantity((point.x - pose.x) * cos(pose.heading) + (point.y - pose.y) * sin(pose.heading), LENGTH)
 
 
-def _origin(node: nodes.SeenFrom) -> Span:
-    return node.span if node.origin is None else node.origin.span
-
-
-_RELATIONS: Mapping[str, Callable[[Evaluator, Value, Value, nodes.SeenFrom], Value]] = {
+_RELATIONS: Mapping[str, Callable[[Evaluator, Value, Span, Value, Span], Value]] = {
     "apparent heading of": _apparent_heading,
     "relative position of": _relative_position,
     "distance past": _distance_past,
@@ -112,13 +108,9 @@ _RELATIONS: Mapping[str, Callable[[Evaluator, Value, Value, nodes.SeenFrom], Val
 
 def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
     """`relative heading of a from b`, in [-pi, pi)."""
-    origin_value = (
-        geometry.ego_of(ev, node.span, "a relative heading") if node.origin is None else ev.evaluate(node.origin)
-    )
-    origin_span = node.span if node.origin is None else node.origin.span
+    origin = _place(ev, node.origin, node.span, "a relative heading")
     heading = _heading(ev, ev.evaluate(node.of), node.of.span)
-    difference = heading - _heading(ev, origin_value, origin_span)
-    return Quantity(wrapped(difference), ANGLE)
+    return Quantity(wrapped(heading - _heading(ev, *origin)), ANGLE)
 
 
 def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
@@ -134,8 +126,7 @@ def follow(ev: Evaluator, node: nodes.Follow | nodes.Following) -> Pose:
     direction = ev.evaluate(node.direction)
     if not isinstance(direction, DirectionField):
         raise NOT_A_FIELD.mistake(node.direction.span, actual=kind_name(direction))
-    origin = _place(ev, node.origin, node.span, "`following`")
-    start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
+    start = geometry.position(ev, *_place(ev, node.origin, node.span, "`following`"))
     by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
     if direction.at is not None:
         return _followed(ev, direction, start, by, node.distance.span)
@@ -204,7 +195,6 @@ def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
 
 def heading_in_sight(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
     """`apparently facing H from V`: H, counted from the line of sight."""
-    viewer = _place(ev, node.viewer, node.span, "`apparently facing`")
-    start = geometry.position(ev, viewer, node.span if node.viewer is None else node.viewer.span)
+    start = geometry.position(ev, *_place(ev, node.viewer, node.span, "`apparently facing`"))
     turned = adopt(ev, ev.evaluate(node.heading), ANGLE, node.heading.span, "a heading")
     return geometry.bearing(start, point) + turned

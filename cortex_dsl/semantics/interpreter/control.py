@@ -6,6 +6,7 @@ What they look at must be known when the file is compiled; each round costs step
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.acting.bodies import source_of
 from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
@@ -82,15 +83,8 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     if isinstance(condition, ir.Literal):
         if not condition.value:
-            raise ASSERTION.mistake(node.condition.span, reason=message_of(node))
+            raise ASSERTION.mistake(node.condition.span, reason=node.name)
         return
-    words = " ".join(ev.file.source.slice(node.condition.span).split())
+    name = node.name or source_of(ev, node.condition)
     margin = margin_of(condition, ev.run.compared)
-    ev.run.built.requirements.append(
-        ir.Requirement(condition, 1.0, message_of(node) or words, ev.file.line(node.span), *margin)
-    )
-
-
-def message_of(node: nodes.Assert) -> str:
-    """What an assertion says of itself."""
-    return node.message.value if isinstance(node.message, nodes.String) else ""
+    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(node.span), *margin))

@@ -99,6 +99,19 @@ _SIGHT = (
 )
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
+
+def _car_following(acceleration: str, deceleration: str) -> tuple[Parameter, ...]:
+    """What the intelligent driver model takes, beside a speed to go for."""
+    return (
+        Parameter("trajectory", default="the lane it is on"),
+        Parameter("time_headway", TIME, "1.6 s", low=0.0),
+        Parameter("min_gap", LENGTH, "2 m", low=0.0),
+        Parameter("max_acceleration", ACCELERATION, acceleration, low=0.01),
+        Parameter("comfortable_deceleration", ACCELERATION, deceleration, low=0.01),
+        Parameter("exponent", PURE, "4", low=0.1),
+    )
+
+
 _ROWS = (
     # -- distributions
     _distribution("Range", "Uniform over an interval.", "low", "high"),
@@ -196,23 +209,12 @@ _ROWS = (
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT),
     _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
-               _SPEED, Parameter("trajectory", default="the lane it is on"),
-               Parameter("time_headway", TIME, "1.6 s", low=0.0),
-               Parameter("min_gap", LENGTH, "2 m", low=0.0),
-               Parameter("max_acceleration", ACCELERATION, "0.73 m/s^2", low=0.01),
-               Parameter("comfortable_deceleration", ACCELERATION, "1.67 m/s^2", low=0.01),
-               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY,
-               _LIMIT),
+               _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2"), _LATERAL, _OBEY, _LIMIT),
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
                _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
                _LATERAL, _OBEY, _LIMIT),
     _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
-               _SPEED, Parameter("trajectory", default="the lane it is on"),
-               Parameter("time_headway", TIME, "1.6 s", low=0.0),
-               Parameter("min_gap", LENGTH, "2 m", low=0.0),
-               Parameter("max_acceleration", ACCELERATION, "3 m/s^2", low=0.01),
-               Parameter("comfortable_deceleration", ACCELERATION, "3 m/s^2", low=0.01),
-               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY, _LIMIT, *_SIGHT),
+               _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
                Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5),
                _LIMIT),

@@ -3,10 +3,11 @@
 Sources: ASAM OpenDRIVE 1.7.0, User Guide and schema (2021).
 """
 
-from engine.interchange.opendrive.places import LanePlace, RoadMap, road_map
+from engine.interchange.opendrive.places import SOMEWHERE, LanePlace, RoadMap, road_map
 from engine.interchange.opendrive.write import SignalGroup, signal_groups, write_opendrive
 
 __all__ = [
+    "SOMEWHERE",
     "LanePlace",
     "RoadMap",
     "SignalGroup",

@@ -18,6 +18,9 @@ import numpy as np
 from engine.maps import MapSpec
 from engine.road import Intersection, Lane, Maneuver, Network, Road, build_network
 
+SOMEWHERE = "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
+"""A <geoReference>: where on Earth a player that asks lays a road that lies nowhere, its origin at 0 N, 0 E."""
+
 
 class RoadPlace(NamedTuple):
     """A place as others say it: road, lane, arc length along the road's reference line [m]."""

@@ -307,10 +307,10 @@ REVISION = {"revMajor": 1, "revMinor": 7}
 
 
 def write_opendrive(
-    spec: MapSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE
+    spec: MapSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE, place: str = ""
 ) -> str:
-    """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan; their times stand elsewhere,
-    in OpenSCENARIO.
+    """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan (their times stand in
+    OpenSCENARIO); `place` is the text of its <geoReference>.
 
     Raises:
         RoadError: no road fits the specification.
@@ -318,7 +318,7 @@ def write_opendrive(
     """
     roads = road_map(spec)
     document = Element("OpenDRIVE")
-    _add_header(document, roads, name, provenance)
+    _add_header(document, roads, name, provenance, place)
     beside = buildings_by_road(roads)
     for road in roads.roads:
         element = add_road(document, roads, road)
@@ -338,12 +338,13 @@ def write_opendrive(
     return xml_text(document)
 
 
-def _add_header(document: Element, roads: RoadMap, name: str, provenance: Provenance) -> None:
+def _add_header(document: Element, roads: RoadMap, name: str, provenance: Provenance, place: str) -> None:
     hull = roads.network.regions.shape(ROAD_REGION).hull
     west, south, east, north = (*hull[:, :2].min(axis=0), *hull[:, :2].max(axis=0))
     bounds = {"north": north, "south": south, "east": east, "west": west}
-    header = child(
-        document, "header", **REVISION, name=name, date=provenance.date, **bounds, vendor=provenance.author
-    )  # fmt: skip
+    said = {"name": name, "date": provenance.date, **bounds, "vendor": provenance.author}
+    header = child(document, "header", **REVISION, **said)
+    if place:
+        child(header, "geoReference").text = place
     for code, value in (*provenance.facts.items(), *provenance.genome.items()):
         child(header, "userData", code=code, value=value)

@@ -6,14 +6,15 @@ run.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.opendrive.check import check_opendrive
 from engine.interchange.openscenario.read import read_openscenario
+from engine.interchange.own_xml import Tree, read_tree
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import RecordedCase
-from engine.interchange.xml import Tree, read_tree
 
 
 def check_openscenario(
@@ -29,8 +30,18 @@ def check_openscenario(
         except InterchangeError as error:
             yield Finding(error.place or name, error.message, error.cure)
             continue
-        yield from same_run(case, read, name)
+        yield from same_run(_as_written(case, options), read, name)
     yield from check_opendrive(case, folder, names, options)
+
+
+def _as_written(case: RecordedCase, options: ExportOptions) -> RecordedCase:
+    """The case as far as its replay is motion of the run."""
+    after, contact = options.after_contact or "through", case.recording.contact
+    if contact is None or after == "physics":
+        return case
+    samples = case.recording.scored_samples()
+    cut = replace(case.recording, time=case.recording.time[:samples], states=case.recording.states[:samples])
+    return replace(case, recording=cut)
 
 
 def scenario_rules(folder: Path, name: str) -> Iterator[Finding]:

@@ -80,11 +80,16 @@ class Document:
 
 
 def new_document(
-    recording: Recording, version: Version, road_file: str | None, parameters: Sequence[ParameterDeclaration] = ()
+    recording: Recording,
+    version: Version,
+    road_file: str | None,
+    parameters: Sequence[ParameterDeclaration] = (),
+    *,
+    title: str = "",
 ) -> Document:
-    """A scenario with its head; `parameters` stand before those of provenance."""
+    """A scenario with its head; `parameters` stand before those of provenance, `title` in place of its description."""
     root = Element("OpenSCENARIO")
-    header(root, recording.provenance, version)
+    header(root, recording.provenance, version, title)
     declarations = child(root, "ParameterDeclarations")
     declared = (*parameters, *provenance_parameters(recording))
     for name, parameter in zip(unique_names(each.name for each in declared), declared, strict=True):
@@ -107,7 +112,7 @@ def _declare(declarations: Element, name: str, parameter: ParameterDeclaration, 
             child(group, "ValueConstraint", rule=rule, value=decimal(limit))
 
 
-def header(root: Element, provenance: Provenance, version: Version) -> Element:
+def header(root: Element, provenance: Provenance, version: Version, title: str = "") -> Element:
     """Who wrote it, when, and what is to be seen."""
     return child(
         root,
@@ -115,7 +120,7 @@ def header(root: Element, provenance: Provenance, version: Version) -> Element:
         revMajor=1,
         revMinor=version.minor,
         date=date_and_time(provenance.date),
-        description=literal(description(provenance)),
+        description=title or literal(description(provenance)),
         author=literal(provenance.author),
     )
 
@@ -175,15 +180,16 @@ def stop_trigger(storyboard: Element, seconds: float, version: Version) -> Eleme
     return time_trigger(storyboard, "StopTrigger", "end_of_recording", seconds, version)
 
 
-def world_position(parent: Element, pose: Sequence[float]) -> Element:
-    """`pose` is x, y, heading of the reference point, see `Recording.rear_axle`."""
+def world_position(parent: Element, pose: Sequence[float], below: float = 0.0) -> Element:
+    """`pose` is x, y, heading of the reference point, see `Recording.rear_axle`, so far `below` the road [m]."""
     x, y, heading = (float(value) for value in pose)
-    return child(child(parent, "Position"), "WorldPosition", x=x, y=y, h=heading)
+    z = {"z": -below} if below else {}
+    return child(child(parent, "Position"), "WorldPosition", x=x, y=y, **z, h=heading)
 
 
-def teleport(parent: Element, pose: Sequence[float]) -> Element:
+def teleport(parent: Element, pose: Sequence[float], below: float = 0.0) -> Element:
     """A private action that puts an entity at a pose of its reference point."""
-    return world_position(child(child(parent, "PrivateAction"), "TeleportAction"), pose)
+    return world_position(child(child(parent, "PrivateAction"), "TeleportAction"), pose, below)
 
 
 def start_speed(parent: Element, speed: float, version: Version) -> Element:
@@ -214,13 +220,17 @@ def add_entities(
     names: Sequence[str],
     version: Version,
     properties: Sequence[Mapping[str, str]] = (),
+    models: Sequence[str] = (),
 ) -> Element:
-    """All actors under the names of `names.entity_names`, with more properties for each if wanted."""
+    """All actors under the names of `names.entity_names`, with more properties and a player's `models` if wanted."""
     entities = child(root, "Entities")
     for index, actor in enumerate(recording.actors):
         scenario_object = child(entities, "ScenarioObject", name=names[index])
         top_speed = float(np.abs(recording.states[:, index, State.SPEED]).max(initial=0.0))
-        element = _entity(scenario_object, actor, names[index], top_speed, version)
+        model = models[index] if models else ""
+        element = _entity(scenario_object, actor, model or names[index], top_speed, version)
+        if model and "model" in element.attrib:
+            element.set("model", model)
         own = _own_properties(actor, ego=index == 0, carried=_carried(actor, version))
         _properties(element, {**own, **(properties[index] if properties else {})})
     return entities

@@ -44,6 +44,8 @@ class Stretch:
     """Whether the actor was not there from the beginning."""
     gone: float | None
     """The first sample without it [s]; None if it stays to the end."""
+    below: float = 0.0
+    """How far under the road [m]: where a player keeps those who are not there."""
 
     @property
     def moves(self) -> bool:
@@ -84,7 +86,7 @@ def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Ver
     trajectory = child(holder, "Trajectory", name=name, closed="false")
     polyline = child(child(trajectory, "Shape"), "Polyline")
     for time, pose in zip(*stretch.vertices(), strict=True):
-        world_position(child(polyline, "Vertex", time=float(time)), pose)
+        world_position(child(polyline, "Vertex", time=float(time)), pose, stretch.below)
     child(child(follow, "TimeReference"), "Timing", domainAbsoluteRelative="absolute", scale=1, offset=0)
     child(follow, "TrajectoryFollowingMode", followingMode="position")
 
@@ -217,6 +219,11 @@ def _begun(plan: tuple[SignalPhase, ...], offset: float) -> tuple[SignalPhase, .
 
 # -- the file ----------------------------------------------------------------------------------------------------------
 
+SHOWN_AFTER = {
+    "through": "no motion of the run: all go on as they went, through each other, so that outlines overlap",
+    "stop": "no motion of the run: all stand where they touched",
+    "physics": "contact physics, replayed as it was",
+}
 MERGED = 0.1
 """Below this distance esmini 3.6 takes vertices for one [m]: its default of `--traj_filter`."""
 
@@ -238,11 +245,15 @@ def write_trajectories(recording: Recording, stem: str, options: ExportOptions, 
     add_entities(document.root, shown, names, version, carried)
     add_storyboard(document.root, shown, names, version)
     text = xml_text(document.root)
-    remarks = (*_remarks(recording, names, version, road_file), *_remarks_on_size(recording, text))
+    remarks = (
+        *general_remarks(recording, names, road_file),
+        *_remarks_on_players(recording, version),
+        *_remarks_on_size(recording, text),
+    )
     return Export({f"{stem}.xosc": text}, remarks)
 
 
-def _remarks(recording: Recording, names: tuple[str, ...], version: Version, road_file: str | None) -> Iterator[str]:
+def general_remarks(recording: Recording, names: tuple[str, ...], road_file: str | None) -> Iterator[str]:
     """What OpenSCENARIO cannot carry, or carries otherwise."""
     what = "speeds, steering, accelerations and pedals" if recording.commands else "speeds and accelerations"
     yield (
@@ -252,7 +263,7 @@ def _remarks(recording: Recording, names: tuple[str, ...], version: Version, roa
     for actor, name in zip(recording.actors, names, strict=True):
         if actor.name != name:
             yield f"`{actor.name}` is called `{name}`: readers take letters, digits and underscores only"
-    yield from _remarks_on_times(recording, version)
+    yield from _remarks_on_times(recording)
     yield from _remarks_on_road(recording, road_file)
     yield from remarks_on_environment(recording)
 
@@ -266,12 +277,16 @@ def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:
         yield f"`cortexc import` refuses a file of {has}: it reads at most {most}"
 
 
-def _remarks_on_times(recording: Recording, version: Version) -> Iterator[str]:
-    actors = range(len(recording.actors))
+def _remarks_on_times(recording: Recording) -> Iterator[str]:
     if recording.time[0] != 0.0:
         yield f"times are {recording.time[0]:g} s less than in the recording, as a scenario begins at 0"
-    if recording.contact is not None and recording.contact.time < recording.time[-1]:
-        yield f"what follows first contact at {recording.contact.time:.3f} s is contact physics, replayed as it was"
+    contact = recording.contact
+    if contact is not None and contact.time < recording.time[-1]:
+        yield f"what follows first contact at {contact.time:.3f} s is {SHOWN_AFTER[contact.after]}"
+
+
+def _remarks_on_players(recording: Recording, version: Version) -> Iterator[str]:
+    actors = range(len(recording.actors))
     if any(part.moves and part.shortest_way() < MERGED for actor in actors for part in stretches(recording, actor)):
         yield f"esmini merges vertices nearer than {MERGED:g} m, unless it is run with `--traj_filter 0`"
     late = [recording.actors[actor].name for actor in actors if not recording.there[0, actor]]

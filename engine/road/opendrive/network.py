@@ -11,18 +11,17 @@ from pathlib import Path
 from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile, digest_of
 from engine.opendrive.read import OdrRoad
-from engine.road.linking import link_by_ways, maneuver_type
+from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
     Intersection,
     Lane,
     LaneGroup,
     LaneRole,
     Leg,
-    Maneuver,
     Network,
     Road,
 )
-from engine.road.opendrive.linking import THROUGH, Way
+from engine.road.opendrive.linking import THROUGH
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
@@ -76,7 +75,10 @@ class _Builder:
         network.roads = tuple(road for road in roads if road.lanes[0].role is not LaneRole.CONNECTING)
         network.connecting_roads = tuple(road for road in roads if road.lanes[0].role is LaneRole.CONNECTING)
         ways = [(number, way) for number, each in enumerate(plan.junctions.values()) for way in each]
-        network.maneuvers = tuple(self.maneuver(index, *each) for index, each in enumerate(ways))
+        network.maneuvers = tuple(
+            maneuver(index, number, *(network.lanes[lane] for lane in way[1:]))
+            for index, (number, way) in enumerate(ways)
+        )
         network.intersections = tuple(
             self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
         )
@@ -117,12 +119,6 @@ class _Builder:
             for way in (True, False)
         )
         return Road(self.network, name, forward, backward, ())
-
-    def maneuver(self, index: int, intersection: int, way: Way) -> Maneuver:
-        start, connecting, end = (self.network.lanes[each] for each in way[1:])
-        kind = maneuver_type(start, connecting, end)
-        name = f"{start.name}-{end.name} {kind.name.lower()}"
-        return Maneuver(self.network, index, name, kind, start.id, connecting.id, end.id, intersection)
 
     def intersection(self, number: int, junction: str, area: int) -> Intersection:
         lanes, ways = self.network.lanes, self.plan.junctions[junction]

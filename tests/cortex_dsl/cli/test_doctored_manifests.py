@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl.cli import main
 from engine.search.manifest import Manifest
+from tests.journals import unchain
 
 pytestmark = pytest.mark.usefixtures("small_design")
 JOURNAL = "journal.sqlite"
@@ -44,10 +45,14 @@ def small_run(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @contextlib.contextmanager
-def doctored(run: Path, field: str, change: Change) -> Iterator[Path]:
-    """A copy of a run, one row of whose manifest says something else."""
+def doctored(run: Path, field: str, change: Change, sealed: bool = False) -> Iterator[Path]:
+    """A copy of a run, one row of whose manifest says something else; the journal is one from before there were chains,
+    unless it is to be `sealed`.
+    """
     with tempfile.TemporaryDirectory(dir=run.parent) as folder:
         shutil.copy(run / JOURNAL, folder)
+        if not sealed:
+            unchain(Path(folder) / JOURNAL)
         with contextlib.closing(sqlite3.connect(Path(folder) / JOURNAL)) as connection, connection:
             query = "SELECT value FROM manifest WHERE field = ?"
             row = connection.execute(query, (field,)).fetchone() or ("null",)  # `number` stands in some runs alone
@@ -93,6 +98,9 @@ def edited(*path: str | int, value: Any) -> Change:
         ("parameters", edited(0, "low", value=None), "`parameters[0].low` of its manifest must be a number"),
         ("parameters", edited(0, "kind", value=99), "`parameters` of its manifest are not those of its scenario"),
         ("profile", edited(value="none"), "`profile` of its manifest must be one of paper, paper-mm, literature"),
+        ("objective", edited(value=[]), "`objective` of its manifest must name what is sought"),
+        ("objective", lambda _: '["avoidable", "avoidable"]', "`objective` of its manifest must name what is sought"),
+        ("objective", lambda _: '["avoidable"]', "does not fit together"),
         ("seed", edited(value=5), "`seed` and `run` of its manifest must be those of `settings.search`"),
         ("seed", edited(value=2**70), "`seed` of its manifest must be a whole number"),
         ("settings", edited("search", value={}), "its manifest has no `settings.search.generations`"),
@@ -116,6 +124,29 @@ def test_every_command_says_what_is_wrong(small_run: Path, field: str, change: C
             assert code == 2, err
             assert "is damaged" in err
             assert message in err
+            assert "help: restore it from a copy, or repeat the run" in err
+
+
+@pytest.mark.parametrize(
+    ("field", "change"),
+    [
+        ("objective", lambda _: '["avoidable"]'),
+        ("objective", lambda _: '["risk"]'),
+        ("file", edited(value="other.scn")),
+        ("settings", edited("simulation", "max_attempts", value=1999)),
+        ("settings", edited("search", "probes", value=7)),
+        ("command_line", edited(value=[])),
+        ("versions", edited("numpy", value="1.0.0")),
+        ("platform", lambda _: None),
+    ],
+)
+def test_the_seal_tells_what_looks_right(small_run: Path, field: str, change: Change) -> None:
+    """A manifest that a search might have written, and did not: every command refuses it."""
+    with doctored(small_run, field, change, sealed=True) as run:
+        for command in COMMANDS:
+            code, err = said(command, run)
+            assert code == 2, err
+            assert "is damaged" in err
             assert "help: restore it from a copy, or repeat the run" in err
 
 
@@ -170,11 +201,13 @@ def changes(draw: st.DrawFn) -> tuple[str, Change]:
     return field, change
 
 
-@given(changes(), st.sampled_from(list(COMMANDS)))
+@given(changes(), st.sampled_from(list(COMMANDS)), st.booleans())
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_no_doctored_manifest_is_a_bug_of_ours(small_run: Path, what: tuple[str, Change], command: str) -> None:
+def test_no_doctored_manifest_is_a_bug_of_ours(
+    small_run: Path, what: tuple[str, Change], command: str, sealed: bool
+) -> None:
     """Whatever stands there: it is refused with a cure, or does no harm."""
-    with doctored(small_run, *what) as run:
+    with doctored(small_run, *what, sealed) as run:
         code, err = said(command, run)
     assert code in (0, 2) or (command, code) == ("probability", 3), err
     assert code != 2 or "\n  help: " in err

@@ -21,10 +21,11 @@ from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
 from cortex_dsl.cli import main
 from engine.search.campaign import Progress
-from engine.search.journal import SCHEMA_VERSION
+from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
 from engine.search.store import RemovedError
 from tests.fork_server import ForkServer
+from tests.journals import unchain
 
 from .conftest import hear_interrupts
 
@@ -323,7 +324,7 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
     ("damage", "message"),
     [
         ("PRAGMA application_id = 7", "of another program"),
-        (f"PRAGMA user_version = {SCHEMA_VERSION - 1}", f"has version {SCHEMA_VERSION - 1} of the journal"),
+        (f"PRAGMA user_version = {WITHOUT_CHAIN - 1}", f"has version {WITHOUT_CHAIN - 1} of the journal"),
         ("UPDATE individual SET genome = x'00'", "is damaged"),
         ("UPDATE manifest SET value = '\"0\"' WHERE field = 'program_digest'", "compiles the scenario"),
         ("UPDATE manifest SET value = '\"ego = \"' WHERE field = 'file_text'", "does not compile the scenario"),
@@ -332,6 +333,7 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
 )
 def test_journals_that_are_none_of_ours(killed: Path, cortexc: Command, damage: str, message: str) -> None:
     """Foreign, older, damaged, of another compiler, or not what its searcher would do: a reason, a cure, and 2."""
+    unchain(killed / "journal.sqlite")
     with closing(sqlite3.connect(killed / "journal.sqlite")) as connection:
         connection.execute(damage)
         if "'seed'" in damage:
@@ -425,12 +427,15 @@ def test_a_journal_that_was_changed_by_hand(
     cortexc: Command, finished: Path, tmp_path: Path, command: tuple[object, ...], change: str
 ) -> None:
     """Individuals that the search would not have proposed are reported, by commands that show a run and by `resume`."""
-    run = shutil.copytree(finished, tmp_path / "run")
-    with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
-        assert connection.execute(change).rowcount > 0
-    result = cortexc(command[0], run, *command[1:])
-    assert result.code == 2
-    assert "in the journal" in result.err
+    for chained, message in ((True, "is not what was written"), (False, "in the journal")):
+        run = shutil.copytree(finished, tmp_path / f"run-{chained}")
+        if not chained:
+            unchain(run / "journal.sqlite")
+        with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
+            assert connection.execute(change).rowcount > 0
+        result = cortexc(command[0], run, *command[1:])
+        assert result.code == 2
+        assert message in result.err
 
 
 def test_a_journal_of_another_version_is_reported_with_a_warning(
@@ -438,6 +443,7 @@ def test_a_journal_of_another_version_is_reported_with_a_warning(
 ) -> None:
     """What another version searched otherwise may be right: it is reported, and said."""
     run = shutil.copytree(finished, tmp_path / "run")
+    unchain(run / "journal.sqlite")
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
         connection.execute("UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2")
         versions = connection.execute("SELECT value FROM manifest WHERE field = 'versions'").fetchone()[0]

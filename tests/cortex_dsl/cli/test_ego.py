@@ -10,6 +10,7 @@ import cortex_dsl as cx
 from cortex_dsl.cli.entry import main
 from engine.errors import ControllerError
 from engine.search.store import StoreError
+from tests.journals import unchain
 
 TEXT = """
 map intersection(ways=4, lanes=1)
@@ -96,7 +97,7 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
     assert 0 < collided <= len(run.record.actions)
     assert main(["replay", "run", "--case", "1", "--to", "worst.svg"]) == 0
     assert main(["report", "run", "--cases", "1"]) == 0
-    assert main(["verify", "run", "--worst", "1"]) == 0
+    assert main(["verify", "run", "--model", "dynamic", "--worst", "1"]) == 0
     capsys.readouterr()
     assert main(["resume", "run", "--generations", "3"]) == 2
     assert "decided in this scene is not kept" in capsys.readouterr().err.replace("\n", " ")
@@ -131,6 +132,7 @@ def test_files_start_nothing(home: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert main(["trap.scn"]) == 2
     assert "nobody drives: `python:trap:drive`" in capsys.readouterr().err.replace("\n", " ")
     assert main(["mine.scn", *SMALL, *EGO, "--out", "run"]) == 0
+    unchain(Path("run/journal.sqlite"))
     with sqlite3.connect("run/journal.sqlite") as connection:
         connection.execute(
             "UPDATE manifest SET value = replace(value, 'planner_of_mine', 'trap') WHERE field = 'driver'"

@@ -43,6 +43,16 @@ def node(kind: type[Any], *values: Any, **named: Any) -> st.SearchStrategy[Any]:
     return st.builds(kind, *values, **named, **{name: st.just(span) for name, span in spans.items()})
 
 
+def brief(strategy: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """The same strategy, of which a report says no more than this name: written out, the grammar fills the memory."""
+
+    @st.composite
+    def part_of_the_grammar(draw: st.DrawFn) -> Any:
+        return draw(strategy)
+
+    return part_of_the_grammar()
+
+
 def several(strategy: st.SearchStrategy[Any], least: int = 0, most: int = 3) -> st.SearchStrategy[tuple[Any, ...]]:
     return st.lists(strategy, min_size=least, max_size=most).map(tuple)
 
@@ -122,9 +132,7 @@ leaves = st.one_of(
     node(nodes.Constant, st.sampled_from([True, False, None])),
     node(nodes.String, texts),
 )
-_expressions = st.recursive(leaves, grow, max_leaves=8)
-# Deferred, so that the names of strategies built of it stay short: written out they would fill the memory.
-expressions = st.deferred(lambda: _expressions)
+expressions = brief(st.recursive(leaves, grow, max_leaves=8))
 # A string as the first statement would be the docstring.
 said = expressions.filter(lambda value: not isinstance(value, nodes.String))
 said = said.filter(lambda value: not (isinstance(value, nodes.Name) and value.id in LONELY))
@@ -139,8 +147,7 @@ def joined(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     )
 
 
-_formulas = st.recursive(expressions, joined, max_leaves=4)
-formulas = st.deferred(lambda: _formulas)
+formulas = brief(st.recursive(expressions, joined, max_leaves=4))
 # Behind `require monitor` the temporal words are operators, so no monitor of such a name can be called.
 named = node(nodes.Name, names.filter(lambda word: word not in ("always", "eventually", "next")))
 monitors = node(nodes.Call, named, arguments(expressions))
@@ -208,10 +215,8 @@ def compound(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     )
 
 
-_simple = st.deferred(lambda: simple_statements)
-_statements = st.recursive(_simple, compound, max_leaves=4)
-statements = st.deferred(lambda: _statements)
-modules = node(nodes.Module, several(statements, 1, 3), st.none() | texts)
+statements = brief(st.recursive(brief(simple_statements), compound, max_leaves=4))
+modules = brief(node(nodes.Module, several(statements, 1, 3), st.none() | texts))
 
 
 @pytest.fixture(scope="session")

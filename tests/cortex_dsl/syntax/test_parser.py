@@ -142,6 +142,21 @@ def test_temporal_prefixes_are_names_elsewhere(word: str) -> None:
     assert "Temporal" in str(parse(Source("t", f"x = 3; require {word} (x)")))
 
 
+@pytest.mark.parametrize("gap", ["", " ", "\\\n"], ids=["bracket", "blank", "line break"])
+def test_an_angle_has_its_end_whatever_stands_behind_the_word(gap: str) -> None:
+    """`from` says where it starts and `to` where it ends."""
+    assert value_of(f"x = angle from{gap}(ego)") == value_of("x = angle from ego")
+    assert value_of(f"x = angle to{gap}(ego)") == value_of("x = angle to ego")
+    assert value_of("x = angle from ego") != value_of("x = angle to ego")
+
+
+@pytest.mark.parametrize("word", ["shuffle", "choose", "follow", "visible"])
+def test_what_stands_between_two_values_follows_a_name(word: str) -> None:
+    """`relative to` needs a value before it, which is no word that a value stands behind."""
+    text = f"behavior B():\n    do {word} relative to x\n"
+    assert unparse(parse(Source("test.scn", text))).split() == text.split()
+
+
 def test_line_endings_and_a_missing_last_one_change_nothing() -> None:
     """A file means the same with any line breaks, and with or without one at its end."""
     text = '"""A\nB"""\nx = (1,\n  2)\nbehavior B():\n    wait\n\n    wait\n'

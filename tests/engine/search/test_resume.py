@@ -23,6 +23,7 @@ from engine.search.protocol import Box
 from engine.search.run import run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, hold
+from tests.journals import unchain
 
 CONFIG = SearchConfig(generations=6, population=20, seed=11, rollouts=2, aggregate="q90")
 RESULTS = ("generation", "individual", "simulation")
@@ -152,18 +153,27 @@ def test_one_process_at_a_time(tmp_path: Path) -> None:
         "DROP TABLE pace",
     ],
 )
+@pytest.mark.parametrize("chained", [True, False])
 def test_damaged_contents_are_a_clear_error(
-    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest], damage: str
+    tmp_path: Path,
+    space: ParamSpace,
+    evaluate: Evaluate,
+    manifests: Callable[..., Manifest],
+    damage: str,
+    chained: bool,
 ) -> None:
     """A journal of ours whose contents do not fit together is refused with a reason, or still reads in full."""
     journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG, "ga"))
     journal.finish(search(space, evaluate, journal, "ga", -1, []))
+    if not chained:
+        unchain(tmp_path / JOURNAL)
     with closing(sqlite3.connect(tmp_path / JOURNAL)) as connection:
         connection.execute(damage)
         connection.commit()
-    if damage == "DROP TABLE pace":
+    if damage == "DROP TABLE pace" and not chained:
         assert len(read_journal(tmp_path / JOURNAL).generations) == CONFIG.generations
         return
     with pytest.raises(StoreError) as caught:
         read_journal(tmp_path / JOURNAL)
     assert "journal" in caught.value.message
+    assert "restore it from a copy" in caught.value.cure

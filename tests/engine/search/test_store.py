@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import os
+import shutil
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
@@ -36,6 +37,7 @@ from engine.search.store import (
 )
 from engine.tables import Floats, Ints
 from tests.engine.search.conftest import assert_equal
+from tests.journals import unchain
 
 CONFIG = SearchConfig(generations=5, population=20, seed=11, rollouts=2, aggregate="q90")
 
@@ -176,11 +178,14 @@ def test_changed_rows_are_noticed(
     journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
     journal.finish(run(space, evaluate, on_generation=journal.write))
     journal.close()
-    read_journal(tmp_path / JOURNAL)
-    with closing(sqlite3.connect(tmp_path / JOURNAL)) as connection, connection:
-        connection.execute(harm)
-    with pytest.raises(StoreError, match="does not fit together"):
-        read_journal(tmp_path / JOURNAL)
+    assert read_journal(tmp_path / JOURNAL).proved
+    unproved = unchain(Path(shutil.copy(tmp_path / JOURNAL, tmp_path / "old.sqlite")))
+    assert not read_journal(unproved).proved
+    for path, message in ((tmp_path / JOURNAL, "not (what|those that)"), (unproved, "does not fit together")):
+        with closing(sqlite3.connect(path)) as connection, connection:
+            connection.execute(harm)
+        with pytest.raises(StoreError, match=message):
+            read_journal(path)
 
 
 def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.interchange.after_contact import FACT, up_to_contact
 from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
     TimedAction,
@@ -27,7 +28,7 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
-from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.vocabulary import State
 
@@ -66,9 +67,10 @@ class _Stage:
         time, action = timed.time, timed.action
         match action.tag:
             case "FollowTrajectoryAction":
-                return track.with_leg(read_path(action, time, self.around(time), self.catalogs))
+                path = read_path(action, time, self.around(time), self.catalogs)
+                return _kept(track, action, time).with_leg(path)
             case "TeleportAction":
-                return track.with_leg(self._placed(action, timed))
+                return _kept(track, action, time).with_leg(self._placed(action, timed))
             case "AddEntityAction":
                 return track.enters(time).with_leg(self._placed(action, timed))
             case "DeleteEntityAction":
@@ -91,6 +93,21 @@ class _Stage:
             Coast(leg.begin, leg.placed, speed, leg.road) if isinstance(leg, Coast) else leg for leg in track.legs
         )
         return Track(legs, track.absent)
+
+
+KEPT = 40.0
+"""Who is put deeper under the road than this [m] is not there: a player that cannot do without keeps it there."""
+
+
+def _kept(track: Track, action: Node, time: float) -> Track:
+    """The track of who is put under the road, or comes up from there."""
+    position = next((node for node in action.walk() if node.tag == "WorldPosition"), None)
+    if position is None:
+        return track
+    away = bool(track.absent) and track.absent[-1][1] == math.inf
+    if position.number("z", 0.0) < -KEPT:
+        return track if away else track.leaves(time)
+    return track.enters(time) if away else track
 
 
 def read_tracks(
@@ -191,7 +208,22 @@ def read_openscenario(
     if road is not None:
         recording = replace(recording, buildings=road.buildings)
     on_motion = (remark for part in parts for remark in part.remarks)
-    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))
+    recording, on_contact = _motion_alone(recording)
+    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact))
+
+
+GOING = {"through": "go on through each other", "stop": "stand"}
+"""What our own files show after contact that is no motion of the run."""
+
+
+def _motion_alone(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
+    """Without what our own files show after contact that is no motion of the run, and a remark on it."""
+    facts = recording.provenance.facts
+    after, time = facts.get(FACT), facts.get("contact_time", "")
+    if after not in GOING or not NUMBER.fullmatch(time):
+        return recording, ()
+    said = f"what follows contact at {float(time):.3f} s is passed over: all {GOING[after]}, for players to see it"
+    return up_to_contact(recording, float(time)), (said,)
 
 
 def _check_step(step: float | None) -> None:

@@ -1,0 +1,126 @@
+"""Is a run what its search wrote, and does it come to the same again?
+
+`cx.prove("runs/left_turn-ga-001")` reads the whole journal, which checks its chain (`engine.search.chain`), and runs a
+sample of its simulations again.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from cortex_dsl.api import arguments
+from cortex_dsl.api.runs import OpenedRun, open_run
+from engine.display import facts_table
+from engine.search.evaluations import Evaluations
+from engine.search.journal_reader import damaged
+from engine.search.manifest import changed_versions
+from engine.search.repetition import repeat, sampled
+from engine.search.store import JOURNAL
+from engine.tables import Bools
+
+SAMPLE = 200
+"""Simulations that are run again."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is known of a journal that can be read."""
+
+    proved: bool
+    """Whether its chain holds; a journal from before there were chains has none."""
+    generations: int
+    simulations: int
+    """Distinct ones."""
+    again: int
+    """How many of them were run again."""
+    differ: tuple[str, ...]
+    """Those that come to something else, such as `generation 3, place 7, rollout 0`."""
+    reasons: tuple[str, ...]
+    """Why they may, without the journal being damaged: other versions, or a driver that does not repeat itself."""
+    remarks: tuple[str, ...]
+    """What was left out."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        return f"Proof({'proved' if self.proved else 'unproved'}: {self.text})"
+
+    @property
+    def text(self) -> str:
+        """What running again showed."""
+        if not self.again:
+            return "nothing was run again"
+        same = self.again - len(self.differ)
+        return f"{same:,} of {self.again:,} simulations that were run again are the same, bit for bit"
+
+    @property
+    def first(self) -> str:
+        """The first that differs, and how many more; empty for none."""
+        *more, first = self.differ[::-1] or ("",)
+        return f"{first}, and {len(more):,} more," if more else first
+
+    def _repr_html_(self) -> str:
+        chain = "holds" if self.proved else "none: an earlier version wrote the journal"
+        return facts_table([("chain", chain), ("run again", str(self.again)), ("differ", str(len(self.differ)))])
+
+
+def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None = None) -> Proof:
+    """Check the chain of a run's journal, and run so many of its simulations again.
+
+    Raises:
+        StoreError: there is no readable run, its journal is damaged, or one of its simulations comes to something else
+            though nothing is known that may be the reason.
+    """
+    arguments.kind("run", run, (OpenedRun, str, Path), "name the folder of a run, or open it")
+    opened = run if isinstance(run, OpenedRun) else open_run(run)
+    count = arguments.whole("sample", sample, 0)
+    evaluations, manifest, scenario = opened.record.evaluations, opened.record.manifest, opened.scenario
+    config = scenario.config
+    if jobs is not None:
+        config = replace(config, search=replace(config.search, jobs=arguments.whole("jobs", jobs, 1)))
+    among, remarks = _driven_again(opened)
+    rows = sampled(evaluations, count, among)
+    done = repeat(scenario.program, config, manifest.profile, manifest.objective, evaluations, rows)
+    if not done.sought:
+        remarks = (*remarks, "what a function of a Python program says is not asked again")
+    differ = tuple(_name(evaluations, *row) for row in done.rows[~done.same].tolist())
+    proof = Proof(
+        proved=opened.record.proved,
+        generations=len(opened.record.generations),
+        simulations=int(evaluations.simulated.sum()) * evaluations.rollouts.verdict.shape[1],
+        again=len(done.rows),
+        differ=differ,
+        reasons=_reasons(opened),
+        remarks=remarks,
+    )
+    if proof.differ and not proof.reasons:
+        raise damaged(opened.folder / JOURNAL, f"the simulation of {proof.first} comes to something else again")
+    return proof
+
+
+def _name(evaluations: Evaluations, individual: int, rollout: int) -> str:
+    generation, place = evaluations.places[individual].tolist()
+    return f"generation {generation}, place {place}, rollout {rollout}"
+
+
+def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
+    """(n, k) simulations that can be run again, and what is to say of others: without the controller that drove, those
+    alone whose decisions are kept.
+    """
+    keys, driver = run.record.evaluations.keys, run.scenario.config.driver
+    if driver is None or driver.anew:
+        return np.ones(keys.shape[:2], dtype=np.bool_), ()
+    kept = [[key.tobytes() in run.record.actions for key in rollouts] for rollouts in keys]
+    among = np.array(kept, dtype=np.bool_).reshape(keys.shape[:2])
+    remark = f"simulations are run again whose decisions are kept; `{driver.name}`, named again, drives all of them"
+    return among, (remark,)
+
+
+def _reasons(run: OpenedRun) -> tuple[str, ...]:
+    """Why simulations may come to something else, though the journal is what was written."""
+    manifest = run.record.manifest
+    changed = changed_versions(manifest)
+    reasons = [f"the run was made with {', '.join(changed)}"] if changed else []
+    if manifest.driver is not None and not manifest.driver.reproducible:
+        reasons.append(f"`{manifest.driver.name}` does not repeat itself")
+    return tuple(reasons)
