@@ -40,8 +40,8 @@ NEAREST = PLACES.index(ROWS.index("min_distance"))
 NEAR = 50.0
 """Farther apart than this, centres of two have no window [m]."""
 MOST_WINDOWS = 1_000_000
-MOST_ROWS = 20_000_000
-"""Samples of all actors; a kernel holds them in 1.5 GB."""
+MOST_ROWS = 8_000_000
+"""Samples of all actors; a kernel holds them in 0.6 GB."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ STEP = 0.1
 
 def track(name: str, begin: int, positions: np.ndarray, *, gap: tuple[int, int] | None = None) -> TableTrack:
     """One who drives along positions at steps from `begin`; not there between the steps of `gap`."""
-    steps = np.arange(len(positions))
+    steps = np.arange(len(positions), dtype=np.float64)
     way = np.gradient(positions, axis=0) / STEP if len(positions) > 1 else np.zeros((1, 2))
     kept = np.ones(len(steps), bool) if gap is None else (steps < gap[0]) | (steps >= gap[1])
     heading = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
@@ -74,9 +74,9 @@ def windows_by_hand(tracks: Tracks, near: float) -> dict[tuple[str, str], list[t
 def windows_of(ranked: RankedWindows) -> dict[tuple[str, str], list[tuple[float, float]]]:
     found: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for row in np.lexsort((ranked.begin,)):
-        one, other = ranked.actors[row]
+        one, other = (int(actor) for actor in ranked.actors[row])
         spans = found.setdefault((ranked.names[one], ranked.names[other]), [])
-        spans.append((ranked.begin[row], ranked.end[row]))
+        spans.append((float(ranked.begin[row]), float(ranked.end[row])))
     return found
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from engine.interchange import InterchangeError
+from engine.interchange.every_pair import rank_pairs
 from engine.interchange.measuring import measure
 from engine.interchange.recording import Recording
 from engine.interchange.sources import SOURCES, read_recording, read_traffic
@@ -505,6 +506,33 @@ def test_what_is_no_recording_is_refused(name: str, content: str, words: str, tm
     """With its place and a cure."""
     (tmp_path / name).write_bytes(content.encode("latin-1"))
     assert words in refused(tmp_path / name)
+
+
+def cure_of(path: Path) -> str:
+    """What is said of a file that is refused, or that it is judged."""
+    try:
+        return repr(rank_pairs(read_traffic(path, float(RATE))))
+    except InterchangeError as error:
+        return error.cure
+
+
+SPOILT = (b"", b"nan", b"1e308", b"9" * 30, b",", b'"', b"\n", b"\x00", b"\xff", b"<", b"&", b"-")
+
+
+@pytest.mark.parametrize("write", WRITERS, ids=lambda each: each.__name__)
+def test_spoilt_files_are_read_or_refused(write: Callable[[Path], Path], tmp_path: Path) -> None:
+    """With a cure, and without a traceback: a few bytes of the table, or of a file beside it, are others."""
+    path = write(tmp_path)
+    originals = {file: file.read_bytes() for file in sorted(tmp_path.iterdir())}
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        for file, content in originals.items():
+            file.write_bytes(content)
+        victim = list(originals)[rng.integers(len(originals))]
+        content = originals[victim]
+        at, cut = int(rng.integers(len(content))), int(rng.integers(9))
+        victim.write_bytes(content[:at] + SPOILT[rng.integers(len(SPOILT))] + content[at + cut :])
+        assert cure_of(path)
 
 
 def test_degrees_of_longitude_are_no_metres(tmp_path: Path) -> None:
