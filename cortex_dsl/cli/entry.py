@@ -63,7 +63,7 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     parser = build_parser()
     options = parser.parse_args(arguments)
     if options.help:
-        terminal.write(parser.format_help())
+        terminal.write(parser.format_help(), coloured=True)
         return Exit.FINE
     if options.version:
         from cortex_dsl.version import VERSION

@@ -64,6 +64,11 @@ def _similar(path: Path) -> str:
     return f"did you mean `{path.parent / match}`?"
 
 
+def leads_nowhere(path: Path) -> bool:
+    """Whether a path is a link to what is not there."""
+    return path.is_symlink() and not path.exists()
+
+
 def reason(error: OSError) -> str:
     """An operating system's complaint in small letters, e.g. `permission denied`."""
     if error.errno == errno.ENOSPC:
@@ -115,6 +120,10 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
     try:
         path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
+        if leads_nowhere(path):
+            raise UsageError(
+                f"`{path}` is a link that leads nowhere", cure or "remove it, or name another file"
+            ) from None
         raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
 
 
@@ -140,6 +149,10 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
     """
     from engine.atomic import standing, write_all
 
+    if leads_nowhere(folder):
+        raise UsageError(
+            f"`{folder}` is a link that leads nowhere", f"remove it, or name another folder with {asked.out}"
+        )
     try:
         there = standing(folder, files)
         if there.other and not force:
@@ -149,7 +162,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
                 f"`{folder / first}`{more} holds something else",
                 f"name another folder with {asked.out}, or write over it with {asked.force}",
             )
-        write_all(folder, {name: content for name, content in files.items() if name not in there.same})
+        write_all(folder, {name: content for name, content in files.items() if name not in there.same}, over=force)
     except OSError as error:
         place = error.filename2 or error.filename or folder
         raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder, asked.out)) from None
@@ -159,10 +172,14 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
 
 
 def _cure(error: OSError, folder: Path, out: str) -> str:
+    from engine.atomic import TakenError
+
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"free some space, or name another disk with {out} DIR"
     if isinstance(error, IsADirectoryError):
         return f"take that folder away, or name another place with {out} DIR"
+    if isinstance(error, TakenError):
+        return f"wait for it to end, or name another folder with {out} DIR"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return f"a part of `{folder}` is a file; name another folder with {out} DIR"
     return f"make it writable, or name another folder with {out} DIR"
