@@ -40,7 +40,15 @@ def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> in
         return compiled
     scenario = open_scenario(request, run, compiled)
     announce_compilation(terminal)
+    _announce_crowd(scenario, terminal)
     return perform_run(request, run, scenario, terminal)
+
+
+def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
+    """Say that many actors take long, before it seems to hang."""
+    if (count := len(scenario.program.actors)) > CROWD:
+        what = f"{count:,} actors: each is held against every other, which takes minutes; Ctrl-C ends it"
+        terminal.err.print(what, style="quiet", soft_wrap=True)
 
 
 # -- the scene of a file for other commands, which show it otherwise: drawn as `cortexc FILE` draws it -----------------
@@ -77,6 +85,8 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 
 # -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
+CROWD = 300
+"""Actors from which a command says that it takes long."""
 CHUNK = 20_000
 """Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
 
@@ -89,6 +99,7 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     program, scenario = compiled.program, open_scenario(request, run, compiled)
     config = scenario.config.simulation
     announce_compilation(terminal)
+    _announce_crowd(scenario, terminal)
     if not request.json and explain(program).infeasible:
         return _infeasible(compiled, request, run, terminal)
     _warm_up(program, config)
