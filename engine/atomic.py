@@ -39,6 +39,11 @@ class Standing:
     """Names of files that hold something else."""
 
 
+def leads_nowhere(path: Path) -> bool:
+    """Whether a path is a link to what is not there; one that cannot be looked at is none."""
+    return os.path.islink(path) and not os.path.exists(path)  # noqa: PTH110, PTH114 - those of pathlib raise
+
+
 def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
     """Compare a folder, which need not be there, with what is to be written into it.
 

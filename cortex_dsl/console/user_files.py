@@ -64,11 +64,6 @@ def _similar(path: Path) -> str:
     return f"did you mean `{path.parent / match}`?"
 
 
-def leads_nowhere(path: Path) -> bool:
-    """Whether a path is a link to what is not there."""
-    return path.is_symlink() and not path.exists()
-
-
 def reason(error: OSError) -> str:
     """An operating system's complaint in small letters, e.g. `permission denied`."""
     if error.errno == errno.ENOSPC:
@@ -117,6 +112,8 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
     Raises:
         UsageError: it cannot be written.
     """
+    from engine.atomic import leads_nowhere
+
     try:
         path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
@@ -147,7 +144,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
     Raises:
         UsageError: they cannot be written, or something else stands in their place.
     """
-    from engine.atomic import standing, write_all
+    from engine.atomic import leads_nowhere, standing, write_all
 
     if leads_nowhere(folder):
         raise UsageError(

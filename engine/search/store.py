@@ -9,7 +9,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from engine.atomic import TakenError
+from engine.atomic import TakenError, leads_nowhere
 from engine.errors import CortexError
 
 JOURNAL = "journal.sqlite"
@@ -52,7 +52,7 @@ def example_run(root: Path = Path("runs")) -> Path:
 def new_directory(directory: Path) -> Path:
     """Make a run directory where the user asked for one; it may exist if it is empty."""
     with store_errors(directory):
-        if directory.is_symlink() and not directory.exists():
+        if leads_nowhere(directory):
             raise StoreError(f"`{directory}` is a link that leads nowhere", "remove it, or name another --out")
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
