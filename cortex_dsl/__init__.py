@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.exchange import export, measure, measure_all
     from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
@@ -37,6 +37,7 @@ __all__ = [
     "export",
     "load",
     "measure",
+    "measure_all",
     "open_run",
     "prove",
     "resume",
@@ -53,6 +54,7 @@ _HOMES = {
     "export": "cortex_dsl.api.exchange",
     "load": "cortex_dsl.api.loading",
     "measure": "cortex_dsl.api.exchange",
+    "measure_all": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
     "prove": "cortex_dsl.api.proofs",
     "resume": "cortex_dsl.api.runs",

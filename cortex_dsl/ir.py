@@ -286,7 +286,10 @@ class Actor:
     """Path id known at compile time, -1 if none."""
     inside_road: bool
     """Whether the built-in `inside the road` holds."""
-    no_overlap: bool
+    overlap_group: int
+    """Outlines of one group do not overlap at the start; 0: it may overlap anybody. Who comes in later is of a group
+    with those who come in with it, for where others will be then is up to the run.
+    """
     span: Span
     present: bool = True
     """Whether it takes part from the start; else a `Spawn` brings it in."""

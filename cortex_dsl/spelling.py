@@ -9,8 +9,6 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
     {
         "inf": "numbers are finite here: write a large one, or leave the limit out",
         "nan": "every number has a value here",
-        "everywhere": "write `None`, as in `with regionContainedIn None`",
-        "nowhere": "there is no empty region here",
         "print": "write `record ego.speed` to have a value shown when a run is over",
         "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",

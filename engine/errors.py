@@ -6,6 +6,7 @@ from a worker's process to ours as it is. Where a name is unknown, the cure offe
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from heapq import nlargest
 from pathlib import Path
 from typing import Any
 
@@ -33,14 +34,26 @@ def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexErro
 SHORTEST_BEGINNING = 4
 """Letters of a word that is taken for the beginning of another."""
 
+MOST_COMPARED = 300
+"""Names of which all are compared with a misspelt one; of more those that look most like it."""
+
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate that `word` was probably meant to be, or None if none is near."""
     by_folded = {candidate.lower(): candidate for candidate in candidates}
     folded = word.lower()
     begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
-    matches = [min(begun, key=len)] if begun else get_close_matches(folded, by_folded, n=1, cutoff=0.6)
+    if begun:
+        return by_folded[min(begun, key=len)]
+    few = by_folded if len(by_folded) <= MOST_COMPARED else _most_alike(folded, by_folded)
+    matches = get_close_matches(folded, few, n=1, cutoff=0.6)
     return by_folded[matches[0]] if matches else None
+
+
+def _most_alike(word: str, candidates: Iterable[str]) -> list[str]:
+    """Those that share most neighbouring pairs of letters with a word, for whole words are compared in milliseconds."""
+    pairs = {word[i : i + 2] for i in range(len(word) - 1)}
+    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(pair in each for pair in pairs), -len(each), each))
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected

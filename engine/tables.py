@@ -154,7 +154,8 @@ class CodeTables(NamedTuple):
     road_check: Ints
     """(actors,): 1 where the built-in requirement `inside the road` holds for this actor."""
     overlap_check: Ints
-    """(actors,): 1 where the built-in requirement `no overlap at the start` holds for this actor."""
+    """(actors,): the built-in requirement `no overlap at the start` holds among actors of one number, and towards
+    buildings; not for those of number 0."""
     actor_kind: Ints
     """(actors,) `ActorKind`."""
     behaviour_entry: Ints

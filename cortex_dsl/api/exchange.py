@@ -16,12 +16,13 @@ import numpy as np
 from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO, TABLES, missing_extra
+from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, missing_extra
 from engine.errors import ArgumentError
 from engine.search.store import store_errors
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
+    from engine.interchange.every_pair import RankedWindows
     from engine.interchange.measuring import Measured
     from engine.interchange.openscenario.read import Imported
 
@@ -85,22 +86,29 @@ def export(
             f"out: `{place}` holds something else", "name another folder, or write over it with `force`"
         )
     with store_errors(folder):
-        write_all(folder, {name: content for name, content in gathered.files.items() if name not in there.same})
+        files = {name: content for name, content in gathered.files.items() if name not in there.same}
+        write_all(folder, files, over=force)
     return [folder / name for name in gathered.files]
 
 
 def measure(
-    file: str | Path, *, ego: str | None = None, step: float | None = None, profile: str = "paper"
+    file: str | Path,
+    *,
+    ego: str | None = None,
+    step: float | None = None,
+    profile: str = "paper",
+    rate: float | None = None,
 ) -> "Measured":
     """Judge a recording, from any driver, by the kernels that judge our runs: `.outcomes` and `.risk` (one row each),
     `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
 
     Args:
-        file: a table of trajectories (`.csv`, `.parquet`), or an OpenSCENARIO file (`.xosc`) whose actors follow timed
-            polylines.
+        file: a table of trajectories (`.csv`, `.parquet`), a log of a simulator, or an OpenSCENARIO file (`.xosc`)
+            whose actors follow timed polylines.
         ego: name of the actor that is judged; None: the one called ego, or else the first.
         step: time step of the metrics [s]; None: that of the file.
         profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
+        rate: samples a second, where a table counts frames and nothing else says it.
 
     Raises:
         ArgumentError: a file of another kind, or no such profile.
@@ -110,29 +118,63 @@ def measure(
     from engine.risk import PROFILES
 
     arguments.one_of("profile", profile, PROFILES)
-    return judged(read_recording(file, ego=ego, step=step).recording, profile)
+    return judged(read_recording(file, ego=ego, step=step, rate=rate).recording, profile)
 
 
-def read_recording(file: str | Path, *, ego: str | None = None, step: float | None = None) -> "Imported":
+def read_recording(
+    file: str | Path, *, ego: str | None = None, step: float | None = None, rate: float | None = None
+) -> "Imported":
     """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
 
     Raises:
         ArgumentError, InterchangeError: as `measure`.
     """
-    path = arguments.path_of("file", file, "name a recording by its path")
+    path = _recording_path(file, step=step, rate=rate)
     arguments.kind("ego", ego, (str, NoneType), arguments.LEFT_OUT)
-    arguments.kind("step", step, (int, float, np.integer, NoneType), arguments.LEFT_OUT)
-    if path.suffix.lower() == SCENARIO:
-        from engine.interchange.openscenario.read import read_openscenario
+    from engine.interchange.sources import read_recording as read_any
 
-        return read_openscenario(path, ego=ego, step=step)
-    if path.suffix.lower() not in TABLES:
+    return read_any(path, ego=ego, step=step, rate=rate)
+
+
+def _recording_path(file: str | Path, **numbers: float | None) -> Path:
+    """The path of a recording that is read; options that are numbers are such, or left out."""
+    path = arguments.path_of("file", file, "name a recording by its path")
+    for name, value in numbers.items():
+        arguments.kind(name, value, (int, float, np.integer, NoneType), arguments.LEFT_OUT)
+    if path.suffix.lower() not in RECORDINGS:
         raise ArgumentError(
             f"file: expected one that ends in {', '.join(RECORDINGS)}, got `{path}`", "name a recording of these kinds"
         )
-    from engine.interchange.tables import read_table
+    return path
 
-    return read_table(path, ego=ego, step=step)
+
+def measure_all(
+    file: str | Path,
+    *,
+    near: float | None = None,
+    step: float | None = None,
+    profile: str = "paper",
+    rate: float | None = None,
+) -> "RankedWindows":
+    """Judge every pair of a recording while its centres are near one another; the worst window is the first row.
+
+    Args:
+        file: a recording of any kind that `measure` reads.
+        near: how near two come to be judged [m]; None: 50.
+        step: time step of the metrics [s]; None: that of the file.
+        profile: where the bands of the risk end.
+        rate: samples a second, where a table counts frames and nothing else says it.
+
+    Raises:
+        ArgumentError, InterchangeError: as `measure`.
+    """
+    from engine.interchange.every_pair import NEAR, rank_pairs
+    from engine.interchange.sources import read_traffic
+    from engine.risk import PROFILES
+
+    arguments.one_of("profile", profile, PROFILES)
+    path = _recording_path(file, near=near, step=step, rate=rate)
+    return rank_pairs(read_traffic(path, rate), near=NEAR if near is None else near, step=step, profile=profile)
 
 
 def _formats(names: Iterable[str]) -> tuple[str, ...]:

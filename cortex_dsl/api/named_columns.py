@@ -1,10 +1,11 @@
 """Scenes, outcomes and runs as named columns of a table, for pandas and for people.
 
 A name ends in its unit, if it has one: `ego.speed [m/s]`. Values are those of the arrays: SI units, and of params the
-file's own; what an invalid scene does not have is NaN.
+file's own, options by their value; what an invalid scene does not have is NaN.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,10 +81,20 @@ def of_scenes(program: Program, scenes: "Scenes") -> Columns:
 def _scenes(program: Program, scenes: "Scenes") -> "Named":
     yield "verdict", _words(Verdict, scenes.verdict)
     for gene, (name, unit) in enumerate(zip(program.space.names, program.space.units, strict=True)):
-        yield _named(name, unit), scenes.genomes[:, gene]
+        yield _named(name, unit), _values(program.space.options[gene], scenes.genomes[:, gene])
     for actor, who in enumerate(program.actors):
         for column, unit in START_UNITS.items():
             yield _named(f"{who}.{column.name.lower()}", unit), scenes.values[:, actor * len(Column) + column]
+
+
+def _values(options: "Sequence[str]", genes: "NDArray") -> "NDArray":
+    """Return the values of a param: of one that is chosen among options these, as numbers where all of them are."""
+    if not options:
+        return genes
+    chosen = np.array(options)[genes.astype(int)]
+    with suppress(ValueError):
+        return chosen.astype(float)
+    return chosen
 
 
 def of_outcomes(program: Program, outcomes: "Outcomes") -> Columns:

@@ -167,10 +167,13 @@ def _write(
         how = ExportOptions(options.osc or usual, options.mode or "trajectory", options.player, options.after_contact)
     except InterchangeError as error:
         raise UsageError(error.message, error.cure) from None
-    written = write_cases(cases, formats, folder, how, force=options.force)
+    esmini = _esmini(options, formats)
+    written = write_cases(cases, formats, folder, how, force=options.force, esmini=esmini)
     gathered = written.gathered
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
+    if findings is not None:
+        findings += [finding for each in written.certificates for finding in each.findings]
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
     written = replace(written, findings=findings, checked=checked)
     if options.json:
@@ -180,6 +183,29 @@ def _write(
     for error in gathered.refused.values():
         terminal.complain(f"{error.place}: {error.message}", error.cure)
     return Exit.DIAGNOSTICS if findings else Exit.USAGE if gathered.refused else Exit.FINE
+
+
+def _esmini(options: argparse.Namespace, formats: Sequence[str]) -> Path | None:
+    """The library that plays what is written; None where no player is asked for.
+
+    Raises:
+        UsageError: there is none, or nothing for it to play.
+    """
+    if options.checking is None:
+        if options.esmini is not None:
+            raise UsageError("--esmini has no effect without --player esmini", "add --check --player esmini")
+        return None
+    if not options.check:
+        raise UsageError("--player has no effect without --check", "add --check")
+    if "xosc" not in formats:
+        raise UsageError("--player has no effect without the format xosc", "leave --player out, or add xosc to --to")
+    from engine.interchange.contract import InterchangeError
+    from engine.interchange.esmini import esmini_library
+
+    try:
+        return esmini_library(options.esmini)
+    except InterchangeError as error:
+        raise UsageError(error.message, error.cure) from None
 
 
 def _findings(
@@ -232,6 +258,14 @@ def _options(parser: Parser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
     parser.add_argument("--check", action="store_true", help="read back what was written, and hold it against the run")
+    parser.add_argument(
+        "--player",
+        dest="checking",
+        choices=("esmini",),
+        metavar="NAME",
+        help="with --check: let esmini play each xosc, and write a certificate of its fidelity",
+    )
+    parser.add_argument("--esmini", type=Path, metavar="PATH", help="library of esmini (CORTEXC_ESMINI)")
 
 
 def _readers() -> str:

@@ -12,11 +12,12 @@ from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
+from cortex_dsl.cli.measure_all import check_options, options_of_all, rank
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
-from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO, TABLES
+from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) ->
 
     _check(reader, options)
     try:
+        if options.all:
+            return rank(options, terminal)
         report = _report(reader, options, terminal)
         report = _converted(report, options) if options.to else report
     except InterchangeError as error:
@@ -66,9 +69,11 @@ def _check(reader: Reader, options: argparse.Namespace) -> None:
         raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
     except ValueError:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
-    for name in (options.out is not None and "--out", options.force and "--force"):
-        if name and not options.to:
-            raise UsageError(f"{name} has no effect without --to", f"leave {name} out, or name formats with --to")
+    check_options(options)
+    if options.out is not None and not options.to:
+        raise UsageError("--out has no effect without --to", "leave --out out, or name formats with --to")
+    if options.force and not (options.to or options.table or options.page):
+        raise UsageError("--force has no effect without --to", "leave --force out, or name formats with --to")
     if options.osc is not None and "xosc" not in (options.to or ()):
         raise UsageError("--osc has no effect without --to xosc", "leave --osc out, or add xosc to --to")
 
@@ -80,8 +85,8 @@ def _instead(path: Path, reader: Reader) -> str:
         return f"`cortexc {path}` runs a scenario"
     if suffix == ".xodr":
         return "a road has no traffic: name the .xosc that plays on it"
-    if suffix in TABLES:
-        return f"`cortexc measure {path}` reads tables"
+    if suffix in MEASURED.suffixes:
+        return f"`cortexc measure {path}` reads it"
     return f"name a file that ends in {', '.join(reader.suffixes)}"
 
 
@@ -118,19 +123,16 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
 
 
 def _read(options: argparse.Namespace) -> "Imported":
-    if options.file.suffix.lower() == SCENARIO:
-        from engine.interchange.openscenario.read import read_openscenario
+    from engine.interchange.sources import read_recording
 
-        return read_openscenario(options.file, ego=options.ego, step=options.step)
-    from engine.interchange.tables import read_table
-
-    return read_table(options.file, ego=options.ego, step=options.step)
+    return read_recording(options.file, ego=options.ego, step=options.step, rate=options.rate)
 
 
 def _again(reader: Reader, options: argparse.Namespace) -> str:
     words = ["cortexc", reader.name, as_word(options.file)]
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
+    words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
     words += [] if options.profile == "paper" else ["--profile", options.profile]
     return join(words)
 
@@ -170,6 +172,16 @@ def _profile(text: str) -> str:
     return text
 
 
+def _rate(text: str) -> float:
+    try:
+        value = float(text.removesuffix("Hz"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be samples a second, not `{text}`") from None
+    if not 0.001 <= value <= 100_000.0:
+        raise argparse.ArgumentTypeError(f"must lie between 0.001 and 100,000 a second, not {text}")
+    return value
+
+
 def _options(reader: Reader, parser: Parser) -> None:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
@@ -177,6 +189,10 @@ def _options(reader: Reader, parser: Parser) -> None:
     parser.add_argument(
         "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
     )
+    if reader is MEASURED:
+        parser.add_argument("--rate", type=_rate, metavar="HZ", help="samples a second, where a table counts frames")
+    else:
+        parser.set_defaults(rate=None)
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
@@ -186,6 +202,7 @@ def _options(reader: Reader, parser: Parser) -> None:
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for that (where the file is)")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
+    options_of_all(parser, offered=reader is MEASURED)
 
 
 # -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
@@ -259,14 +276,18 @@ yaw, type, role, subtype), or
   where missing  heading [rad] and speed [m/s] are taken from motion,
                  length [m], width [m], type and role are usual ones
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
-  timestamp_ms …"""
+  timestamp_ms, vx and vy; a `frame` needs --rate
+inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
+esmini, SUMO (FCD), CARLA and CommonRoad are known by their columns, and read
+with their own units and conventions; leave their files beside one another."""
 USAGE = "FILE [--ego NAME] [--step S] [--to FORMATS] [options]"
+USAGE_OF_ALL = "FILE [--ego NAME | --all] [--step S] [--to FORMATS] [options]"
 
 
 def _command(reader: Reader, description: str, epilog: str = "") -> Command:
     return Command(
         name=reader.name,
-        usage=USAGE,
+        usage=USAGE_OF_ALL if reader is MEASURED else USAGE,
         description=description,
         options=partial(_options, reader),
         function=partial(_perform, reader),

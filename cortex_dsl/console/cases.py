@@ -12,9 +12,11 @@ from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
+    from cortex_dsl.interchange.writing import Gathered
     from cortex_dsl.report.findings.case_replay import CaseReplay
     from cortex_dsl.report.findings.interchange_report import Written
     from engine.interchange.contract import ExportOptions
+    from engine.interchange.esmini.fidelity import Certificate
     from engine.search.ranking import Case
 
 # -- watched -----------------------------------------------------------------------------------------------------------
@@ -98,8 +100,10 @@ def write_cases(
     *,
     force: bool,
     asked: Asked = FLAGS,
+    esmini: Path | None = None,
 ) -> "Written":
-    """Write all files of some cases, in every format that can carry them.
+    """Write all files of some cases, in every format that can carry them; with the library of `esmini`, each `.xosc` of
+    a case beside its certificate.
 
     Raises:
         UsageError: no format can, something else stands in a file's place, or they cannot be written.
@@ -112,6 +116,26 @@ def write_cases(
         gathered = gather(cases, formats, how)
     except InterchangeError as error:
         raise UsageError(f"{error.place}: {error.message}", error.cure) from None
+    certificates = [] if esmini is None else with_certificates(gathered, cases, how, esmini)
     same = place_files(folder, gathered.files, force=force, asked=asked)
     opened = {name: kind.opened for name, kind in FORMATS.items()}
-    return Written(cases, gathered, folder, same, None, {}, opened)
+    return Written(cases, gathered, folder, same, None, {}, opened, certificates)
+
+
+def with_certificates(
+    gathered: "Gathered", cases: "Sequence[ExportCase]", how: "ExportOptions", library: Path
+) -> "list[Certificate]":
+    """Play each case, and put its certificate among its files."""
+    from engine.interchange.esmini.fidelity import SUFFIX, certified
+
+    certificates: list[Certificate] = []
+    for case, names in zip(cases, gathered.names, strict=True):
+        files = {name: gathered.files[name] for name in names if name.endswith((".xosc", ".xodr"))}
+        if f"{case.recording.name}.xosc" not in files:
+            continue
+        certificates.append(certified(library, case, files, how))
+        name = f"{case.recording.name}{SUFFIX}"
+        gathered.files[name] = certificates[-1].text.encode()
+        gathered.formats[name] = "xosc"
+        names.append(name)
+    return certificates

@@ -129,7 +129,8 @@ def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
     for (i, one), (j, other) in islice(combinations(enumerate(_actors(compiled)), 2), MOST_PAIRS):
         program = _checking(compiled.program, road=[], overlap=[i, j])
-        if one.no_overlap and other.no_overlap and conflicts(program, [program.first_built_in + 1]):
+        together = one.overlap_group != 0 and one.overlap_group == other.overlap_group
+        if together and conflicts(program, [program.first_built_in + 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)
             yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
 

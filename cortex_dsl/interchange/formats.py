@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from engine.interchange.recording import Recording
 
 TABLES = (".csv", ".parquet")
+LOGS = (".xml", ".txt", ".log", ".mcap")
 SCENARIO = ".xosc"
-RECORDINGS = (*TABLES, SCENARIO)
-"""Suffixes of the recordings that are read: tables of trajectories, and OpenSCENARIO files with timed polylines."""
+RECORDINGS = (*TABLES, *LOGS, SCENARIO)
+"""Suffixes of the recordings that are read: tables of trajectories, what simulators and data sets write otherwise (see
+`engine.interchange.sources`), and OpenSCENARIO files with timed polylines."""
 
 
 class Writer(Protocol):

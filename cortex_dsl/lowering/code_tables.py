@@ -178,7 +178,7 @@ def code_tables(
         output_segment=ints([e.output for e in encoded]),
         output_register=ints([e.output_registers for e in encoded]),
         road_check=ints([actor.inside_road for actor in example.actors]),
-        overlap_check=ints([actor.no_overlap for actor in example.actors]),
+        overlap_check=ints([actor.overlap_group for actor in example.actors]),
         actor_kind=ints([actor.kind for actor in example.actors]),
         behaviour_entry=ints([e.entries for e in encoded]),
         main_block=ints([code.main_blocks for code in templates]),

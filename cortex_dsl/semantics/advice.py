@@ -159,6 +159,10 @@ Binding = tuple[str, str, Span]
 """What it is, its name, its place."""
 
 
+SETTLING = ("ego", "workspace")
+"""Names that mean something as they are."""
+
+
 def unused_names(module: nodes.Module) -> Iterator[Diagnostic]:
     """A hint for each name that is never read; objects exist without being named again."""
     read = _names_read(module)
@@ -184,7 +188,7 @@ def unused_definitions(module: nodes.Module, entry: nodes.ScenarioDefinition | N
 
 def _unread(bindings: Iterable[Binding], read: set[str]) -> Iterator[Diagnostic]:
     for what, name, span in bindings:
-        if name not in read and name != "ego" and not name.startswith("_"):
+        if name not in read and name not in SETTLING and not name.startswith("_"):
             yield UNUSED_NAME.at(span, what=what, name=name)
 
 
@@ -263,8 +267,10 @@ def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Ite
     """Params that are used, but in no place that matters; a `require` that always holds is reported anyway."""
     live = live_genes(scenario, file.gene_bounds())
     decided = [span for span, weight in file.weights.items() if weight.certain]
-    for gene in (gene for index, gene in enumerate(scenario.genes) if index not in live):
-        uses = _uses(module, gene.name)
+    dead = [gene for index, gene in enumerate(scenario.genes) if index not in live]
+    used = _uses(module) if dead else {}
+    for gene in dead:
+        uses = used.get(gene.name, [])
         if any(not any(span.start <= use.start < span.end for span in decided) for use in uses):
             labels = tuple(Label(use, "used here, without effect") for use in uses[:MOST_USES])
             entry = param_entries(module).get(gene.name)
@@ -272,13 +278,15 @@ def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Ite
             yield DEAD_GENE.at(place, name=gene.name, secondary=labels)
 
 
-def _uses(module: nodes.Module, name: str) -> list[Span]:
-    return [
-        node.span
-        for node in everything_in(module)
-        if (isinstance(node, nodes.Name) and node.id == name)
-        or (isinstance(node, nodes.Attribute) and node.name == name and _is_params(node.value))
-    ]
+def _uses(module: nodes.Module) -> dict[str, list[Span]]:
+    """Where each name stands, params behind `globalParameters` among them."""
+    found: dict[str, list[Span]] = {}
+    for node in everything_in(module):
+        if isinstance(node, nodes.Name):
+            found.setdefault(node.id, []).append(node.span)
+        elif isinstance(node, nodes.Attribute) and _is_params(node.value):
+            found.setdefault(node.name, []).append(node.span)
+    return found
 
 
 def _is_params(node: nodes.Expression) -> bool:

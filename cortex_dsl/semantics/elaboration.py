@@ -34,7 +34,7 @@ from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.tree import everything_in, param_entries, system_params
+from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
 from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
@@ -81,6 +81,8 @@ def elaborate(
         find_map=find_map,
         has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
+        attributes_read=attributes_read(whole),
+        attributes_set=attributes_set(whole),
     )
     file, drafts = _drafted(module, fresh, findings, observe)
     return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))

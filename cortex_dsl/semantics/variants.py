@@ -19,9 +19,10 @@ from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
-from cortex_dsl.semantics.evaluation import calls, geometry, lists, objects, operators, relations, seeing
+from cortex_dsl.semantics.evaluation import calls, distances, geometry, lists, objects, operators, relations, seeing
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
@@ -58,7 +59,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.BoolOp: operators.boolean,
     nodes.Compare: operators.compare,
     nodes.Conditional: operators.conditional,
-    nodes.Distance: geometry.distance,
+    nodes.Distance: distances.distance,
     nodes.RelativeHeading: relations.relative_heading,
     nodes.SeenFrom: relations.seen_from,
     nodes.Angle: relations.angle,
@@ -67,7 +68,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.VisiblePart: relations.visible_part,
     nodes.RelativeTo: relations.relative_to,
     nodes.CanSee: seeing.can_see,
-    nodes.Intersects: geometry.intersects,
+    nodes.Intersects: distances.intersects,
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
     nodes.New: objects.new,
@@ -112,6 +113,7 @@ def elaborate_variant(
         actors = _finished_actors(ev)
         require_domains(ev, actors)
         _require_visible(ev, actors)
+        _require_workspace(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
     except Rejection as rejection:
@@ -173,6 +175,20 @@ def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
             ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
 
+def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
+    """All objects lie in the workspace, but those that say by `regionContainedIn` what they lie in."""
+    names = {**ev.run.root.names, **ev.run.names}
+    workspace = names.get("workspace")
+    if not isinstance(workspace, Area) or not workspace.is_workspace:
+        return
+    scene = ev.at_moment(Moment())
+    for actor in actors:
+        if "regionContainedIn" not in actor.properties and (actor.scenario is None or actor.scenario.present):
+            inside = geometry.inside(scene, actor, workspace, actor.span)
+            name = f"{actor.name} lies in the workspace"
+            ev.run.built.requirements.append(ir.Requirement(inside, 1.0, name, ev.file.line(actor.span)))
+
+
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
     """Work out the coroutine of the scenario that the run is, and the monitors that are required, which come first."""
     run = ev.run
@@ -229,11 +245,17 @@ def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Act
         columns=_columns(ev, actor),
         behaviour=behaviour,
         route=_route(behaviour),
-        inside_road=actor.kind not in OFF_ROAD and actor.properties.get("regionContainedIn", actor) is not None,
-        no_overlap=not actor.properties.get("allowCollisions", False),
+        inside_road=actor.kind not in OFF_ROAD
+        and not isinstance(actor.properties.get("regionContainedIn", actor), Area | None),
+        overlap_group=0 if actor.properties.get("allowCollisions", False) else _coming_with(actor),
         span=actor.span,
         present=actor.scenario is None or actor.scenario.present,
     )
+
+
+def _coming_with(actor: Actor) -> int:
+    """The number of those who come in with an actor: 1 from the start, else it follows from the scenario's monitor."""
+    return 1 if actor.scenario is None or actor.scenario.present else actor.scenario.monitor + 2
 
 
 def _columns(ev: Evaluator, actor: Actor) -> tuple[ir.Expr, ...]:

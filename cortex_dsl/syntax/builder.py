@@ -122,11 +122,21 @@ class StatementBuilder:
     # -- names and values --------------------------------------------------------------------------------------------
 
     def assign(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Assign(self.targets(branch(parts[0])), self.expression(parts[1]), span=span)
+        target = branch(parts[0])
+        if target.data == "attribute":
+            return self.set_attribute(target, "", parts[1], span)
+        return nodes.Assign(self.targets(target), self.expression(parts[1]), span=span)
+
+    def set_attribute(self, target: Branch, operator: str, value: Child, span: Span) -> nodes.Statement:
+        attribute = self.expression(target)
+        assert isinstance(attribute, nodes.Attribute)
+        return nodes.SetAttribute(attribute, operator, self.expression(value), span=span)
 
     def augmented_assign(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        target = self.target(branch(parts[0]))
-        return nodes.AugmentedAssign(target, str(parts[1])[:-1], self.expression(parts[2]), span=span)
+        tree, operator = branch(parts[0]), str(parts[1])[:-1]
+        if tree.data == "attribute":
+            return self.set_attribute(tree, operator, parts[2], span)
+        return nodes.AugmentedAssign(self.target(tree), operator, self.expression(parts[2]), span=span)
 
     def targets(self, tree: Branch) -> tuple[str, ...]:
         several = tree.data in ("bare_tuple", "tuple") and tree.children
@@ -135,15 +145,7 @@ class StatementBuilder:
     def target(self, tree: Branch) -> str:
         if tree.data == "name":
             return str(tree.children[0])
-        self.report(
-            errors.WRONG_TARGET.at(
-                span_of(tree),
-                "only a name can be assigned to",
-                "not a name",
-                reason=errors.WRONG_TARGET.why,
-                cure="properties are given with `with` where the object is made" if tree.data == "attribute" else "",
-            )
-        )
+        self.report(errors.no_target(span_of(tree), errors.ATTRIBUTE_CURE if tree.data == "attribute" else ""))
         return "_"
 
     def expression_statement(self, parts: Sequence[Child], span: Span) -> nodes.Statement:

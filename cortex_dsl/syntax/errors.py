@@ -166,6 +166,14 @@ WRONG_TARGET = Code(
     "f(x) = 3\n",
     "y = 3\n",
 )
+ATTRIBUTE_CURE = "properties are given with `with` where the object is made"
+
+
+def no_target(span: Span, cure: str) -> Diagnostic:
+    """What stands on the left of `=` and is no name."""
+    return WRONG_TARGET.at(span, "only a name can be assigned to", "not a name", reason=WRONG_TARGET.why, cure=cure)
+
+
 TOO_DEEP = Code(
     "SCN117",
     "nested too deeply",

@@ -448,6 +448,15 @@ class Assign(Statement):
 
 
 @frozen
+class SetAttribute(Statement):
+    """`x.name = value`, `x.name += value`; operator is the binary one (`+`), or nothing."""
+
+    target: Attribute
+    operator: str
+    value: Expression
+
+
+@frozen
 class AugmentedAssign(Statement):
     """`a += value`; operator is the binary one (`+`)."""
 

@@ -106,6 +106,10 @@ def _augmented_assign(node: nodes.AugmentedAssign) -> list[str]:
     return _value_lines(f"{node.target} {node.operator}= ", node.value)
 
 
+def _set_attribute(node: nodes.SetAttribute) -> list[str]:
+    return _value_lines(f"{write(node.target)} {node.operator}= ", node.value)
+
+
 def _expression_statement(node: nodes.ExpressionStatement) -> list[str]:
     lines = _value_lines("", node.value)
     return [f"({write(node.value)})"] if _STATEMENT_WORD.match(lines[0]) else lines
@@ -277,6 +281,7 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.Param: _param,
     nodes.Assign: _assign,
     nodes.AugmentedAssign: _augmented_assign,
+    nodes.SetAttribute: _set_attribute,
     nodes.ExpressionStatement: _expression_statement,
     nodes.Require: _require,
     nodes.TerminateWhen: _terminate_when,

@@ -17,6 +17,7 @@ REFERENCE = (
     "reference/python.md",
     "reference/metrics.md",
     "reference/drivers.md",
+    "reference/scenic.md",
     "reference/changelog.md",
 )
 

@@ -146,9 +146,12 @@ def _off_road(boxes: Boxes) -> Bools:
 
 def _overlapping(boxes: Boxes) -> Bools:
     broken = np.zeros(len(boxes.killer), dtype=bool)
-    checked = np.flatnonzero(boxes.program.code.overlap_check)
+    groups = boxes.program.code.overlap_check
+    checked = np.flatnonzero(groups)
     for position, one in enumerate(checked):
         for other in checked[:position]:
+            if groups[one] != groups[other]:
+                continue
             outlines = [boxes[slot] for actor in (one, other) for slot in boxes.tape.outline(int(actor))]
             (gap,) = GEOMETRY[Op.BOX_DISTANCE](boxes.program.road, outlines)
             broken |= ~gap.undefined & (gap.high == 0.0)

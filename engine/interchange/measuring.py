@@ -71,6 +71,28 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
+    run = _run(recording)
+    metrics = measure_trajectory(run.trajectory, run.outcomes, run.bodies, commands=recording.commands)
+    risk = assess(run.outcomes, PROFILES[profile])
+    return Measured(run.outcomes, risk, metrics, run.trajectory, run.sudden, tuple(_not_judged(recording)))
+
+
+def outcomes_of(recording: Recording) -> Outcomes:
+    """The outcomes alone; as `measure`."""
+    return _run(recording).outcomes
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A recording on whole steps, and what it came to."""
+
+    bodies: tuple[Body, ...]
+    trajectory: Trajectory
+    outcomes: Outcomes
+    sudden: bool
+
+
+def _run(recording: Recording) -> _Run:
     _check(recording)
     recording = recording.from_zero()
     bodies = _bodies(recording)
@@ -85,9 +107,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     contact = min(end.last, len(steps) - 1) if end.touch.sample >= 0 else -1
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
-    metrics = measure_trajectory(trajectory, outcomes, bodies, commands=recording.commands)
-    risk = assess(outcomes, PROFILES[profile])
-    return Measured(outcomes, risk, metrics, trajectory, _is_sudden(states, end), tuple(_not_judged(recording)))
+    return _Run(bodies, trajectory, outcomes, _is_sudden(states, end))
 
 
 def _not_judged(recording: Recording) -> Iterator[str]:

@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
 
-from engine.interchange.contract import Finding, InterchangeError, near_name, quoted
+from engine.interchange.contract import InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
@@ -69,13 +69,14 @@ def xml_text(root: Element) -> str:
 
 @dataclass(eq=False, slots=True)
 class Node:
-    """One element; text between elements is not kept, since no format here says anything with it."""
+    """One element; text within it is kept only where that is asked for, as few formats say anything with it."""
 
     tag: str
     attributes: Mapping[str, str]
     file: str
     line: int
     children: list["Node"] = field(default_factory=list)
+    content: str = ""
 
     @property
     def place(self) -> str:
@@ -153,6 +154,17 @@ class Node:
             raise self.error(f"{name}={quoted(text)} cannot be: it must be {bounds}", "correct the number")
         return value
 
+    def content_number(self) -> float:
+        """The number that is its text.
+
+        Raises:
+            InterchangeError: it is none, or not finite.
+        """
+        if not NUMBER.fullmatch(self.content) or not abs(value := float(self.content)) <= LARGEST:
+            said = quoted(self.content.strip()) if self.content.strip() else "nothing"
+            raise self.error(f"<{self.tag}> should hold a number, and holds {said}", "write a number into it")
+        return value
+
     def integer(self, name: str) -> int:
         """An attribute as a whole number of at most nine digits."""
         text = self.text(name).strip()
@@ -200,13 +212,13 @@ class Limits:
 LIMITS = Limits()
 
 
-def read_xml(path: Path, root: str, limits: Limits = LIMITS) -> Node:
-    """The root element of a file, with all that is in it.
+def read_xml(path: Path, root: str, limits: Limits = LIMITS, *, texts: bool = False) -> Node:
+    """The root element of a file, with all that is in it, and with `texts` the texts of its innermost elements.
 
     Raises:
         InterchangeError: no such file, not XML, another root than `root`, larger than `limits`, or with a DTD.
     """
-    reader = _Reader(path.name, limits)
+    reader = _Reader(path.name, limits, texts)
     try:
         with _regular(path).open("rb") as file:
             while chunk := file.read(CHUNK):
@@ -242,7 +254,7 @@ def _of_kind(node: Node, root: str) -> Node:
 class _Reader:
     """Expat's events become nodes, and its errors ours."""
 
-    def __init__(self, file: str, limits: Limits) -> None:
+    def __init__(self, file: str, limits: Limits, texts: bool = False) -> None:
         self.file = file
         self.limits = limits
         self.size = 0
@@ -254,6 +266,8 @@ class _Reader:
         self.parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
+        if texts:
+            self.parser.CharacterDataHandler = self._text
         self.parser.StartDoctypeDeclHandler = self._refuse
         self.parser.EntityDeclHandler = self._refuse
         self.parser.ExternalEntityRefHandler = self._refuse
@@ -320,31 +334,12 @@ class _Reader:
     def _end(self, _: str) -> None:
         self.open.pop()
 
+    def _text(self, text: str) -> None:
+        if self.open and not self.open[-1].children:
+            self.open[-1].content += text
+
     def _refuse(self, *_: object) -> NoReturn:
         raise self._error("it declares a document type or entities, which are never read", "take <!DOCTYPE …> out")
 
     def _error(self, message: str, cure: str) -> InterchangeError:
         return InterchangeError(message, cure, f"{self.file}, line {self.parser.CurrentLineNumber}")
-
-
-# -- a file of ours, for checks ----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Tree:
-    """An XML file of ours, with the places of its elements in words."""
-
-    name: str
-    root: Element
-
-    def find(self, tag: str) -> Element | None:
-        return next(self.root.iter(tag), None)
-
-    def finding(self, element: Element, reason: str, cure: str = "") -> Finding:
-        called = element.get("name") or element.get("id") or ""
-        return Finding(f"{self.name}, {element.tag} {called}".rstrip(), reason, cure)
-
-
-def read_tree(path: Path) -> Tree:
-    """A file that was written just now, so that it may be read without suspicion."""
-    return Tree(path.name, ElementTree.parse(path).getroot())  # noqa: S314

@@ -131,7 +131,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """
     code, registers = plan.code, run.registers
     run.status[Status.TURN] = actor
-    signal, detail = OUT_OF_BUDGET, -1
+    signal, detail, arrivals = OUT_OF_BUDGET, -1, 0
     for _ in range(plan.layout.budget):
         op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
         row += 1
@@ -188,6 +188,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.FOLLOW:
             if _follow(plan, run, _now(run), _me(run), row - 1):
                 row = int(code[row - 1, 5])
+                arrivals += 1
         elif op == Op.HOLD_SPEED:
             _hold_speed(plan, run, _now(run), _me(run), registers[a])
         elif op == Op.TERMINATE:
@@ -203,6 +204,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         else:
             signal = SEGMENT_ENDED
             break
+    signal = HALTED if signal == OUT_OF_BUDGET and arrivals > 1 else signal  # at the end of a way, round and round
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 

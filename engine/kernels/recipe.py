@@ -195,12 +195,12 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 @kernel
 def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
-    """Whether two actors touch that both must not overlap, or one that must not touches a building."""
+    """Whether two actors of one group touch, of which 0 is none, or one that is in any touches a building."""
     for one in range(len(checked)):
         if checked[one] != 0 and _touches_building(buildings, _outline(values, one)):
             return True
         for other in range(one):
-            both = checked[one] != 0 and checked[other] != 0
+            both = checked[one] != 0 and checked[one] == checked[other]
             if both and box_distance(_outline(values, one), _outline(values, other)) == 0.0:
                 return True
     return False

@@ -208,6 +208,17 @@ class Finding(Protocol):
     def cure(self) -> str: ...
 
 
+class Certificate(Protocol):
+    """What a player made of a file: as JSON, and in one line."""
+
+    @property
+    def file(self) -> str: ...
+    @property
+    def content(self) -> Mapping[str, Any]: ...
+    @property
+    def line(self) -> str: ...
+
+
 @dataclass(frozen=True)
 class Written:
     """Everything that the view of an export shows."""
@@ -223,6 +234,8 @@ class Written:
     """By format, what a check has looked at."""
     opened: Mapping[str, str] = field(default_factory=dict)
     """By format, the command that opens a file of it, with `{file}` for its path."""
+    certificates: Sequence[Certificate] = ()
+    """What another player made of a case's file."""
 
 
 def size_text(size: int) -> str:
@@ -259,6 +272,7 @@ def export_document(written: Written, how: "ExportOptions") -> str:
             {"format": name, "message": error.message, "help": error.cure or None}
             for name, error in gathered.refused.items()
         ],
+        "certificates": [certificate.content for certificate in written.certificates],
         "checked": written.checked,
         "findings": None if written.findings is None else [_finding_content(each) for each in written.findings],
     }

@@ -97,6 +97,11 @@ def format_gene(space: "ParamSpace", gene: int, value: float) -> str:
     return fixed(value, column_decimals(float(space.low[gene]), float(space.high[gene])))
 
 
+def gene_value(space: "ParamSpace", gene: int, value: float) -> str | float:
+    """A gene's value for other programs: the text of the option that was chosen, or the number."""
+    return space.options[gene][int(value)] if space.kinds[gene] == GeneKind.INDEX else value
+
+
 def shortened(text: str, room: int) -> str:
     """As many whole words as there is room for, and a sign where some are left out."""
     words = shorten(text, room, placeholder=" …") if room > 2 else "…"

@@ -8,7 +8,7 @@ import numpy as np
 
 from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.objectives import Sought, objectives_content, sought_of
-from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
+from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from engine.metrics import Metric, Recorded
@@ -17,7 +17,7 @@ from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
 from engine.scenes import Scenes, Trajectory
 from engine.streams import StreamKey, format_key
-from engine.vocabulary import EndReason, GeneKind, Verdict
+from engine.vocabulary import EndReason, Verdict
 
 PARTS: Sequence[tuple[str, int, str]] = (
     ("C", 10, ""),
@@ -148,10 +148,7 @@ def events_content(actors: Sequence[str], moments: Iterable[Moment]) -> list[dic
 def params_content(space: ParamSpace, genome: np.ndarray) -> dict[str, Any]:
     """Each param with its value in the file's own unit; options by their text."""
     return {
-        name: {
-            "value": space.options[gene][int(genome[gene])] if space.kinds[gene] == GeneKind.INDEX else genome[gene],
-            "unit": space.units[gene],
-        }
+        name: {"value": gene_value(space, gene, genome[gene]), "unit": space.units[gene]}
         for gene, name in enumerate(space.names)
     }
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cortex_dsl.report.findings.readable import counted, format_gene, percent, ratio, significant
+from cortex_dsl.report.findings.readable import counted, format_gene, gene_value, percent, ratio, significant
 from engine.feasibility import genes_read
 from engine.program import Program
 from engine.vocabulary import Verdict
@@ -205,6 +205,11 @@ def _blame_content(account: "Account", blame: "Blame") -> dict[str, Any]:
             "margin": -_shortfall(account, blame),
             "unit": program.requirements[blame.requirement].unit,
             "others_failed": blame.others,
-            "params": dict(zip(program.space.names, weighing.genomes[blame.nearest].tolist(), strict=True)),
+            "params": {
+                name: gene_value(program.space, gene, value)
+                for gene, (name, value) in enumerate(
+                    zip(program.space.names, weighing.genomes[blame.nearest].tolist(), strict=True)
+                )
+            },
         },
     }

@@ -72,7 +72,7 @@ def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = Fals
     if report.road is not None:
         parts.append(section("Road", Text(report.road.summary()), report.road.file))
     if report.remarks:
-        parts.append(section("Taken for granted, or left out", _remarks(report.remarks)))
+        parts.append(section("Taken for granted, or left out", remarks_view(report.remarks)))
     if report.written:
         parts.append(section("Written", Text("\n").join(map(Text, report.written))))
     return Group(*parts, section("Again", Text(report.again)))
@@ -130,7 +130,8 @@ def _other_pairs(report: MeasuredReport) -> list[RenderableType]:
     return [section(f"{actors[0]} and each other", table, shown)]
 
 
-def _remarks(remarks: Sequence[str]) -> RenderableType:
+def remarks_view(remarks: Sequence[str]) -> RenderableType:
+    """The first of them, and how many more there are."""
     lines = [Text(remark) for remark in remarks[:MOST_REMARKS]]
     if len(remarks) > MOST_REMARKS:
         lines.append(Text(f"and {len(remarks) - MOST_REMARKS:,} more", "quiet"))
@@ -154,6 +155,9 @@ def export_view(written: Written, how: "ExportOptions") -> RenderableType:
         parts.append(
             section("what these formats leave out or change", _format_remarks(written), note=_version(written, how))
         )
+    if written.certificates:
+        rows = [(Text(each.file, "title"), Text(each.line)) for each in written.certificates[:MOST_FILES]]
+        parts.append(section("played by esmini", columns(left(), left(wrap=True), rows=rows)))
     if written.findings is not None:
         parts.append(_check(written.findings, written.checked))
     return Group(*parts)

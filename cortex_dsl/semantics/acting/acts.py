@@ -9,7 +9,7 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import bodies, loops
+from cortex_dsl.semantics.acting import bodies, loops, properties
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler
@@ -195,18 +195,26 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
 
 def _take(body: Body, node: nodes.Take) -> ir.Block:
     commands: list[tuple[Command, Term]] = []
+    plain = body.ev.moment.actor is not None and body.ev.moment.actor.plain
     for action in node.actions:
         value = body.ev.evaluate(action)
+        if plain and not isinstance(value, ActionCall | BuiltinValue):
+            continue  # nothing of the language moves an `Object`: what it takes ends its turn
         commands += [_action(body, each, action) for each in (value if isinstance(value, tuple) else (value,))]
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:
             raise SAME_ACTION.mistake(node.span, command=command.name.lower())
+    if not commands:
+        return (ir.Wait(node.span),)
     return (ir.Take(node.span, tuple(commands)),)
 
 
 def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, Term]:
     if isinstance(value, ActionCall):
+        if body.ev.moment.actor is not None and body.ev.moment.actor.plain:
+            actual = kind_name(body.ev.moment.actor)
+            raise NOT_A_DRIVER.mistake(node.span, behaviour=value.name, actual=actual)
         if value.command is Command.REVERSE:
             _must_have_gears(body, value, node)
         return value.command, value.value
@@ -308,6 +316,7 @@ def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
 ACTS: Mapping[type, Act] = {
     nodes.Assign: _assign,
     nodes.AugmentedAssign: _augmented,
+    nodes.SetAttribute: properties.set_attribute,
     nodes.ExpressionStatement: _expression,
     nodes.Do: _do,
     nodes.Take: _take,

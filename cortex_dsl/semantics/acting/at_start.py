@@ -99,6 +99,8 @@ class _Start:
     def _worth(self, part: ir.Expr, operands: list[Term | None]) -> Term | None:
         """An expression at the start; None where the scene does not decide."""
         assert isinstance(part, Term)
+        if isinstance(part, ir.Local) and part.index in self.ev.run.built.zeroed:
+            return self.ev.algebra.literal(0.0)
         if isinstance(part, ir.Local | ir.Running) or None in operands:
             return None
         known = [operand for operand in operands if operand is not None]

@@ -15,7 +15,7 @@ from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.acting.yielding import ever_acts, everything
-from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, RECURSIVE
+from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, NOT_A_DRIVER, RECURSIVE
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import DO_SEVERAL, LOOKS_ONCE
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
@@ -159,6 +159,8 @@ class Inliner:
 
     def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
         assert self.actor is not None
+        if self.actor.plain and call.name != "IdleBehavior":
+            raise NOT_A_DRIVER.mistake(call.span, behaviour=call.name, actual=kind_name(self.actor))
         prologue, fixed = _settled(ev, call)
         job = Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start))
         acts = LIBRARY[call.name](job)

@@ -121,6 +121,20 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
     return value
 
 
+def of_same_dimension(name: str, before: Value, value: Value, span: Span) -> Quantity | Truth:
+    """What a variable may become, which measures one thing throughout."""
+    if isinstance(before, Truth) and isinstance(value, Truth):
+        return value
+    if isinstance(before, Quantity) and isinstance(value, Quantity):
+        if None in (before.dimension, value.dimension):
+            return Quantity(value.expr, value.dimension or before.dimension)
+        if before.dimension == value.dimension:
+            return value
+        actual = dimension_name(value.dimension)
+        raise DIMENSION_CHANGES.mistake(span, name=name, before=dimension_name(before.dimension), after=actual)
+    raise DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
+
+
 # -- bodies ------------------------------------------------------------------------------------------------------------
 
 Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition
@@ -322,23 +336,10 @@ class Body:
         if known is None or known.local is None:
             known = self.variables[name] = Variable(self.ev.run.new_local(), self.depth)
         else:
-            value = self._of_same_dimension(name, value, span)
+            value = of_same_dimension(name, self.names[name], value, span)
         assert known.local is not None
         self.names[name] = replace(value, expr=self.ev.algebra.local(known.local))
         return (ir.SetLocal(span, known.local, value.expr),)
-
-    def _of_same_dimension(self, name: str, value: Quantity | Truth, span: Span) -> Quantity | Truth:
-        before = self.names[name]
-        if isinstance(before, Truth) and isinstance(value, Truth):
-            return value
-        if isinstance(before, Quantity) and isinstance(value, Quantity):
-            if None in (before.dimension, value.dimension):
-                return Quantity(value.expr, value.dimension or before.dimension)
-            if before.dimension == value.dimension:
-                return value
-            actual = dimension_name(value.dimension)
-            raise DIMENSION_CHANGES.mistake(span, name=name, before=dimension_name(before.dimension), after=actual)
-        raise DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
 
     def invocation(self, node: nodes.Expression) -> Invocation:
         """What `do node` runs."""

@@ -303,6 +303,7 @@ TOP_LEVEL: Mapping[type, Run] = {
             nodes.Abort,
             nodes.Terminate,
             nodes.Pass,
+            nodes.SetAttribute,
         ),
         _nothing,
     ),

@@ -11,6 +11,7 @@ from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.vocabulary import ActorKind
 
 SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
 """Properties that are used before the run only."""
@@ -45,7 +46,8 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
         suggestion = did_you_mean(name, {*all_properties(), *target.properties})
         raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
     _check_can_change(ev, node, instance)
-    value = checked(ev, target.kind, name, ev.evaluate(node.value), node.value.span)
+    may_act = target.plain or target.kind is not ActorKind.OBSTACLE
+    value = checked(ev, name, ev.evaluate(node.value), node.value.span, may_act=may_act)
     if name == "behavior" and instance is not ev.run.root:
         call = None if value is None else as_behaviour(value, node.value.span)
         target.overrides.append((instance.monitor, call))

@@ -135,6 +135,20 @@ OBJECT_CHANGES = Problem(
         "ego = new Car on road, with behavior Drive()\n",
     ),
 )
+CANNOT_SET = Problem(
+    "SCN617",
+    "`{name}` cannot be set",
+    "{reason}",
+    "properties of your own, as in `with laps 0`, can be set while a behavior runs",
+    page=Page(
+        "property that cannot be set",
+        "A behavior sets properties that the file itself has given to an object. What the simulation works out follows "
+        "from what the object does, and all other properties are settled with the scene.",
+        "behavior Jump():\n    self.position = (3, 4)\n    wait\n\nego = new Car on road, with behavior Jump()\n",
+        "behavior Count():\n    while True:\n        self.steps += 1\n        wait\n\n"
+        "ego = new Car on road, with steps 0, with behavior Count()\n",
+    ),
+)
 DIMENSION_CHANGES = Problem(
     "SCN608",
     "`{name}` was {before} and cannot become {after}",

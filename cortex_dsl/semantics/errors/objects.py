@@ -62,14 +62,26 @@ NO_RELATION = Problem(
         "ego = new Car on road\nother = new Car on road\nrequire abs(ego.heading relative to other) < 5 deg\n",
     ),
 )
+BAD_REGION = Problem(
+    "SCN477",
+    "{what} is no region to stand in",
+    "{reason}",
+    "give it corners in order around it, or a size",
+    page=Page(
+        "region without size",
+        "A region has a size: a polygon has three corners or more, not all on one line, and edges that do not cross.",
+        "area = PolygonalRegion([(0, 0), (20, 20), (20, 0), (0, 20)])\nego = new Car in area\n",
+        "area = PolygonalRegion([(0, 0), (20, 0), (20, 20), (0, 20)])\nego = new Object in area\n",
+    ),
+)
 NOT_A_FIELD = Problem(
     "SCN473",
-    "what is followed must be `roadDirection`, but this is {actual}",
-    "a way follows the lanes of the road",
+    "what is followed must be a field of directions, but this is {actual}",
+    "a way follows the lanes of the road, or a `VectorField`",
     "write `following roadDirection from x for 10 m`",
     page=Page(
-        "following what is no field of the road",
-        "A way is followed along the lanes; other fields of directions, turned ones among them, lead nowhere yet.",
+        "following what is no field",
+        "`roadDirection` is followed along the lanes, any other field in short steps, each as the field has it there.",
         "ego = new Car on road\nb = new Car following 30 deg from ego for 10 m\n",
         "ego = new Car on road\nb = new Car following roadDirection from ego for 10 m\n",
     ),

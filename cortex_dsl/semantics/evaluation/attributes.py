@@ -1,6 +1,7 @@
 """`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TypeVar
 
 from cortex_dsl import ir
@@ -8,10 +9,11 @@ from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
 from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
-from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, signals
+from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.model.areas import Area, Coordinates
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -34,7 +36,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.properties import PROPERTIES
-from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.algebra import Term, where
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -104,8 +106,8 @@ _CENTERLINE: dict[str, Callable[[Evaluator, Centerline], Value]] = {
 }
 
 _VECTOR: dict[str, Callable[[Evaluator, Vector], Value]] = {
-    "x": lambda _, point: Quantity(point.x, LENGTH),
-    "y": lambda _, point: Quantity(point.y, LENGTH),
+    "x": lambda _, point: Quantity(point.x, None if isinstance(point, Coordinates) else LENGTH),
+    "y": lambda _, point: Quantity(point.y, None if isinstance(point, Coordinates) else LENGTH),
     "position": lambda _, point: point,
 }
 
@@ -176,7 +178,15 @@ _NOT_ON_A_GRID = frozenset(
 def attribute_names() -> frozenset[str]:
     """Every name that may follow a dot, properties and params aside."""
     beside = (name for name in lanes.OF_SECTION_BESIDE if not name.startswith("_"))
-    names = {*_STATES, *_OF_PLACE, *beside, *driving.OF_OBJECTS, *(name for _, table in _TABLES for name in table)}
+    own = (*relations.EDGES, *regions.attribute_names)
+    names = {
+        *_STATES,
+        *_OF_PLACE,
+        *own,
+        *beside,
+        *driving.OF_OBJECTS,
+        *(name for _, table in _TABLES for name in table),
+    }
     return frozenset(name for name in names if not name.startswith("_"))
 
 
@@ -200,6 +210,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         if name not in ev.run.params:
             raise UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
         return ev.usable(ev.run.params[name])
+    if isinstance(value, Area) and (found := regions.attribute(ev, value, name)) is not None:
+        return found
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
     if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
@@ -245,10 +257,14 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
     if name == "speed":
         check_settled(ev, actor)
+    if name in actor.cells and (ev.moment.running or ev.moment.later):
+        return changing(ev, actor, name)
     if name in actor.properties:
         return property_value(actor.properties[name], name)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(lane_under(ev, actor))
+    if name in relations.EDGES:
+        return relations.edge_of(ev, actor, relations.EDGES[name])
     if (of_object := driving.OF_OBJECTS.get(name)) is not None:
         return of_object(ev, actor, span)
     raise UNKNOWN_ATTRIBUTE.mistake(
@@ -257,6 +273,13 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         name=name,
         suggestion=did_you_mean(name, {*_POSE, *_STATES, *PROPERTIES, *actor.properties}),
     )
+
+
+def changing(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
+    """What a property is during the run: what it was last set to, or what it began with."""
+    cell, first = actor.cells[name], actor.properties[name]
+    assert isinstance(first, Quantity | Truth)
+    return replace(first, expr=where(ev.algebra.local(cell.assigned), ev.algebra.local(cell.value), first.expr))
 
 
 def property_value(value: Value, name: str) -> Value:

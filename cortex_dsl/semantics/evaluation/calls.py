@@ -6,7 +6,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
-from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values
+from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values, regions
 from cortex_dsl.semantics.evaluation.arguments import (
     Given,
     Slot,
@@ -126,7 +126,12 @@ def _function(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -
     return meaning(ev, *(bound.get(p.name) for p in row.parameters), span)
 
 
-FUNCTIONS: Mapping[str, functions.Meaning] = {**functions.MEANINGS, **driving.MEANINGS, **over_run.MEANINGS}
+FUNCTIONS: Mapping[str, functions.Meaning] = {
+    **functions.MEANINGS,
+    **driving.MEANINGS,
+    **over_run.MEANINGS,
+    **regions.MEANINGS,
+}
 
 
 def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:

@@ -8,7 +8,18 @@ from cortex_dsl.semantics.evaluation import lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import POISON, Centerline, Closure, Effect, Items, Value, Weights
+from cortex_dsl.semantics.model.values import (
+    POISON,
+    Centerline,
+    Closure,
+    Effect,
+    Items,
+    Quantity,
+    Value,
+    Vector,
+    Weights,
+)
+from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 
@@ -62,6 +73,8 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     value, at = ev.evaluate_all((node.value, node.index))
     if isinstance(value, Centerline):
         value = lanes.ends(ev, value)
+    if isinstance(value, Vector):
+        value = (Quantity(value.x, LENGTH), Quantity(value.y, LENGTH))
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):

@@ -16,7 +16,8 @@ from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.functions import known_truth
-from cortex_dsl.semantics.evaluation.specifiers import Placement
+from cortex_dsl.semantics.evaluation.placements import Placement
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, shown
@@ -109,6 +110,11 @@ class Making:
         for each in reversed(classes):
             self.defaults |= {default.name: (each, default) for default in each.node.properties}
 
+    @property
+    def may_act(self) -> bool:
+        """Whether it may have a behaviour."""
+        return self.plain or self.kind is not ActorKind.OBSTACLE
+
     def declares(self, name: str) -> bool:
         return name in self.defaults
 
@@ -196,7 +202,7 @@ class Making:
     def lies_anywhere(self) -> bool:
         """Whether it need not lie on the road."""
         given = "regionContainedIn" in self.defaults or any(w.property == "regionContainedIn" for w in self.given)
-        return given and self.get("regionContainedIn") is None
+        return given and (self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area))
 
     def default_heading(self, point: Vector) -> Term | None:
         """What the class says about its heading, if it does."""
@@ -210,7 +216,7 @@ class Making:
 
     def _given(self, node: nodes.With) -> Value:
         name = node.property
-        if name not in PROPERTIES and name not in FLAGS and name not in IGNORED and name not in self.defaults:
+        if not (name in all_properties() or name in self.defaults or self._is_own(name)):
             raise UNKNOWN_PROPERTY.mistake(
                 node.property_span,
                 kind=f"a {self.own.node.name if self.own else self.kind.name.capitalize()}",
@@ -219,7 +225,18 @@ class Making:
             )
         with self.ev.naming(name):
             value = self.ev.evaluate(node.value)
-        return checked(self.ev, self.kind, name, self._adopted(name, value), node.value.span)
+        return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)
+
+    def _is_own(self, name: str) -> bool:
+        """Whether a property that nobody declares is the file's own and no slip: of an `Object`, or asked for."""
+        if not (self.plain or name in self.ev.file.attributes_read) or name in attributes.RUNNING_ATTRIBUTES:
+            return False
+        return not difflib.get_close_matches(name, (*all_properties(), *self.defaults), 1, SLIP)
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is an `Object`, or of a class of the file that is made from nothing else."""
+        return self.builtin in (None, "Object")
 
     def _adopted(self, name: str, value: Value) -> Value:
         """A bare number takes the unit of the property's default."""
@@ -234,7 +251,7 @@ class Making:
         owner, default = self.defaults[name]
         with self.ev.naming(name):
             value = self._evaluator(owner).evaluate(default.value)
-        return checked(self.ev, self.kind, name, value, default.value.span)
+        return checked(self.ev, name, value, default.value.span, may_act=self.may_act)
 
     def _evaluator(self, owner: ClassValue) -> Evaluator:
         own = {"self": Unfinished(self._attribute)}
@@ -295,12 +312,12 @@ class _Asking:
         del self.pending[self.name]
 
 
-def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
+def checked(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
     """A value of a property, as it is stored."""
     if name in IGNORED:
         return None
     if name in FLAGS:
-        return _flag(ev, kind, name, value, span)
+        return _flag(ev, name, value, span, may_act=may_act)
     if name not in PROPERTIES:
         return value
     spec = PROPERTIES[name]
@@ -310,9 +327,9 @@ def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span)
     return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, span, f"`{name}`", above=spec.above)
 
 
-def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
+def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
     if name == "behavior":
-        return _behaviour(kind, value, span)
+        return _behaviour(value, span, may_act=may_act)
     if name in ("allowCollisions", "requireVisible"):
         return known_truth(ev, value, span, f"`{name}`")
     if name == "name" and not isinstance(value, str):
@@ -320,7 +337,7 @@ def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -
     return value
 
 
-def _behaviour(kind: ActorKind, value: Value, span: Span) -> Value:
+def _behaviour(value: Value, span: Span, *, may_act: bool) -> Value:
     if value is None:
         return None
     behaviour = as_behaviour(value, span)
@@ -328,6 +345,6 @@ def _behaviour(kind: ActorKind, value: Value, span: Span) -> Value:
         raise WRONG_KIND.mistake(
             span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
         )
-    if kind == ActorKind.OBSTACLE:
+    if not may_act:
         raise OBSTACLE_BEHAVIOUR.mistake(span)
     return behaviour

@@ -18,10 +18,11 @@ from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import Making, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
+from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
 from cortex_dsl.semantics.evaluation.roads import ROAD
-from cortex_dsl.semantics.evaluation.specifiers import Extent, Placement, at_origin, place, within
+from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
@@ -195,13 +196,22 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
         properties, pose = making.properties(), making.pose(node.span)
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
-    actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
+    actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario, plain=making.plain)
+    _let_change(ev, actor)
     ev.run.built.actors.append(actor)
     _require_of(ev, actor, placed[0], node)
     for sight in found.sights:
         seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
         _require_of(ev, actor, seen, node)
     return actor
+
+
+def _let_change(ev: Evaluator, actor: Actor) -> None:
+    """Give every property of the file's own that a behaviour assigns a place to change in."""
+    for name in sorted(ev.file.attributes_set & actor.properties.keys()):
+        if isinstance(actor.properties[name], Quantity | Truth):
+            cell = actor.cells[name] = Cell(ev.run.new_local(), ev.run.new_local())
+            ev.run.built.zeroed |= {cell.assigned, cell.value}
 
 
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:

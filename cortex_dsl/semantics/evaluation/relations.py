@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping
 from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
-from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Sighted, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import Term, cos, road_follow, sin, wrapped
+from cortex_dsl.semantics.quantities.algebra import Term, ceil, cos, maximum, road_follow, sin, where, wrapped
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -124,12 +124,33 @@ def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
 def follow(ev: Evaluator, node: nodes.Follow | nodes.Following) -> Pose:
     """The oriented point at which a way along the roads ends."""
     direction = ev.evaluate(node.direction)
-    if not isinstance(direction, DirectionField) or direction.at is not None:
+    if not isinstance(direction, DirectionField):
         raise NOT_A_FIELD.mistake(node.direction.span, actual=kind_name(direction))
     start = geometry.position(ev, *_place(ev, node.origin, node.span, "`following`"))
     by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
+    if direction.at is not None:
+        return _followed(ev, direction, start, by, node.distance.span)
     network_of(ev)
     return Pose(*road_follow(start.x, start.y, by))
+
+
+MOST_STEPS = 100
+"""Steps in which a field is followed; each asks for its heading once."""
+
+
+def _followed(ev: Evaluator, field: DirectionField, start: Vector, by: Term, span: Span) -> Pose:
+    """Where steps of equal length along a field lead, as in Scenic: the forward method of Euler."""
+    fewest, length = field.steps
+    farthest = max(MOST_STEPS, fewest) * length
+    by = in_range(ev, by, 0.0, farthest, LENGTH, span, "the distance along a field")
+    most = max(fewest, math.ceil(min(ev.interval(by)[1], farthest) / length))
+    count = maximum(float(fewest), ceil(by / length))
+    here, step, zero = start, by / count, ev.algebra.literal(0.0)
+    for number in range(most):
+        there = geometry.moved(here, geometry.direction_at(field, here), zero, step)
+        goes_on = float(number) < count
+        here = Vector(where(goes_on, there.x, here.x), where(goes_on, there.y, here.y))
+    return Pose(here.x, here.y, geometry.direction_at(field, here))
 
 
 _SIDES: Mapping[str, tuple[float, float]] = {
@@ -147,8 +168,21 @@ def side_of(ev: Evaluator, node: nodes.SideOf) -> Value:
     pose = geometry.oriented(ev, value, node.of.span, f"what has a {node.side}")
     if not isinstance(value, Actor):
         return pose
-    right, ahead = (math.fsum(_SIDES[word][axis] for word in node.side.split()) for axis in (0, 1))
-    across, along = (geometry.size_of(value, name) * 0.5 for name in ("width", "length"))
+    return edge_of(ev, value, node.side)
+
+
+EDGES: Mapping[str, str] = {
+    **{side: side for side in _SIDES},
+    **{f"{end}{side.capitalize()}": f"{end} {side}" for end in ("front", "back") for side in ("left", "right")},
+}
+"""Attributes of objects by the words of the operator."""
+
+
+def edge_of(ev: Evaluator, actor: Actor, side: str) -> Pose:
+    """The middle of an edge of an object's outline, or a corner."""
+    pose = geometry.current_pose(ev, actor)
+    right, ahead = (math.fsum(_SIDES[word][axis] for word in side.split()) for axis in (0, 1))
+    across, along = (geometry.size_of(actor, name) * 0.5 for name in ("width", "length"))
     place = geometry.moved(Vector(pose.x, pose.y), pose.heading, across * right, along * ahead)
     return Pose(place.x, place.y, pose.heading)
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_VARIES, MAP_WITHOUT_INTERSECTION, NO_SINGLE_INTERSECTION
+from cortex_dsl.semantics.model.areas import all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     BuiltinValue,
@@ -89,6 +90,8 @@ _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
     "roadDirection": lambda _ev, _: DirectionField(),
     "ManeuverType": lambda _ev, _: EnumValue(),
     "globalParameters": lambda _ev, _: GlobalParameters(),
+    "everywhere": lambda ev, _: all_or_nothing("`everywhere`", ev.algebra.truth(True)),
+    "nowhere": lambda ev, _: all_or_nothing("`nowhere`", ev.algebra.truth(False)),
     "none": lambda _ev, _: None,
     "pi": lambda ev, _: Quantity(ev.algebra.literal(math.pi), None),
 }

@@ -18,18 +18,15 @@ from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, seeing
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
+from cortex_dsl.semantics.evaluation.placements import Extent, Placement, in_area, on_path, somewhere_in, within
 from cortex_dsl.semantics.evaluation.relations import follow
-from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Region, Sighted, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
-    path_pose,
-    path_project,
-    region_sample,
-    road_heading,
     sin,
     sqrt,
 )
@@ -37,40 +34,11 @@ from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.frozen import frozen
-from engine.road.network import Intersection, Lane, Network
-from engine.road.sections import LaneSection
+from engine.road.network import Intersection, Lane
 from engine.vehicles import VIEW_DISTANCE
 
 CONTACT_TOLERANCE = 1e-4
 """Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
-
-
-@frozen
-class Placement:
-    """A point and, where the specifier gives one, a heading."""
-
-    point: Vector
-    heading: Term | None
-    drawn: bool = False
-    """Whether the specifier itself drew it."""
-    lane: Lane | None = None
-    """The lane along which it lies, where that is known."""
-    observed: tuple["Actor | Pose", bool] | None = None
-    """Who must see what is placed here, or must not."""
-    contained: Value = None
-    """The region that must hold the whole outline."""
-
-
-@frozen
-class Extent:
-    """Size of what is placed, zero for points; and how it heads, where that does not follow from its place."""
-
-    length: Term
-    width: Term
-    heading: Callable[[], Term]
-    region: Region | None
-    """The region that it must lie in anyway."""
 
 
 Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
@@ -94,63 +62,8 @@ def _with_position(ev: Evaluator, node: nodes.With, _extent: Extent) -> Placemen
     return Placement(geometry.position(ev, ev.evaluate(node.value), node.value.span, "`position`"), None)
 
 
-def at_origin(ev: Evaluator) -> Placement:
-    """Where what has no place of its own stands: in the middle of the map."""
-    zero = ev.algebra.literal(0.0)
-    return Placement(Vector(zero, zero), None)
-
-
 def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placement:
-    return _somewhere_in(ev, ev.evaluate(node.region), node.region.span, node.keyword)
-
-
-def _somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Placement:
-    if isinstance(value, Sighted):
-        placement = _somewhere_in(ev, value.region, span, keyword)
-        condition = geometry.in_sector(ev, value, placement.point)
-        words = " ".join(ev.file.source.slice(span).split())
-        ev.run.built.requirements.append(
-            ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span))
-        )
-        return placement
-    if isinstance(value, Network):
-        value = ROAD
-    if isinstance(value, LaneSection):
-        value = value.lane
-    if isinstance(value, Centerline):
-        return on_centerline(ev, value.lane)
-    if (region := geometry.region_of(value)) is not None:
-        return within(ev, region, value if isinstance(value, Lane) else None)
-    raise WRONG_KIND.mistake(
-        span,
-        what=f"what follows `{keyword}`",
-        expected="a region or a centre line",
-        actual=kind_name(value),
-        cure="as in `in lane.centerline`, `on road`",
-    )
-
-
-def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
-    s = ev.run.new_draw() * lane.length
-    return _on_path(ev, lane.path, s, lane, drawn=True)
-
-
-def _on_path(ev: Evaluator, path: int, s: Term, lane: Lane | None, *, drawn: bool = False) -> Placement:
-    x, y, heading = path_pose(ev.algebra.literal(float(path)), s)
-    return Placement(Vector(x, y), heading, drawn, lane)
-
-
-def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement:
-    """Uniform over a region, heading along the road."""
-    network_of(ev)
-    identity = ev.algebra.literal(float(region.id))
-    point = Vector(*region_sample(identity, ev.run.new_draw(), ev.run.new_draw()))
-    if lane is None:
-        return Placement(point, road_heading(point.x, point.y), drawn=True)
-    # Lanes overlap inside an intersection, so the nearest lane may be another one.
-    path = ev.algebra.literal(float(lane.path))
-    s = path_project(path, point.x, point.y)
-    return Placement(point, path_pose(path, s)[2], drawn=True)
+    return somewhere_in(ev, ev.evaluate(node.region), node.region.span, node.keyword)
 
 
 def _offset_by(ev: Evaluator, node: nodes.OffsetBySpecifier, _extent: Extent) -> Placement:
@@ -185,22 +98,27 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
         pose = Pose(point.x, point.y, extent.heading())
     along = node.side in ("ahead", "behind")
     own = extent.length if along else extent.width
-    gap = _gap(ev, node, isinstance(reference, Actor))
+    gap, shift = _gap(ev, node, isinstance(reference, Actor))
     half = own * 0.5
     if isinstance(reference, Actor):
         size = geometry.size_of(reference, "length" if along else "width")
         half = half + size * 0.5
     reach = half + gap
     signed = reach if node.side in ("ahead", "right") else -reach
-    zero = ev.algebra.literal(0.0)
-    right, ahead = (zero, signed) if along else (signed, zero)
+    right, ahead = (shift, signed) if along else (signed, shift)
     return Placement(geometry.moved(Vector(pose.x, pose.y), pose.heading, right, ahead), pose.heading)
 
 
-def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> Term:
+def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> tuple[Term, Term]:
+    """What lies between, and how far it is moved along the edge: to the right, or ahead."""
+    zero = ev.algebra.literal(0.0)
     if node.distance is None:
-        return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0)
-    return adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `by`")
+        return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0), zero
+    value = ev.evaluate(node.distance)
+    if isinstance(value, Vector | tuple):
+        offset = geometry.position(ev, value, node.distance.span, "an offset")
+        return (offset.y, offset.x) if node.side in ("ahead", "behind") else (offset.x, offset.y)
+    return adopt(ev, value, LENGTH, node.distance.span, "the distance after `by`"), zero
 
 
 def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placement:
@@ -229,6 +147,9 @@ def _in_sight(ev: Evaluator, node: nodes.InSight, extent: Extent) -> Placement:
     viewer = seeing.observer(ev, node)
     if extent.region is not None:
         return replace(within(ev, extent.region), observed=(viewer, node.seen))
+    workspace = ev.find("workspace")
+    if isinstance(workspace, Area) and workspace.draw is not None:
+        return replace(in_area(ev, workspace, node.span), observed=(viewer, node.seen))
     if not node.seen:
         raise NOWHERE_UNSEEN.mistake(node.span)
     return replace(_in_sector(ev, viewer), observed=(viewer, True))
@@ -247,7 +168,7 @@ def _in_sector(ev: Evaluator, viewer: Actor | Pose) -> Placement:
 
 def _contained_in(ev: Evaluator, node: nodes.ContainedIn, _extent: Extent) -> Placement:
     value = ev.evaluate(node.region)
-    return replace(_somewhere_in(ev, value, node.region.span, "contained in"), contained=value)
+    return replace(somewhere_in(ev, value, node.region.span, "contained in"), contained=value)
 
 
 def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
@@ -257,7 +178,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
         raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
     by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
-    return _on_path(ev, way.path, entry - by, lane)
+    return on_path(ev, way.path, entry - by, lane)
 
 
 def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
@@ -268,7 +189,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     rest = way.length - leaving
     by = _along(ev, node, rest)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
-    return _on_path(ev, way.path, leaving + by, lane)
+    return on_path(ev, way.path, leaving + by, lane)
 
 
 def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:

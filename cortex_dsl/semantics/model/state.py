@@ -5,6 +5,7 @@ plan of its traffic lights.
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
@@ -113,6 +114,9 @@ class FileContext:
     findings: Findings = field(default_factory=Findings)
     pool: Pool = field(default_factory=Pool)
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    _bounds: dict[int, Interval] = field(default_factory=dict)
+    """Of the first `_bounded` genes."""
+    _bounded: int = 0
     taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """What the places of genes without a unit measure, by the number of the gene."""
     find_map: MapFinder = no_maps
@@ -131,6 +135,10 @@ class FileContext:
     """The line of a Scenic script that names a map with traffic lights."""
     from_scenic: bool = False
     """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
+    attributes_read: frozenset[str] = frozenset()
+    """Every name behind a dot: a property that is none of ours and is read is the file's own."""
+    attributes_set: frozenset[str] = frozenset()
+    """Every attribute that the run may change."""
     weights: dict[Span, Weight] = field(default_factory=dict)
     """What is certain of each `require`, by the place of its condition."""
     temporals: dict[Span, nodes.Require] = field(default_factory=dict)
@@ -152,11 +160,11 @@ class FileContext:
 
     def gene_bounds(self) -> dict[int, Interval]:
         """SI bounds of every gene that stands for its own value."""
-        return {
-            i: (g.low * g.scale, g.high * g.scale)
-            for i, g in enumerate(self.genes.values())
-            if g.kind != GeneKind.INDEX
-        }
+        for i, g in enumerate(islice(self.genes.values(), self._bounded, None), self._bounded):
+            if g.kind != GeneKind.INDEX:
+                self._bounds[i] = g.low * g.scale, g.high * g.scale
+        self._bounded = len(self.genes)
+        return self._bounds
 
     def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
         """Number of the rule of this kind written at `span`."""
@@ -219,6 +227,8 @@ class Built:
     """Coroutines without an actor, by number; None while the body of one is being worked out."""
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
     """Their names, where they have one, and where they are required."""
+    zeroed: set[int] = field(default_factory=set)
+    """Locals that nothing but an assignment to an object's own property sets."""
     local_count: int = 0
     scope_count: int = 0
 

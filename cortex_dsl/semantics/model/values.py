@@ -108,6 +108,7 @@ class DirectionField:
     """A heading at every point. `roadDirection` has no `at`: the direction of the lane there."""
 
     at: Callable[[Vector], Term] | None = None
+    steps: tuple[int, float] = (4, 5.0)  # of following it: least number, usual length [m]
 
 
 @frozen
@@ -200,6 +201,14 @@ def is_constant(value: Value) -> bool:
 # -- what a file makes and defines -------------------------------------------------------------------------------------
 
 
+@frozen
+class Cell:
+    """A property that the run may change: the locals that say whether it has been assigned, and what."""
+
+    assigned: int
+    value: int
+
+
 @dataclass(eq=False)
 class Actor:
     """An object of the scene. `properties` hold scene-level values by property name."""
@@ -214,6 +223,10 @@ class Actor:
     """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
     overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
     """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
+    plain: bool = False
+    """Whether it is an `Object`: nothing is known of it but its place and outline, and it may do things."""
+    cells: "dict[str, Cell]" = field(default_factory=dict)
+    """Its own properties that the run may change."""
 
 
 @frozen_identity

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
@@ -55,6 +56,7 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (Vector, "a point"),
     (Pose, "an oriented point"),
     (Region, "a region"),
+    (Area, "a region"),
     (Centerline, "a centre line"),
     (LaneNow, "a lane"),
     (LaneSection, "a lane section"),
@@ -98,6 +100,8 @@ def kind_name(value: Value) -> str:
         return dimension_name(value.dimension)
     if isinstance(value, Actor):
         return f"an object ({value.kind.name.capitalize()})"
+    if isinstance(value, Area):
+        return value.name
     if isinstance(value, BuiltinValue):
         return f"`{value.name}`"
     return next((name for kind, name in _KINDS if isinstance(value, kind)), "something else")

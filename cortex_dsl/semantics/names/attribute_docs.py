@@ -18,6 +18,18 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "timestep": "Length of a step.",
         "append": "Adds an item to a list.",
         "collided": "Whether the ego has touched anybody, or a building; in `expect`, `maximize` and `minimize`.",
+        "left": "The middle of its left edge, heading as it does.",
+        "right": "The middle of its right edge.",
+        "front": "The middle of its front edge.",
+        "back": "The middle of its back edge.",
+        "frontLeft": "Its front left corner.",
+        "frontRight": "Its front right corner.",
+        "backLeft": "Its back left corner.",
+        "backRight": "Its back right corner.",
+        # -- regions of the file
+        "union": "What lies in a region or in another: `a.union(b)`.",
+        "intersect": "What lies in both: `a.intersect(b)`.",
+        "difference": "What lies in a region and not in another: `a.difference(b)`.",
         # -- the network
         "intersections": "All intersections of the map.",
         "lanes": "All its lanes.",

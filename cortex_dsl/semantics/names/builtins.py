@@ -153,6 +153,17 @@ _ROWS = (
     _function("list", "The items of a list.", "items"),
     _function("tuple", "The items of a list.", "items"),
     _function("Color", "A colour, as Scenic's scripts give it: red, green, blue.", variadic=True),
+    # -- regions and fields
+    _function("CircularRegion", "All that is no farther from a place than a radius.", "center", "radius"),
+    _function("SectorRegion", "The part of a circle that opens by an angle around a heading.",
+              "center", "radius", "heading", "angle"),
+    _function("RectangularRegion", "A rectangle around a place.", "position", "heading", "width", "length"),
+    _function("PolygonalRegion", "What the corners of a polygon surround.", "points"),
+    _function("PolylineRegion", "A line through points: places on it head along it.", "points"),
+    Builtin("VectorField", Kind.FUNCTION, "A heading at every point, by a function of the point.",
+            (Parameter("name"), Parameter("value"), Parameter("minSteps", default="4"),
+             Parameter("defaultStepSize", default="5 m"))),
+    _function("Workspace", "A region that all objects must lie in, once it is called `workspace`.", "region"),
     # -- the running simulation
     _function("simulation", "The running simulation: `simulation().currentTime` counts its steps."),
     Builtin(
@@ -253,6 +264,8 @@ _ROWS = (
     _constant("roadDirection", "At every point the direction of the lane there."),
     _constant("ManeuverType", "`STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN`, `U_TURN`."),
     _constant("globalParameters", "The params of this file, as attributes."),
+    _constant("everywhere", "A region that holds all."),
+    _constant("nowhere", "A region that holds nothing."),
     _constant("none", "No value; the same as `None`."),
     _constant("pi", "Ratio of a circle's circumference to its diameter."),
 )  # fmt: skip

@@ -8,6 +8,7 @@ from cortex_dsl.semantics.errors.statements import STATEMENT_PLACE
 from cortex_dsl.semantics.names.tree import is_timed
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.errors import ATTRIBUTE_CURE, no_target
 from engine.frozen import frozen
 
 TOP_LEVEL: dict[type, str] = {
@@ -108,7 +109,9 @@ def _names(statement: nodes.Do) -> set[str]:
 
 def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> None:
     kind = type(statement)
-    if around.compiled and (kind not in COMPILED or _speaks_of_time(statement)):
+    if isinstance(statement, nodes.SetAttribute) and (not around.behaviour or around.compose):
+        findings.add(no_target(statement.target.span, ATTRIBUTE_CURE))
+    elif around.compiled and (kind not in COMPILED or _speaks_of_time(statement)):
         word = {**TOP_LEVEL, **INSIDE}.get(kind, "require")
         there = "in a behavior" if kind in INSIDE else "at the top level, outside of it"
         _report(findings, statement, word, around.compiled, there)

@@ -96,6 +96,7 @@ IGNORED: Mapping[str, str] = {
     "color": "the looks of a vehicle do not matter here",
     "rolename": "objects have the name of their variable",
     "physics": "every object takes part",
+    "height": "the world is flat",
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""
 

@@ -44,6 +44,16 @@ def _nodes_in(value: object) -> Iterator[nodes.Node]:
             yield from _nodes_in(item)
 
 
+def attributes_read(module: nodes.Module) -> frozenset[str]:
+    """Every name behind a dot."""
+    return frozenset(node.name for node in everything_in(module) if isinstance(node, nodes.Attribute))
+
+
+def attributes_set(module: nodes.Module) -> frozenset[str]:
+    """Every attribute that a behaviour or a monitor assigns."""
+    return frozenset(node.target.name for node in everything_in(module) if isinstance(node, nodes.SetAttribute))
+
+
 # -- the shape of conditions -------------------------------------------------------------------------------------------
 
 TIMED = ("always", "eventually", "next", "until")

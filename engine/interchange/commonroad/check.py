@@ -6,8 +6,8 @@ from pathlib import Path
 from engine.interchange.commonroad.steps import timeline
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.opendrive.check import twice
+from engine.interchange.own_xml import read_tree
 from engine.interchange.recording import RecordedCase
-from engine.interchange.xml import read_tree
 
 
 def check_commonroad(

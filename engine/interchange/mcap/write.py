@@ -161,6 +161,8 @@ SCENE_UPDATE = _object(
 
 # -- the file ----------------------------------------------------------------------------------------------------------
 
+ACTORS = "actors"
+"""The metadata that say what each actor is."""
 NUMBERS = {
     "speed": State.SPEED,
     "acceleration": State.ACCELERATION,
@@ -201,6 +203,7 @@ def _write(writer: Any, recording: Recording) -> None:
     """The whole file, message by message in the order of time."""
     writer.start(profile="", library="cortexc")
     writer.add_metadata("recording", _facts(recording))
+    writer.add_metadata(ACTORS, {actor.name: _what(actor, i == 0) for i, actor in enumerate(recording.actors)})
     road, actors, numbers = (_topic(writer, topic) for topic in ("/road", "/actors", "/numbers"))
     if recording.road is not None:
         _add(writer, road, 0, 0, road_scene(recording.road))
@@ -232,6 +235,12 @@ def _facts(recording: Recording) -> dict[str, str]:
     names = {"name": recording.name, "title": origin.title, "author": origin.author, "date": origin.date}
     contact = {} if recording.contact is None else {"contact": repr(recording.contact.time)}
     return {**names, **contact, **origin.facts, **origin.genome}
+
+
+def _what(actor: RecordedActor, is_ego: bool) -> str:
+    """What a box does not say of an actor, so that it can be read back."""
+    facts = {"kind": actor.kind.name.lower(), "rear_to_center": actor.rear_to_center, "ego": is_ego}
+    return json.dumps(facts, separators=(",", ":"))
 
 
 # -- numbers

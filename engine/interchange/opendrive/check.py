@@ -6,8 +6,8 @@ from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.opendrive.places import road_map
+from engine.interchange.own_xml import Tree, read_tree
 from engine.interchange.recording import RecordedCase
-from engine.interchange.xml import Tree, read_tree
 from engine.maps import MapFile, MapSpec
 from engine.opendrive.read import read_opendrive
 from engine.road import build_network

@@ -12,9 +12,9 @@ from pathlib import Path
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.opendrive.check import check_opendrive
 from engine.interchange.openscenario.read import read_openscenario
+from engine.interchange.own_xml import Tree, read_tree
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import RecordedCase
-from engine.interchange.xml import Tree, read_tree
 
 
 def check_openscenario(

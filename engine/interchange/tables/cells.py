@@ -9,20 +9,33 @@ import re
 import sys
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
-from typing import Any, TextIO, TypeAlias
+from typing import Any, Protocol, TextIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError, quoted
-from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
+from engine.interchange.tables.columns import TEXTS, Cells, Chosen, Column, check_complete, choose
+from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
+from engine.interchange.tables.layouts import Layout, layout_of
 from engine.interchange.tables.parquet import ParquetFile
-from engine.tables import Floats, Ints
+from engine.tables import Floats
 
-MOST_ROWS = 1_000_000
-"""A recording of twenty actors over an hour at ten samples a second has fewer."""
+
+class CsvRows(Protocol):
+    """A reader of the module `csv`, which names no type."""
+
+    @property
+    def line_num(self) -> int: ...
+    def __iter__(self) -> Iterator[list[str]]: ...
+    def __next__(self) -> list[str]: ...
+
+
+MOST_ROWS = 3_000_000
+"""An hour at 25 samples a second in which 30 actors are there at a time has fewer."""
 LONGEST_LINE = 100_000
 LONGEST_TEXT = 10_000
 """Letters of a name or a type."""
@@ -33,37 +46,11 @@ LATEST = 1e13
 WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
 """Whole numbers are held in 64 bits."""
+MAY_BE_EMPTY = ("heading", "length", "width")
+"""Columns in which a known tool leaves a cell empty that it knows nothing for."""
+PREAMBLE = "Version:"
+"""How the line begins that esmini writes above its column names."""
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")
-
-
-@dataclass(frozen=True)
-class Cells:
-    """What was read: columns by what they are, row-aligned, in SI units."""
-
-    file: str
-    numbers: Mapping[str, Floats]
-    texts: Mapping[str, Sequence[str]]
-    whole: Mapping[str, Ints]
-    """Columns of omega-prime that hold whole numbers, int64."""
-    lines: Sequence[int]
-    """Where each row stands in its file, from 1; of Parquet, the row's number."""
-    columns: Mapping[str, Column]
-    """How the file calls each column, and in which unit it is."""
-    omega_prime: bool
-    begin: float = 0.0
-    """The first time of a plain table, as the file counts [s]; `numbers` count from there."""
-    known_names: Sequence[str] = ()
-    """Names by idx; empty where the file has none."""
-    host: int | None = None
-    """The idx of the ego; None where the file has none."""
-
-    def __len__(self) -> int:
-        return len(self.lines)
-
-    def place(self, row: int, column: str = "") -> str:
-        """Where a row stands."""
-        unit = "row" if self.file.endswith(".parquet") else "line"
-        return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
 
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
@@ -71,38 +58,60 @@ Storage: TypeAlias = "array[float] | array[int] | list[str]"
 OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype")
 
 
-def read_csv_cells(path: Path) -> Cells:
-    """Raises InterchangeError: unreadable, no CSV, too many rows, a cell that is no number, a missing column."""
+def read_csv_cells(path: Path, rate: float | None = None) -> Cells:
+    """`rate`: samples a second, where the time is a count of them and nothing else says it.
+
+    Raises:
+        InterchangeError: unreadable, no CSV, too many rows, a cell that is no number, a missing column or file beside.
+    """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _read(file, path.name)
+            return _read(file, path, rate)
     except UnicodeDecodeError:
         raise InterchangeError("this is not text in UTF-8", "save it as CSV, in UTF-8", path.name) from None
     except csv.Error as error:
         raise InterchangeError(f"this is not CSV: {error}", "save it as CSV, separated by commas", path.name) from None
 
 
-def _read(file: TextIO, name: str) -> Cells:
-    rows = csv.reader(_short_lines(file, name), strict=True)
+def _read(file: TextIO, path: Path, rate: float | None) -> Cells:
+    name, lines = path.name, _short_lines(file, path.name)
+    first, skipped = next(lines, ""), 0
+    if first.startswith(PREAMBLE):
+        first, skipped = next(lines, ""), 1
+    by_semicolons = layout_of(first.split(";"))
+    rows = csv.reader(chain([first], lines), strict=True, delimiter=";" if by_semicolons else ",")
     header = next(rows, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
     _check_separator(header, name)
-    chosen = choose(header, name)
+    refuse_meta(header, path)
+    layout = layout_of(header)
+    chosen = choose(header, name, layout, frame_rate(layout, path, rate))
     check_complete(chosen, header, name)
+    cells = _rows(rows, header, name, chosen, skipped, layout)
+    return cells if layout is None else applied(cells, layout, path)
+
+
+def _rows(
+    rows: CsvRows, header: Sequence[str], name: str, chosen: Chosen, skipped: int, layout: Layout | None
+) -> Cells:
+    """All rows under the header; a known tool's without an actor are those of an instant at which nobody is there."""
+    actor = -1 if layout is None else chosen.columns["actor"].index
     gathered: dict[str, Any] = {key: _storage(key, chosen) for key in chosen.columns}
     lines = array("q")
     for row in rows:
         if not row or (len(row) == 1 and not row[0].strip()):
             continue
-        place = f"{name}, line {rows.line_num}"
+        if 0 <= actor < len(row) and not row[actor].strip():
+            continue
+        place = f"{name}, line {rows.line_num + skipped}"
         if len(lines) >= MOST_ROWS:
             raise InterchangeError(f"there are more than {MOST_ROWS:,} rows", "leave out actors or samples", place)
         if len(row) != len(header):
             _wrong_length(row, header, place)
         for key, column in chosen.columns.items():
-            gathered[key].append(_value(row[column.index], key, column, chosen, place))
-        lines.append(rows.line_num)
+            gathered[key].append(_value(row[column.index], key, column, chosen, place, layout))
+        lines.append(rows.line_num + skipped)
     return _cells(name, chosen, gathered, lines)
 
 
@@ -141,7 +150,19 @@ def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Storage], lines: Se
         columns=chosen.columns,
         omega_prime=chosen.omega_prime,
         begin=begin,
+        unread=chosen.unread,
     )
+
+
+def gathered_cells(
+    name: str,
+    chosen: Chosen,
+    numbers: Mapping[str, Sequence[float]],
+    texts: Mapping[str, list[str]],
+    lines: Sequence[int],
+) -> Cells:
+    """The cells of a log, which were gathered elsewhere; SI units."""
+    return _cells(name, chosen, {**{key: array("d", values) for key, values in numbers.items()}, **texts}, lines)
 
 
 def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
@@ -154,13 +175,17 @@ def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
     return (times - first if first == 0.0 else np.round(times - first, digits)) * factor, first * factor
 
 
-def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> float | int | str:
+def _value(
+    text: str, key: str, column: Column, chosen: Chosen, place: str, layout: Layout | None = None
+) -> float | int | str:
     if chosen.omega_prime and key in OMEGA_WHOLE:
         if not WHOLE.fullmatch(text) or abs(int(text)) > LARGEST_WHOLE:
             raise _bad(text, "a whole number", column, place)
         return int(text)
     if key in TEXTS:
         return _text(text, key, column, place)
+    if layout is not None and key in MAY_BE_EMPTY and not text.strip():
+        return math.nan
     try:
         value = float(text)
     except ValueError:
@@ -210,7 +235,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None
 # -- cells of Parquet --------------------------------------------------------------------------------------------------
 
 
-def read_parquet_cells(path: Path) -> Cells:
+def read_parquet_cells(path: Path, rate: float | None = None) -> Cells:
     """The same of a Parquet file.
 
     Raises:
@@ -220,10 +245,13 @@ def read_parquet_cells(path: Path) -> Cells:
     if file.rows > MOST_ROWS:
         message = f"there are {file.rows:,} rows, more than {MOST_ROWS:,}"
         raise InterchangeError(message, "leave out actors or samples", path.name)
-    chosen = choose(file.header, path.name)
+    layout = layout_of(file.header)
+    chosen = choose(file.header, path.name, layout, frame_rate(layout, path, rate))
     check_complete(chosen, file.header, path.name)
     gathered = {key: _stored(file, key, column, chosen) for key, column in chosen.columns.items()}
     cells = _cells(path.name, chosen, gathered, range(1, file.rows + 1))
+    if layout is not None:
+        return applied(cells, layout, path)
     return replace(cells, known_names=file.names(), host=file.host()) if chosen.omega_prime else cells
 
 

@@ -1,5 +1,4 @@
-"""What the columns of another tool's table mean: by their names, their synonyms and the unit that a name says, and by
-whether headings and speeds fit the positions, which are believed where they contradict each other.
+"""What the columns of another tool's table mean: by their names, their synonyms and the unit that a name says.
 
 A unit stands in brackets or behind the last underscore: `speed [km/h]`, `yaw_deg`, `timestamp_ms`. Without one it is
 SI: seconds, metres, metres a second, radians.
@@ -11,12 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-import numpy as np
-
 from engine.interchange.contract import InterchangeError, name_cure, near_name, quoted
-from engine.tables import Floats
+from engine.interchange.tables.layouts import Layout
+from engine.tables import Floats, Ints
 
-TEXTS = frozenset({"actor", "type", "role", "name"})
+TEXTS = frozenset({"actor", "type", "role", "name", "part"})
 """Columns that are read as text; the others are numbers."""
 _PLAIN: Mapping[str, str] = {
     "time": "t seconds sec timestamp time_s sim_time simulation_time",
@@ -25,14 +23,20 @@ _PLAIN: Mapping[str, str] = {
     "y": "y_m pos_y position_y y_center ycenter center_y y_utm utm_y",
     "heading": "yaw psi hdg theta orientation rotation angle",
     "speed": "v velocity vel speed_mps",
+    "vel_x": "vx v_x velocity_x x_velocity xvelocity speed_x",
+    "vel_y": "vy v_y velocity_y y_velocity yvelocity speed_y",
     "length": "l box_length bounding_box_length",
     "width": "w box_width bounding_box_width",
     "type": "class kind category agent_type object_type vehicle_type",
     "role": "",
+    "frame": "frame_id frame_number frame_no frame_index frames timestep time_step step tick index",
 }
 """Columns of a plain table, and what else they are called."""
 PLAIN: Mapping[str, tuple[str, ...]] = MappingProxyType({n: (n, *words.split()) for n, words in _PLAIN.items()})
 NEEDED = ("time", "actor", "x", "y")
+VELOCITY = ("vel_x", "vel_y")
+BOX = ("width", "height")
+"""What a box in an image has in place of a length; its x and y are a corner."""
 OMEGA = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
 """Columns of omega-prime that motion is read from."""
 NAME = "name"
@@ -44,11 +48,24 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "time": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
         "x": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048},
         "heading": {"rad": 1.0, "deg": math.pi / 180.0, "degrees": math.pi / 180.0, "°": math.pi / 180.0},
-        "speed": {"m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "ms": 1.0},
+        "speed": {
+            "ft/s": 0.3048,
+            "m/s": 1.0,
+            "mps": 1.0,
+            "km/h": 1 / 3.6,
+            "kmh": 1 / 3.6,
+            "kph": 1 / 3.6,
+            "mph": 0.44704,
+            "ms": 1.0,
+        },
     }
 )
 """Of one column of each dimension, in SI."""
-MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x"})
+MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
+FRAMES = "frames"
+"""The unit of a time that is a count: how many there are in a second stands elsewhere."""
+MOST_NAMED = 8
+"""Columns that are not read, by name."""
 SUFFIX = re.compile(r"[\[(]([^\[\](){}]*)[\])]$")
 LONGEST_NAME = 200
 """Letters; a longer name is that of no column that is read."""
@@ -76,27 +93,104 @@ class Chosen:
     columns: Mapping[str, Column]
     """By what they are: keys of `PLAIN`, or names of `OMEGA`."""
     omega_prime: bool
+    unread: tuple[str, ...] = ()
+    """What else there is, as the file writes it."""
 
 
-def choose(header: Sequence[str], file: str) -> Chosen:
-    """The columns to read.
+@dataclass(frozen=True)
+class Cells:
+    """What was read: columns by what they are, row-aligned, in SI units."""
+
+    file: str
+    numbers: Mapping[str, Floats]
+    texts: Mapping[str, Sequence[str]]
+    whole: Mapping[str, Ints]
+    """Columns of omega-prime that hold whole numbers, int64."""
+    lines: Sequence[int]
+    """Where each row stands in its file, from 1; of Parquet, the row's number."""
+    columns: Mapping[str, Column]
+    """How the file calls each column, and in which unit it is."""
+    omega_prime: bool
+    begin: float = 0.0
+    """The first time of a plain table, as the file counts [s]; `numbers` count from there."""
+    known_names: Sequence[str] = ()
+    """Names by idx; empty where the file has none."""
+    host: int | None = None
+    """The idx of the ego; None where the file has none."""
+    layout: Layout | None = None
+    """Of the known tool whose table it is."""
+    unread: Sequence[str] = ()
+    """Columns that are not read."""
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def place(self, row: int, column: str = "") -> str:
+        """Where a row stands."""
+        unit = "row" if self.file.endswith(".parquet") else "line"
+        return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
+
+
+def choose(header: Sequence[str], file: str, layout: Layout | None = None, rate: float | None = None) -> Chosen:
+    """The columns to read; `layout`: of a known tool, and `rate`: samples a second, where the time is their count.
 
     Raises:
-        InterchangeError: one that is needed is missing, stands twice, or has an unknown unit.
+        InterchangeError: one stands twice, has an unknown unit, or is a count without a rate.
     """
     place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
     if "total_nanos" in names:
         return Chosen(_of_omega_prime(names, place), True)
+    found = _plain(names, place, rate) if layout is None else _laid_out(names, layout, rate)
+    taken = {column.index for column in found.values()}
+    return Chosen(found, False, tuple(name for index, name in enumerate(names) if index not in taken and name))
+
+
+def _laid_out(names: Sequence[str], layout: Layout, rate: float | None) -> dict[str, Column]:
+    """The columns of a known layout, whose units are known."""
+    places = {name.casefold(): index for index, name in reversed(list(enumerate(names)))}
+    found: dict[str, Column] = {}
+    for meaning, written in {**layout.columns, **({"part": layout.part} if layout.part else {})}.items():
+        bracket = SUFFIX.search(written)
+        name, unit = (written[: bracket.start()].strip(), bracket.group(1)) if bracket else (written, "SI")
+        if (index := places.get(name.casefold())) is not None:
+            factor = 1.0 / (rate or 1.0) if unit == FRAMES else _units(meaning).get(unit, 1.0)
+            found[meaning] = Column(index, names[index], factor, unit)
+    return found
+
+
+def _plain(names: Sequence[str], place: str, rate: float | None) -> dict[str, Column]:
+    """Columns by their names, and the units that these say."""
     found: dict[str, Column] = {}
     for index, name in enumerate(names):
         meaning, unit = _meaning(name, place)
-        if meaning in found:
+        if meaning in found and meaning != "frame":
             message = f"{_cited(found[meaning].name)} and {_cited(name)} are both its {meaning}"
             raise InterchangeError(message, "leave one of them out, or rename it", place)
         if meaning:
-            found[meaning] = Column(index, name, _units(meaning)[unit] if unit else 1.0, unit)
-    return Chosen(found, False)
+            found.setdefault(meaning, Column(index, name, _units(meaning)[unit] if unit else 1.0, unit))
+    if not all(each in found for each in VELOCITY) or "speed" in found:
+        found = {key: column for key, column in found.items() if key not in VELOCITY}
+    return _with_counted_time(found, place, rate)
+
+
+def _with_counted_time(found: dict[str, Column], place: str, rate: float | None) -> dict[str, Column]:
+    """The same without `frame`, which is the time where a rate is known: an index is no time."""
+    frame = found.pop("frame", None)
+    if rate is not None and (counted := found.get("time", frame)) is not None:
+        return {**found, "time": Column(counted.index, counted.name, 1.0 / rate, FRAMES)}
+    if frame is not None and "time" not in found:
+        cure = "say how many there are in a second, as in --rate 25, or add a column `time` in seconds"
+        raise InterchangeError(f"{_cited(frame.name)} counts samples, and is no time", cure, place)
+    return found
+
+
+def unread_remark(unread: Sequence[str]) -> str:
+    """What is to be said of columns that are not read; "" without any."""
+    if not unread:
+        return ""
+    named, more = ", ".join(map(_cited, unread[:MOST_NAMED])), len(unread) - MOST_NAMED
+    return f"columns that are not read: {named}" + (f" and {more:,} more" if more > 0 else "")
 
 
 def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
@@ -160,185 +254,3 @@ def _word(text: str) -> str:
 
 def _cited(name: str) -> str:
     return f"`{quoted(name)[1:-1]}`"
-
-
-# -- what positions at given times say of motion; times need not be even, arrays are row-aligned with them -------------
-
-STANDING = 1e-6
-"""Less way between two samples shows no direction [m]."""
-
-
-def rates(time: Floats, values: Floats) -> Floats:
-    """(samples, …) rate of change: central differences, one-sided at both ends; 0 of a single sample.
-
-    Of headings that are not wrapped it is the yaw rate that `engine.kernels.pair.center_velocity` takes.
-    """
-    if len(time) < 2:
-        return np.zeros_like(values)
-    before = np.maximum(np.arange(len(time)) - 1, 0)
-    after = np.minimum(np.arange(len(time)) + 1, len(time) - 1)
-    span = (time[after] - time[before]).reshape(-1, *([1] * (values.ndim - 1)))
-    return (values[after] - values[before]) / span
-
-
-def along(heading: Floats) -> Floats:
-    """(samples, 2) unit vectors ahead."""
-    return np.column_stack([np.cos(heading), np.sin(heading)])
-
-
-def across(heading: Floats) -> Floats:
-    """(samples, 2) unit vectors to the left."""
-    return np.column_stack([-np.sin(heading), np.cos(heading)])
-
-
-def driven(time: Floats) -> int:
-    """Samples up to and with the first that is on no step: in a table of ours, that of first contact."""
-    steps = np.diff(time)
-    if len(steps) == 0:
-        return len(time)
-    short = np.flatnonzero(steps < 0.999 * np.median(steps))
-    return int(short[0]) + 2 if len(short) else len(time)
-
-
-def headings_of(positions: Floats) -> Floats:
-    """(samples,) directions of motion, not wrapped; at standstill the last one, or the first to come; 0 without any.
-
-    `positions` (samples, 2). The direction at a sample is that from the sample before to the one after it.
-    """
-    count = len(positions)
-    before, after = np.maximum(np.arange(count) - 1, 0), np.minimum(np.arange(count) + 1, count - 1)
-    way = positions[after] - positions[before]
-    moving = np.flatnonzero(np.hypot(way[:, 0], way[:, 1]) > STANDING)
-    if len(moving) == 0:
-        return np.zeros(count)
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(count), "right") - 1, 0)]
-    return np.unwrap(np.arctan2(way[last, 1], way[last, 0]))
-
-
-# -- headings and speeds held against positions ------------------------------------------------------------------------
-
-HARDEST = 15.0
-"""No actor brakes harder [m/s^2]: so much may a speed differ from that of the way to the next sample."""
-NOISE = 1.0
-"""Of speeds taken from positions that were measured or rounded [m/s]; their median has a tenth of it."""
-SHARE = 0.2
-"""How much two ways to measure a speed may differ."""
-GAP = 5.0
-"""Longer than so many of its usual steps without a row, an actor is not there."""
-MOVING = 1.0
-"""A slower motion shows no direction [m/s]."""
-FAR = 2.0
-"""An actor that stays within this distance only jitters, and shows no direction either [m]."""
-ASIDE = math.radians(45.0)
-"""The largest angle between heading and motion of an actor that drives, forwards or backwards [rad]."""
-NEAR = math.radians(20.0)
-KMH = 3.6
-FEWEST = 3
-"""Samples whose median is worth comparing."""
-
-
-@dataclass(frozen=True)
-class Held:
-    """A column as it is believed."""
-
-    values: Floats
-    remark: str = ""
-    in_degrees: bool = False
-    """What it holds are degrees."""
-
-
-def held_headings(who: str, time: Floats, positions: Floats, heading: Floats, *, unit_said: bool) -> Held:
-    """Headings [rad], not wrapped; those of motion where most lie across it.
-
-    `unit_said`: whether they are known to be radians.
-    """
-    direction = _directions(time, positions)
-    shown = np.flatnonzero(~np.isnan(direction))
-    if not len(shown):
-        return Held(heading)
-    off = _apart(heading[shown], direction[shown])
-    across, behind = (np.count_nonzero(found) for found in ((off > ASIDE) & (off < math.pi - ASIDE), off > ASIDE))
-    if 2 * behind <= len(shown):
-        return Held(heading)
-    fits = int(np.count_nonzero(_apart(np.radians(heading[shown]), direction[shown]) < NEAR))
-    degrees = not unit_said and 2 * fits > len(shown)
-    if 2 * across > len(shown):
-        message = f"headings of {_quoted_name(who)} lie across its motion at {across:,} of {len(shown):,} samples"
-        return Held(headings_of(positions), f"{message}: they are taken from motion", degrees)
-    return Held(heading, f"{_quoted_name(who)} drives backwards, unless its headings are degrees" if degrees else "")
-
-
-def _directions(time: Floats, positions: Floats) -> Floats:
-    """(samples,) of motion while it is driven; nan where there is none to be seen."""
-    if np.ptp(positions, axis=0).max(initial=0.0) < FAR:
-        return np.full(len(time), math.nan)
-    velocity = rates(time, positions)
-    shown = np.hypot(velocity[:, 0], velocity[:, 1]) > MOVING
-    shown[driven(time) :] = False
-    return np.where(shown, np.arctan2(velocity[:, 1], velocity[:, 0]), math.nan)
-
-
-def _apart(one: Floats, other: Floats) -> Floats:
-    """Angles between directions, from 0 to pi."""
-    return np.abs((one - other + math.pi) % (2.0 * math.pi) - math.pi)
-
-
-def held_speeds(who: str, column: str, time: Floats, positions: Floats, velocity: Floats, factor: float) -> Held:
-    """(samples, 2) velocities of the centre; those of motion where they do not fit: all of them if most do not.
-
-    `column`: what the file calls them; `factor`: from its unit to m/s, 0 where its name says no unit.
-    """
-    steps = np.diff(time)
-    near = steps <= GAP * np.median(steps) if len(steps) else np.zeros(0, bool)
-    if not near.any():
-        return Held(velocity)
-    moved = rates(time, positions)
-    if remark := _contradiction(who, column, time, moved, velocity, factor):
-        return Held(moved, remark)
-    wrong = _misfits(positions, velocity, steps, near)
-    if 2 * np.count_nonzero(wrong) > len(time):
-        return Held(moved, f"speeds of {_quoted_name(who)} do not fit its positions: they are taken from motion")
-    if not wrong.any():
-        return Held(velocity)
-    message = f"{np.count_nonzero(wrong):,} of {len(time):,} speeds of {_quoted_name(who)} do not fit its positions"
-    return Held(np.where(wrong[:, np.newaxis], moved, velocity), f"{message}: those are taken from motion")
-
-
-def _misfits(positions: Floats, velocity: Floats, steps: Floats, near: np.ndarray) -> np.ndarray:
-    """(samples,) which velocities lie nowhere between that of the way to them and that of the way from them.
-
-    Where a contact comes between two samples these differ; an actor may come in from a standstill.
-    """
-    ways = np.where(near[:, np.newaxis], np.diff(positions, axis=0) / steps[:, np.newaxis], 0.0)
-    none = np.zeros((1, 2))
-    before, after = np.vstack([none, ways]), np.vstack([ways, none])
-    span = after - before
-    part = ((velocity - before) * span).sum(axis=1) / np.maximum((span * span).sum(axis=1), 1e-12)
-    between = before + np.clip(part, 0.0, 1.0)[:, np.newaxis] * span
-    fastest = np.maximum(np.hypot(*before.T), np.hypot(*after.T))
-    allowed = NOISE + SHARE * fastest + HARDEST * np.median(steps)
-    judged = np.append(False, near) | np.append(near, False)
-    return judged & ~(np.hypot(*(velocity - between).T) <= allowed)
-
-
-def _contradiction(who: str, column: str, time: Floats, moved: Floats, velocity: Floats, factor: float) -> str:
-    """What is to be said where speeds as a whole are others than those of motion; "" where they are not."""
-    own = slice(0, driven(time))
-    if len(time[own]) < FEWEST:
-        return ""
-    said, seen = (float(np.median(np.hypot(*each[own].T))) for each in (velocity, moved))
-    if abs(said - seen) <= NOISE / 10 + SHARE * seen + HARDEST / 2 * np.median(np.diff(time)):
-        return ""
-    is_kmh = not factor and abs(said / max(seen, NOISE) - KMH) < 0.5
-    asked = f"; is it km/h? call it `{column} [km/h]`" if is_kmh else ""
-    found = f"column {_quoted_name(column)}: {said / (factor or 1.0):.3g}, but the positions of {_quoted_name(who)}"
-    return f"{found} move at {seen:.3g} m/s: speeds are taken from motion{asked}"
-
-
-def along_heading(velocity: Floats, heading: Floats) -> Floats:
-    """(samples,) the part of velocities ahead."""
-    return (velocity * along(heading)).sum(axis=1)
-
-
-def _quoted_name(text: str) -> str:
-    return f"`{quoted(text)[1:-1]}`"

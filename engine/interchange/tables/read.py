@@ -5,6 +5,7 @@ Positions are centres of outlines. Which columns a plain table may have, and in 
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
-from engine.interchange.recording import RecordedActor, RecordedCase, Recording
+from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
-from engine.interchange.tables.columns import GAP
-from engine.interchange.tables.tracks import TableTrack, tracks_of
+from engine.interchange.tables.conventions import pedestrians_beside
+from engine.interchange.tables.plausible import GAP
+from engine.interchange.tables.tracks import TableTrack, Tracks, tracks_of
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
@@ -24,39 +26,75 @@ from engine.vocabulary import State
 MOST_BYTES = 300_000_000
 MOST_STATES = 2_000_000
 """Samples times actors; a recording of so many takes 150 MB."""
+NEARBY = 200.0
+"""Who never comes nearer to the ego has no part in what is judged of a recording that is too large [m]."""
+MIXED = 0.2
+"""By how much of a step the usual steps of two actors may differ, and still be one rate."""
+FEWEST = 3
+"""Samples that show a rate."""
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
 """Steps are compared in nanoseconds."""
 
 
-def read_table(path: Path, ego: str | None = None, step: float | None = None) -> Imported:
+def read_table(path: Path, ego: str | None = None, step: float | None = None, rate: float | None = None) -> Imported:
     """Return the recording of a `.csv` or `.parquet` file; tables contain no road.
 
     `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
-    which steps to measure, else the usual one of the table.
+    which steps to measure, else the usual one of the table; `rate`: samples a second, where the time is their count.
 
     Raises:
         InterchangeError: unreadable, or no table of trajectories; with the line and column where one is known.
     """
-    cells = _cells(path)
-    found = tracks_of(cells)
-    tracks, chosen = _ego_first(found.tracks, ego, cells)
-    time, remarks = _clock(tracks, cells)
-    kept = _states(tracks, time)
+    return recording_of(read_tracks(path, rate), path.stem, ego, step)
+
+
+def read_tracks(path: Path, rate: float | None = None) -> Tracks:
+    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`."""
+    cells = _cells(path, rate)
+    tracks = tracks_of(cells)
+    if (other := pedestrians_beside(cells.layout, path)) is None:
+        return tracks
+    return joined(tracks, tracks_of(_cells(other, rate)))
+
+
+def joined(one: Tracks, other: Tracks) -> Tracks:
+    """Two tables of one recording; times count from the earlier first one.
+
+    Raises:
+        InterchangeError: two actors have the same name.
+    """
+    begin = min(one.begin, other.begin)
+    tracks = [replace(t, time=t.time + (each.begin - begin)) for each in (one, other) for t in each.tracks]
+    if len({track.name for track in tracks}) < len(tracks):
+        raise InterchangeError("two actors have the same name", f"rename one: `{one.file}` has it, too", other.file)
+    remarks = dict.fromkeys((*one.remarks, f"`{other.file}` lies beside it, and is read, too", *other.remarks))
+    return Tracks(tuple(tracks), tuple(remarks), one.file, begin, one.numbered)
+
+
+def recording_of(tracks: Tracks, name: str, ego: str | None = None, step: float | None = None) -> Imported:
+    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants.
+
+    Raises:
+        InterchangeError: no actor is called so, or even those whom it meets are too many.
+    """
+    ordered, chosen = _ego_first(tracks, ego)
+    kept, left_out = _whom_it_meets(ordered, tracks.file)
+    time, remarks = _clock(kept, tracks)
     recording = Recording(
-        name=path.stem,
-        actors=tuple(map(_actor, tracks)),
+        name=name,
+        actors=tuple(map(actor_of, kept)),
         time=time - time[0],
-        states=kept,
-        step=_step(time) if step is None else step,
+        states=_states(kept, time),
+        step=usual_step(time) if step is None else step,
         commands=False,
     )
-    gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in tracks if len(_gaps(t.time)))
-    return Imported(recording, None, (*found.remarks, *chosen, *remarks, *gaps))
+    gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in kept if len(gaps_of(t.time)))
+    return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *remarks, *gaps))
 
 
-def _cells(path: Path) -> Cells:
+def _cells(path: Path, rate: float | None = None) -> Cells:
     """Raises InterchangeError where there is no such file, or none of a kind that is read."""
     if path.suffix.lower() not in (".csv", ".parquet"):
         raise InterchangeError("this is no table", "name a file that ends in .csv or .parquet", path.name)
@@ -69,17 +107,19 @@ def _cells(path: Path) -> Cells:
             raise InterchangeError(
                 message, f"leave out actors or samples: at most {MOST_BYTES / 1e6:.0f} MB", path.name
             )
-        return read_csv_cells(path) if path.suffix.lower() == ".csv" else read_parquet_cells(path)
+        read = read_csv_cells if path.suffix.lower() == ".csv" else read_parquet_cells
+        return read(path, rate)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
-def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> tuple[list[TableTrack], tuple[str, ...]]:
+def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[str, ...]]:
     """The tracks with the ego before all others, and what is to be said of the choice."""
+    tracks = found.tracks
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
-        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", name_cure(ego, names), cells.file)
+        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", name_cure(ego, names), found.file)
     remarks: tuple[str, ...] = ()
     if ego is not None:
         first = names.index(ego)
@@ -87,13 +127,14 @@ def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> t
         first = [track.is_ego for track in tracks].index(True)
     else:
         labels = [track.label for track in tracks]
-        first = labels.index("0") if cells.omega_prime and "0" in labels else 0
-        why = "the table does not say which idx is the ego's" if cells.omega_prime else "no actor is called ego"
+        first = labels.index("0") if found.numbered and "0" in labels else 0
+        why = "the table does not say which idx is the ego's" if found.numbered else "no actor is called ego"
         remarks = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
     return [tracks[first], *tracks[:first], *tracks[first + 1 :]], remarks
 
 
-def _actor(track: TableTrack) -> RecordedActor:
+def actor_of(track: TableTrack) -> RecordedActor:
+    """What a recording says of it; what a table does not know is usual for its kind."""
     model, scale = MODELS[track.kind], track.length / MODELS[track.kind].length
     return RecordedActor(
         name=track.name,
@@ -110,26 +151,80 @@ def _actor(track: TableTrack) -> RecordedActor:
     )
 
 
+# -- who is there with the ego ----------------------------------------------------------------------------------------
+
+
+def _too_many(tracks: Sequence[TableTrack]) -> bool:
+    instants = len(np.unique(np.concatenate([track.time for track in tracks])))
+    return instants > 2 * MAX_SAMPLES or instants * len(tracks) > MOST_STATES or len(tracks) > MOST_ACTORS
+
+
+def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack], tuple[str, ...]]:
+    """Of a recording that is too large to be held at every instant, what happens around the ego while it is there."""
+    if not _too_many(tracks):
+        return tracks, ()
+    ego = tracks[0]
+    first, last = float(ego.time[0]), float(ego.time[-1])
+    near = [ego, *(cut for track in tracks[1:] if (cut := _cut(track, first, last)) and _comes_near(cut, ego))]
+    if len(near) > MOST_ACTORS:
+        raise InterchangeError(f"there are {len(near):,} actors", f"leave at most {MOST_ACTORS:,} in it", file)
+    message = (
+        f"of {len(tracks):,} actors, those are judged who come nearer than {NEARBY:g} m to the ego: {len(near) - 1:,}"
+    )
+    return near, (f"{message}; times count from its first, {first:.12g} s",)
+
+
+def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
+    """A track while the ego is there; None of one who is not."""
+    kept = slice(*np.searchsorted(track.time, [first - SAME_INSTANT, last + SAME_INSTANT]).tolist())
+    if kept.start >= kept.stop:
+        return None
+    return replace(
+        track,
+        time=track.time[kept],
+        positions=track.positions[kept],
+        heading=track.heading[kept],
+        speed=track.speed[kept],
+    )
+
+
+def _comes_near(track: TableTrack, ego: TableTrack) -> bool:
+    ways = [np.interp(track.time, ego.time, ego.positions[:, axis]) - track.positions[:, axis] for axis in (0, 1)]
+    return bool((np.hypot(*ways) < NEARBY).any())
+
+
 # -- time -------------------------------------------------------------------------------------------------------------
 
 
-def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
+def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[str, ...]]:
     """Return all instants at which an actor has a row, and remarks on them."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
-        raise InterchangeError(message, "leave out actors, or take fewer samples a second", cells.file)
-    remarks = [] if cells.begin == 0.0 else [f"times count from the table's first, {cells.begin:.12g} s"]
-    step = _step(time)
+        raise InterchangeError(message, "leave out actors, or take fewer samples a second", found.file)
+    remarks = [] if found.begin == 0.0 else [f"times count from the table's first, {found.begin:.12g} s"]
+    step = usual_step(time)
     steps = np.diff(time) / step
     uneven = np.count_nonzero(np.abs(steps - np.round(steps)) > ON_STEP)
     if uneven > 2:  # one instant of contact between two steps is regular
         uneven_steps = f"{uneven:,} of {len(steps):,} steps are uneven"
         remarks.append(f"{uneven_steps}: motion is taken as linear, in steps of {step:g} s")
+    remarks.extend(mixed_rates(tracks, step))
     return time, tuple(remarks)
 
 
-def _step(time: Floats) -> float:
+def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
+    """A remark on those who have rows at other steps than the recording, by name."""
+    others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > FEWEST]
+    others = [(name, own) for name, own in others if abs(own - step) > MIXED * step]
+    if others:
+        named = ", ".join(f"`{quoted(name)[1:-1]}` every {own:.4g} s" for name, own in others[:3])
+        more = f" and {len(others) - 3:,} more" if len(others) > 3 else ""
+        cure = "record all at one rate if that matters"
+        yield f"rates are mixed: rows every {step:.4g} s, of {named}{more}; between them motion is linear: {cure}"
+
+
+def usual_step(time: Floats) -> float:
     """The usual time between two instants, from all that lie on its multiples; of a single one, any."""
     if len(time) < 2:
         return 1.0
@@ -141,7 +236,7 @@ def _step(time: Floats) -> float:
     return round(step, DIGITS) if abs(round(step, DIGITS) - step) * len(time) < 10.0**-DIGITS else float(step)
 
 
-def _gaps(time: Floats) -> np.ndarray:
+def gaps_of(time: Floats) -> np.ndarray:
     """The samples after which an actor is missing for a while."""
     steps = np.diff(time)
     return np.flatnonzero(steps > GAP * np.median(steps)) if len(steps) else np.zeros(0, np.int64)
@@ -158,7 +253,7 @@ def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
         for column, values in zip((State.X, State.Y, State.HEADING, State.SPEED), motion.T, strict=True):
             states[:, actor, column] = np.interp(time, track.time, values)
         there = (time >= track.time[0]) & (time <= track.time[-1])
-        for gap in _gaps(track.time):
+        for gap in gaps_of(track.time):
             there &= (time <= track.time[gap]) | (time >= track.time[gap + 1])
         states[:, actor, State.PRESENT] = there
         states[1:, actor, State.ACCELERATION] = np.diff(states[:, actor, State.SPEED]) / np.diff(time)

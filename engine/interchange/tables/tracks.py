@@ -11,10 +11,10 @@ import numpy as np
 
 from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
-from engine.interchange.recording import MOST_ACTORS
-from engine.interchange.tables.cells import Cells
-from engine.interchange.tables.columns import (
-    NAME,
+from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.conventions import ahead, directions
+from engine.interchange.tables.plausible import (
+    MOVING,
     across,
     along,
     along_heading,
@@ -36,10 +36,19 @@ DEGREES = 7.0
 """No heading in radians is larger, unless it runs on."""
 LONGEST = 100.0
 """Of an outline [m]; cortexc itself takes no longer ones."""
+MOST_TRACKS = 50_000
+"""Of a table; who is judged meets fewer."""
+MOST_REMARKS = 200
 LONGEST_SPAN = 24 * 3600
 """From a table's first time to its last [s]."""
 SI_UNITS: Mapping[str, str] = MappingProxyType(
-    {"time": "s", "heading": "rad", "speed": "m/s", **dict.fromkeys(("x", "y", "length", "width"), "m")}
+    {
+        "time": "s",
+        "heading": "rad",
+        "speed": "m/s",
+        **dict.fromkeys(VELOCITY, "m/s"),
+        **dict.fromkeys(("x", "y", "length", "width"), "m"),
+    }
 )
 KINDS: Mapping[str, ActorKind] = MappingProxyType(
     {
@@ -79,23 +88,42 @@ class TableTrack:
 
 @dataclass(frozen=True)
 class Tracks:
-    """All actors of a table, in the order in which it names them."""
+    """All actors of a recording, in the order in which it names them."""
 
     tracks: tuple[TableTrack, ...]
     remarks: tuple[str, ...]
+    file: str
+    begin: float = 0.0
+    """The first time, as the file counts [s]; tracks count from there."""
+    numbered: bool = False
+    """Whether actors have numbers alone, of which 0 is the ego's unless something else is said."""
 
 
 def tracks_of(cells: Cells) -> Tracks:
     """Raises InterchangeError: too many actors, two rows of one actor at one time, a size that is none."""
-    gathered = _Gathered(cells, [*_assumed_units(cells)])
+    gathered = _Gathered(cells, [*_read_as(cells), *_assumed_units(cells)])
     actors = _rows_by_actor(cells)
-    if len(actors) > MOST_ACTORS:
-        raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_ACTORS:,} in it", cells.file)
+    if len(actors) > MOST_TRACKS:
+        raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_TRACKS:,} in it", cells.file)
     time = _times(cells)
     tracks = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
     if len({track.name for track in tracks}) < len(tracks):
         raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
-    return Tracks(tuple(tracks), tuple(dict.fromkeys(gathered.remarks)))
+    remarks = tuple(dict.fromkeys(gathered.remarks))[:MOST_REMARKS]
+    return Tracks(tuple(tracks), remarks, cells.file, cells.begin, cells.omega_prime)
+
+
+def _read_as(cells: Cells) -> Iterator[str]:
+    """What the table is taken for, and what of it is not read."""
+    if cells.layout is not None:
+        yield f"read as a table of {cells.layout.name}: {cells.layout.said}"
+    time = cells.columns.get("time")
+    if time is not None and time.unit == FRAMES:
+        yield f"`{quoted(time.name)[1:-1]}` counts {1.0 / time.factor:g} frames a second"
+    if remark := unread_remark(cells.unread):
+        yield remark
+    if "width" in cells.columns and "length" not in cells.columns and "height" in map(str.casefold, cells.unread):
+        yield "`width` and `height` are those of a box in an image? its position is a corner: add half of both"
 
 
 def _times(cells: Cells) -> Floats:
@@ -148,6 +176,8 @@ class _Gathered:
         heading = self._heading(name, own, positions, rows)
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
         speed, behind = self._speed(name, own, positions, heading, rows, behind)
+        if self.cells.layout is not None:
+            positions = positions - ahead(self.cells.layout.point, length, behind) * along(heading)
         is_ego = self._is_ego(label, rows)
         return TableTrack(label, name, kind, is_ego, own, positions, heading, speed, length, width, behind)
 
@@ -155,6 +185,8 @@ class _Gathered:
         """By what the table says of it: omega-prime has a key for it, and its names mean nothing."""
         if self.cells.omega_prime:
             return self.cells.host is not None and int(label) == self.cells.host
+        if self.cells.layout is not None and self.cells.layout.ego:
+            return label == self.cells.layout.ego
         return label.casefold() == "ego" or self._text("role", rows).casefold() in ("ego", "host", "hero")
 
     def _text(self, column: str, rows: Ints) -> str:
@@ -172,9 +204,10 @@ class _Gathered:
             found, said = kind_of(code), f"type {code.type}, subtype {code.subtype}"
         else:
             word = self._text("type", rows).casefold()
-            near = get_close_matches(word, KINDS, n=1) if word else []
-            found, said = (KINDS[near[0]] if near else None), f"type {quoted(word)}" if word else "no type"
-        if "type" not in self.cells.columns:
+            own = dict[str, ActorKind]() if self.cells.layout is None else self.cells.layout.kinds
+            near = get_close_matches(word, KINDS, n=1) if word and word not in own else []
+            found, said = own.get(word, KINDS[near[0]] if near else None), f"type {quoted(word)}" if word else "no type"
+        if "type" not in self.cells.columns and "type" not in self.cells.texts:
             self.remarks.append("the table has no types: everybody is taken for a car")
         elif found is None:
             self.remarks.append(f"`{quoted(label)[1:-1]}` has {said}: taken for a car")
@@ -185,9 +218,10 @@ class _Gathered:
 
     def _size(self, quantity: str, kind: ActorKind, rows: Ints, name: str) -> float:
         if quantity not in self.cells.numbers:
-            self.remarks.append(f"the table has no {quantity}: each has that of its kind in cortexc")
-            return float(getattr(MODELS[kind], quantity))
+            return self._usual_size(quantity, kind, f"the table has no {quantity}")
         sizes = self.cells.numbers[quantity][rows]
+        if self.cells.layout is not None and not (sizes > 0.0).any():  # a known tool's unknown size is 0, or empty
+            return self._usual_size(quantity, kind, f"the table has no {quantity} of a {kind.name.casefold()}")
         if not (sizes > 0.0).all():
             row = int(rows[np.flatnonzero(~(sizes > 0.0))[0]])
             raise InterchangeError(f"a {quantity} of {sizes.min():g} m", "sizes are above 0", self.cells.place(row))
@@ -199,11 +233,17 @@ class _Gathered:
             self.remarks.append(f"the {quantity} of `{quoted(name)[1:-1]}` changes; its median is taken")
         return float(np.median(sizes))
 
+    def _usual_size(self, quantity: str, kind: ActorKind, found: str) -> float:
+        layout = self.cells.layout
+        if layout is not None and kind in layout.sizes:
+            return layout.sizes[kind][("length", "width").index(quantity)]
+        self.remarks.append(f"{found}: each has that of its kind in cortexc")
+        return float(getattr(MODELS[kind], quantity))
+
     def _heading(self, name: str, time: Floats, positions: Floats, rows: Ints) -> Floats:
         key = "yaw" if self.cells.omega_prime else "heading"
-        if key not in self.cells.numbers:
-            self.remarks.append("the table has no headings: they are taken from motion")
-            return headings_of(positions)
+        if key not in self.cells.numbers or not np.isfinite(self.cells.numbers[key][rows]).all():
+            return self._direction(positions, rows)
         column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
         if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
             self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
@@ -212,6 +252,16 @@ class _Gathered:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
         self._remark(held.remark)
         return held.values
+
+    def _direction(self, positions: Floats, rows: Ints) -> Floats:
+        """Headings where none are written: where velocities point, or else the way to the next position."""
+        if all(each in self.cells.numbers for each in VELOCITY):
+            found = directions(np.column_stack([self.cells.numbers[each][rows] for each in VELOCITY]), MOVING)
+            if found is not None:
+                self.remarks.append("who has no headings has the directions of its velocities")
+                return found
+        self.remarks.append("the table has no headings: they are taken from motion")
+        return headings_of(positions)
 
     def _remark(self, remark: str) -> None:
         if remark:
@@ -227,9 +277,11 @@ class _Gathered:
     ) -> tuple[Floats, float]:
         """The rear axle's speed [m/s], and how far ahead of it the centre lies [m]."""
         numbers, columns = self.cells.numbers, self.cells.columns
-        if self.cells.omega_prime:
-            velocity = np.column_stack([numbers["vel_x"][rows], numbers["vel_y"][rows]])
-            held = held_speeds(name, "vel_x, vel_y", time, positions, velocity, 1.0)
+        if all(each in numbers for each in VELOCITY):
+            velocity = np.column_stack([numbers[each][rows] for each in VELOCITY])
+            called = ", ".join(columns[each].name for each in VELOCITY)
+            unit = columns[VELOCITY[0]].factor if columns[VELOCITY[0]].unit else 0.0
+            held = held_speeds(name, called, time, positions, velocity, unit)
             self._remark(held.remark)
             return along_heading(held.values, heading), _turning_point(time, held.values, heading, behind)
         if "speed" in numbers:

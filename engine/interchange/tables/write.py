@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
-from engine.interchange.tables.columns import NAME, across, along, rates
+from engine.interchange.tables.columns import NAME
 from engine.interchange.tables.parquet import parquet_bytes
+from engine.interchange.tables.plausible import across, along, rates
 from engine.tables import Floats, Ints
 from engine.vocabulary import State
 

@@ -327,3 +327,31 @@ def test_formats_that_can_are_written_beside_one_that_cannot(cortexc: Command, t
     assert [refused["format"] for refused in document["refused"]] == ["scenic"]
     assert cortexc("export", file, "--to", "scenic", "--out", tmp_path / "one").code == Exit.USAGE
     assert not (tmp_path / "one").exists()
+
+
+def test_a_player_is_named(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A check by a player wants a player; without one nothing is written."""
+    monkeypatch.delenv("CORTEXC_ESMINI", raising=False)
+    words = ("export", run, "--to", "xosc", "--out", tmp_path / "files")
+    for flags, message in (
+        (("--check", "--player", "esmini"), "esmini is not known here"),
+        (("--player", "esmini"), "--player has no effect without --check"),
+        (("--esmini", tmp_path), "--esmini has no effect without --player esmini"),
+    ):
+        result = cortexc(*words, *flags)
+        assert result.code == Exit.USAGE
+        assert message in " ".join(result.err.split())
+    assert not (tmp_path / "files").exists()
+
+
+def test_a_certificate_lies_beside_what_was_played(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """What is no esmini is a finding, and the certificate says so; files are written all the same."""
+    (tmp_path / "libesminiLib.so").write_text("nothing", encoding="utf-8")
+    words = ("export", run, "--to", "xosc", "--out", tmp_path / "files", "--check", "--player", "esmini")
+    result = cortexc(*words, "--esmini", tmp_path, "--json")
+    assert result.code == Exit.DIAGNOSTICS
+    (certificate,) = result.document["certificates"]
+    assert "no library of esmini" in certificate["problem"]
+    (beside,) = (tmp_path / "files").glob("*.fidelity.json")
+    assert json.loads(beside.read_text(encoding="utf-8")) == certificate
+    assert "no library of esmini" in result.document["findings"][0]["reason"]

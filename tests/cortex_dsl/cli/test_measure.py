@@ -1,5 +1,6 @@
 """`cortexc measure` and `cortexc import`: recorded cases, scored."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -189,7 +190,7 @@ def test_a_missing_package_is_reported_with_its_extra(
         (("head_om.csv",), Exit.USAGE, "head_on.csv"),
         (("left_turn.scn",), Exit.USAGE, "`cortexc left_turn.scn` runs a scenario"),
         (("road.xodr",), Exit.USAGE, "name the .xosc"),
-        (("notes.txt",), Exit.USAGE, ".parquet"),
+        (("notes.odt",), Exit.USAGE, ".parquet"),
         (("head_on.csv", "--profile", "papre"), Exit.USAGE, "did you mean `paper`?"),
         (("head_on.csv", "--to", "parkett"), Exit.USAGE, "did you mean `parquet`?"),
         (("head_on.csv", "--step", "0"), Exit.USAGE, "seconds"),
@@ -199,6 +200,12 @@ def test_a_missing_package_is_reported_with_its_extra(
         (("head_on.csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
         (("head_on.csv", "--to", "csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
         (("head_on.csv", "--force"), Exit.USAGE, "without --to"),
+        (("head_on.csv", "--near", "20"), Exit.USAGE, "without --all"),
+        (("head_on.csv", "--all", "--ego", "ego"), Exit.USAGE, "by which nobody is the ego"),
+        (("head_on.csv", "--all", "--near", "0"), Exit.USAGE, "between 1 and 1000 m"),
+        (("head_on.csv", "--rate", "0"), Exit.USAGE, "a second"),
+        (("head_on.csv", "--all", "--page", "new", "--table", "new"), Exit.USAGE, "are both `new`"),
+        (("head_on.csv", "--all", "--page", "head_on.csv"), Exit.USAGE, "head_on.csv"),
         (("head_on.csv", "--ego", "lory"), Exit.DIAGNOSTICS, "did you mean `lorry`?"),
         (("head_on.csv", "--step", "0.0001", "--ego", "ego"), Exit.FINE, ""),
         (("bad.csv",), Exit.DIAGNOSTICS, "bad.csv, line 2, column `x`"),
@@ -306,3 +313,28 @@ def test_control_characters_of_a_stranger_do_not_reach_the_terminal(cortexc: Cor
     (tmp_path / "odd.csv").write_text("time,id,x,y\n0,\x1b[31mred,0,0\n0,b,40,0\n")
     assert "\x1b[31m" not in cortexc("measure", tmp_path / "odd.csv").out
     assert np.isfinite(cortexc("measure", tmp_path / "odd.csv", "--json").document["pairs"][0]["min_distance"])
+
+
+def test_every_pair_of_a_recording(cortexc: Cortexc, tmp_path: Path, recording: Recording) -> None:
+    """Ours, too: a contact between two steps is found as by `measure`; text, JSON, table and page say the same."""
+    path = tmp_path / "case.csv"
+    path.write_text(str(write_csv(recording, "case").files["case.csv"]))
+    result = cortexc("measure", path, "--all", "--table", tmp_path / "t.csv", "--page", tmp_path / "p.html", "--json")
+    assert result.code == Exit.FINE, result.err
+    document = json.loads(result.out)
+    assert document["schema"] == "cortexc/ranking"
+    alone = json.loads(cortexc("measure", path, "--json").out)
+    worst = document["windows"][0]
+    assert worst["contact"]
+    assert worst["risk"] == alone["risk"]["score"]
+    assert worst["metrics"]["min_distance_time"] == pytest.approx(alone["end"]["time"], abs=1e-9)
+    assert worst["ttc"] == 0.0
+    line = (tmp_path / "t.csv").read_text().splitlines()[1].split(",")
+    assert line[0] == "1"
+    assert line[7:9] == ["1", str(worst["risk"])]
+    assert "<svg" in (tmp_path / "p.html").read_text()
+    assert "contact" in cortexc("measure", path, "--all").out
+    again = cortexc("measure", path, "--all", "--page", path, "--table", tmp_path / "new.csv")
+    assert again.code == Exit.USAGE
+    assert not (tmp_path / "new.csv").exists()
+    assert path.read_text().startswith("total_nanos")

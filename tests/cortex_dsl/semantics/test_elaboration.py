@@ -239,7 +239,7 @@ def test_built_in_requirements_can_be_lifted(compiled: Compiled) -> None:
         "b = new Pedestrian at (0, 0)\nc = new Car at (0, 0), with blueprint 'x', with color 'red'\n"
     )
     assert [x.inside_road for x in scenario.variants[0].actors] == [True, False, False, True]
-    assert [x.no_overlap for x in scenario.variants[0].actors] == [True, False, True, True]
+    assert [x.overlap_group for x in scenario.variants[0].actors] == [1, 0, 1, 1]
 
 
 # -- requirements, rules, settings ------------------------------------------------------------------------------------

@@ -215,3 +215,63 @@ def test_loops_and_waits_of_behaviours() -> None:
     loaded = compile_text(HERE + text)
     outcomes = loaded.simulate(loaded.sample(1, seed=1))
     assert float(outcomes.end_time[0]) == pytest.approx(2.0)
+
+
+COUNTING = (
+    "map intersection()\nbehavior Count():\n    while True:\n        take self.laps, [1, 2], None\n"
+    "        self.laps += 1\n"
+    "        other.seen = self.laps >= 3\n"
+    "ego = new Object with laps {first}, with behavior Count\nother = new Car on road, with seen False\n"
+)
+
+
+def test_an_object_sets_properties_of_its_own() -> None:
+    """What a behavior sets others see from then on; it begins as it was made."""
+    text = COUNTING.format(first=0) + (
+        "monitor Watch():\n    while not other.seen:\n        wait\n    terminate\nrequire monitor Watch()\n"
+        "record ego.laps as laps\n"
+    )
+    scenario = compile_text(text)
+    scenes = scenario.sample(1, seed=1)
+    run = scenario.watch(scenes)
+    kept = {record.name: record.values.tolist() for record in run.records}
+    assert kept["laps"] == [0.0, 0.0, 1.0, 2.0, 3.0]
+    assert scenario.simulate(scenes).end_time[0] == pytest.approx(run.trajectory.time[-1])
+
+
+def test_what_a_property_begins_with_decides_about_the_scene() -> None:
+    """`require always` on it rejects starts that break it, and draws others."""
+    text = COUNTING.format(first="DiscreteRange(0, 9)") + "require always ego.laps < 8 as few\nterminate after 0.1 s\n"
+    scenario = compile_text(text)
+    scenes = scenario.sample(40, seed=2)
+    assert scenes.valid.all()
+    assert scenes.attempts.max() > 1
+    ends = scenario.simulate(scenes)
+    assert 0 < int((ends.verdict == 0).sum()) <= 40
+
+
+def test_what_cannot_be_set_is_said() -> None:
+    """What the run works out, what is settled with the scene, and what an object was not made with."""
+    for line in ("self.position = (1, 2)", "self.width = 2 m", "self.other = 3"):
+        body = f"map intersection()\nbehavior B():\n    {line}\n    wait\nego = new Car on road, with behavior B()\n"
+        assert errors(body) == ["SCN617"]
+    assert errors("map intersection()\nego = new Car on road\nego.laps = 3\n") == ["SCN116"]
+
+
+def test_own_properties_are_no_slips() -> None:
+    """What the file asks for is its own; what nobody asks for, and what is nearly a property, is misspelt."""
+    ego = "map intersection()\nego = new Car on road, with {}\n"
+    assert errors(ego.format("laps 3")) == ["SCN204"]
+    assert errors(ego.format("laps 3") + "require ego.laps > 2\n") == []
+    assert errors(ego.format("sped 3") + "require ego.sped > 2\n") == ["SCN204"]
+    assert errors("map intersection()\nego = new Object with anything [1, 2]\n") == []
+    assert errors("map intersection()\nego = new Object with sped 3\n") == ["SCN204"]
+
+
+def test_nothing_of_the_language_moves_an_object() -> None:
+    """It takes what it likes, and no pedal; an `Obstacle` does nothing at all."""
+    behavior = "map intersection()\nbehavior B():\n    take {}\nego = new {} at (0, 0), with behavior B()\n"
+    assert errors(behavior.format("7", "Object")) == []
+    assert errors(behavior.format("SetThrottleAction(1)", "Object")) == ["SCN631"]
+    assert errors(behavior.format("7", "Obstacle")) == ["SCN610"]
+    assert errors(behavior.format("7", "Car")) == ["SCN605"]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.semantics.acting.statements import SETTINGS
-from cortex_dsl.semantics.evaluation import attributes, lanes, signals
+from cortex_dsl.semantics.evaluation import attributes, lanes, regions, relations, signals
 from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
@@ -189,7 +189,9 @@ def road_attributes() -> Rows:
 
 def object_attributes() -> Rows:
     objects = [name for name in (*attributes._STATES, *attributes._OF_PLACE, *OF_OBJECTS) if name != "speed"]
-    return attribute_rows({"place": attributes._POSE, "object": (*attributes._POSE, *objects)})
+    objects += relations.EDGES
+    regions_ = regions.attribute_names
+    return attribute_rows({"place": attributes._POSE, "object": (*attributes._POSE, *objects), "own region": regions_})
 
 
 def properties() -> Rows:

@@ -22,6 +22,8 @@ NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
 NOTHING: Mapping[str, str] = MappingProxyType({})
 LONGEST = 500
 """Letters of an expression."""
+NOT_READ = frozenset({"ObjectController", "AssignControllerAction", "Controller"})
+"""Elements that no recording is made from: what they refer to need not be there."""
 Scope = ChainMap[str, str]
 """Values by name, innermost first; a chain, so that many small scopes in a large one cost little."""
 
@@ -70,6 +72,8 @@ def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, s
     Raises:
         InterchangeError: an undeclared parameter, or a text that is no expression.
     """
+    if node.tag in NOT_READ:
+        return node
     scope = ChainMap() if scope is None else scope
     attributes = {name: resolved(text, scope, node) for name, text in node.attributes.items()}
     if (declarations := node.find("ParameterDeclarations")) is not None:
@@ -83,7 +87,7 @@ def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, s
 def _declared(declarations: Node, scope: Scope, assigned: Mapping[str, str]) -> Scope:
     known = scope.new_child()
     for row in declarations.every("ParameterDeclaration"):
-        name = row.text("name")
+        name = row.text("name").removeprefix("$")  # as some writers have it, against the standard
         known[name] = assigned[name] if name in assigned else resolved(row.text("value"), known, row)
     return known
 
@@ -164,7 +168,7 @@ class Catalogs:
             if node.tag == "Directory"
         ]
         self._limits = limits
-        self._read: dict[str, Node] | None = None
+        self._read: dict[str, list[Node]] | None = None
 
     def entry(self, reference: Node) -> Node:
         """The element that a `CatalogReference` names, its parameters assigned.
@@ -174,11 +178,12 @@ class Catalogs:
         """
         catalog, entry = reference.text("catalogName"), reference.text("entryName")
         if self._read is None:
-            self._read = dict(self._files())
+            self._read = self._by_name()
         if catalog not in self._read:
             cure = name_cure(catalog, self._read) or "put the catalog there, or write the element in its place"
             raise reference.error(f"the catalog {quoted(catalog)} is not beside the scenario", cure)
-        rows = {node.attributes.get("name", ""): node for node in self._read[catalog].children}
+        each = (node for found in reversed(self._read[catalog]) for node in found.children)
+        rows = {node.attributes.get("name", ""): node for node in each}
         if entry not in rows:
             raise reference.error(
                 f"{quoted(catalog)} has no entry {quoted(entry)}", name_cure(entry, rows) or "fill it"
@@ -187,6 +192,13 @@ class Catalogs:
         rows_assigned = assignments.every("ParameterAssignment") if assignments else []
         assigned = {row.text("parameterRef").lstrip("$"): row.text("value") for row in rows_assigned}
         return substituted(rows[entry], assigned=assigned)
+
+    def _by_name(self) -> dict[str, list[Node]]:
+        """All catalogs of each name; of entries that are called alike in two of them, the former's counts."""
+        found: dict[str, list[Node]] = {}
+        for name, catalog in self._files():
+            found.setdefault(name, []).append(catalog)
+        return found
 
     def _files(self) -> Iterator[tuple[str, Node]]:
         """Catalogs by name, and by the name of their file, which some writers refer to."""

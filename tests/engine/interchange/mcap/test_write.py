@@ -129,10 +129,11 @@ def test_numbers_of_who_is_not_there() -> None:
 
 def test_the_origin_stands_in_the_file() -> None:
     """As metadata, with contact."""
-    (record,) = make_reader(BytesIO(contents(crash()))).iter_metadata()
+    record, actors = make_reader(BytesIO(contents(crash()))).iter_metadata()
     assert record.metadata["seed"] == "7"
     assert record.metadata["SPEED"] == "18 km/h"
     assert record.metadata["contact"] == "0.23"
+    assert json.loads(actors.metadata["ego"])["kind"] == "car"
 
 
 def test_the_same_case_is_the_same_file() -> None:

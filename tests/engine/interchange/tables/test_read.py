@@ -334,8 +334,11 @@ def test_size_is_bounded(table, monkeypatch: pytest.MonkeyPatch) -> None:
         table(FULL)
     monkeypatch.undo()
     crowd = "\n".join(["time,id,x,y", *(f"0,{n},{n},0" for n in range(1001))])
+    found = table(crowd)
+    assert len(found.recording.actors) == 200
+    assert any("of 1,001 actors the 199 are judged who come nearer than 200 m" in remark for remark in found.remarks)
     with pytest.raises(InterchangeError, match="1,001 actors"):
-        table(crowd)
+        table("\n".join(["time,id,x,y", *(f"0,{n},{n / 10},0" for n in range(1001))]))
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1 and more that is no table PAR1"])

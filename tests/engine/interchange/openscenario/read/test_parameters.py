@@ -91,3 +91,35 @@ def test_scopes_nest_and_declarations_build_on_those_before(tmp_path: Path) -> N
     assert read(tmp_path, text).recording.states[:, 0, :2].tolist() == [[9.0, 3.0], [5.0, 3.0]]
     outside = text.replace("<StopTrigger></StopTrigger>", '<StopTrigger name="$y"></StopTrigger>')
     assert "no parameter `$y`" in refused(tmp_path, outside).message
+
+
+def test_what_other_writers_do_is_understood(tmp_path: Path) -> None:
+    """A parameter that is declared with its dollar; a controller, which nobody reads, with one that is not declared."""
+    declared = '<ParameterDeclaration name="$x" parameterType="double" value="4"/>'
+    action = follow(polyline((0.0, '<Position><WorldPosition x="$x" y="1" h="0"/></Position>')))
+    controller = '<ObjectController><CatalogReference catalogName="c" entryName="$Unknown"/></ObjectController>'
+    driven = vehicle("Ego", center=0.0).replace("</ScenarioObject>", controller + "</ScenarioObject>")
+    text = scenario([driven], [("Ego", action)], parameters=declared)
+    assert read(tmp_path, text).recording.states[:, 0, :2].tolist() == [[4.0, 1.0]]
+
+
+def test_two_catalogs_of_one_name_are_one(tmp_path: Path) -> None:
+    """In two folders, each with entries of its own; of one that both have, the former's counts."""
+    body = vehicle("x").split(">", 1)[1].removesuffix("</ScenarioObject>")
+    for folder, cars in (("one", {"sedan": "4.5"}), ("two", {"sedan": "9", "van": "6"})):
+        (tmp_path / folder).mkdir()
+        entries = "".join(
+            body.replace('name="x"', f'name="{name}"').replace('length="4.5"', f'length="{size}"')
+            for name, size in cars.items()
+        )
+        head = '<FileHeader revMajor="1" revMinor="2"/>'
+        catalog = f'<OpenSCENARIO>{head}<Catalog name="Cars">{entries}</Catalog></OpenSCENARIO>'
+        (tmp_path / folder / "cars.xosc").write_text(catalog)
+    refer = '<ScenarioObject name="{0}"><CatalogReference catalogName="Cars" entryName="{1}"/></ScenarioObject>'
+    action = follow(polyline((0.0, '<Position><WorldPosition x="1" y="1" h="0"/></Position>')))
+    text = scenario(
+        [refer.format("Ego", "sedan"), refer.format("Other", "van")],
+        [("Ego", action), ("Other", action.replace('x="1"', 'x="40"'))],
+        catalogs='<VehicleCatalog><Directory path="one"/></VehicleCatalog><Extra><Directory path="two"/></Extra>',
+    )
+    assert [actor.length for actor in read(tmp_path, text).recording.actors] == [4.5, 6.0]

@@ -1,0 +1,115 @@
+"""Where something is placed: a point with what else its specifier says, and places that are drawn in regions and on
+lines.
+"""
+
+from collections.abc import Callable
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.objects import BAD_REGION
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
+from cortex_dsl.semantics.model.areas import Area
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Region, Sighted, Value, Vector
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Term, path_pose, path_project, region_sample, road_heading
+from cortex_dsl.source import Span
+from engine.frozen import frozen
+from engine.road.network import Lane, Network
+from engine.road.sections import LaneSection
+
+
+@frozen
+class Placement:
+    """A point and, where the specifier gives one, a heading."""
+
+    point: Vector
+    heading: Term | None
+    drawn: bool = False
+    """Whether the specifier itself drew it."""
+    lane: Lane | None = None
+    """The lane along which it lies, where that is known."""
+    observed: tuple["Actor | Pose", bool] | None = None
+    """Who must see what is placed here, or must not."""
+    contained: Value = None
+    """The region that must hold the whole outline."""
+
+
+@frozen
+class Extent:
+    """Size of what is placed, zero for points; and how it heads, where that does not follow from its place."""
+
+    length: Term
+    width: Term
+    heading: Callable[[], Term]
+    region: Region | None
+    """The region that it must lie in anyway."""
+
+
+def at_origin(ev: Evaluator) -> Placement:
+    """Where what has no place of its own stands: in the middle of the map."""
+    zero = ev.algebra.literal(0.0)
+    return Placement(Vector(zero, zero), None)
+
+
+def somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Placement:
+    if isinstance(value, Sighted):
+        placement = somewhere_in(ev, value.region, span, keyword)
+        require_place(ev, geometry.in_sector(ev, value, placement.point), span)
+        return placement
+    if isinstance(value, Network):
+        value = ROAD
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Centerline):
+        return on_centerline(ev, value.lane)
+    if isinstance(value, Area):
+        return in_area(ev, value, span)
+    if (region := geometry.region_of(value)) is not None:
+        return within(ev, region, value if isinstance(value, Lane) else None)
+    raise WRONG_KIND.mistake(
+        span,
+        what=f"what follows `{keyword}`",
+        expected="a region or a centre line",
+        actual=kind_name(value),
+        cure="as in `in lane.centerline`, `on road`",
+    )
+
+
+def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
+    """Uniform over a region of the file's own."""
+    if area.draw is None:
+        raise BAD_REGION.mistake(span, what=area.name, reason="no place can be drawn in it")
+    spot = area.draw(ev.run.new_draw)
+    if spot.kept is not None:
+        require_place(ev, spot.kept, span)
+    return Placement(spot.point, spot.heading, drawn=True)
+
+
+def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
+    words = " ".join(ev.file.source.slice(span).split())
+    ev.run.built.requirements.append(ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span)))
+
+
+def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
+    s = ev.run.new_draw() * lane.length
+    return on_path(ev, lane.path, s, lane, drawn=True)
+
+
+def on_path(ev: Evaluator, path: int, s: Term, lane: Lane | None, *, drawn: bool = False) -> Placement:
+    x, y, heading = path_pose(ev.algebra.literal(float(path)), s)
+    return Placement(Vector(x, y), heading, drawn, lane)
+
+
+def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement:
+    """Uniform over a region, heading along the road."""
+    network_of(ev)
+    identity = ev.algebra.literal(float(region.id))
+    point = Vector(*region_sample(identity, ev.run.new_draw(), ev.run.new_draw()))
+    if lane is None:
+        return Placement(point, road_heading(point.x, point.y), drawn=True)
+    # Lanes overlap inside an intersection, so the nearest lane may be another one.
+    path = ev.algebra.literal(float(lane.path))
+    s = path_project(path, point.x, point.y)
+    return Placement(point, path_pose(path, s)[2], drawn=True)

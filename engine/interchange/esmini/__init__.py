@@ -1,0 +1,140 @@
+"""Exported files played by esmini, where its library is: what it saw, and how true that is to the run.
+
+The library is loaded in a process of its own (`child.py`) with limits of time and memory. Its user names it; it is
+never looked for, neither in the working folder nor where a file says.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.openscenario.document import entity_names
+from engine.interchange.recording import Recording
+from engine.tables import Floats
+
+VARIABLE = "CORTEXC_ESMINI"
+"""The variable that names the library, where `--esmini` does not."""
+LIBRARIES = ("libesminiLib.so", "libesminiLib.dylib", "esminiLib.dll")
+CHILD = Path(__file__).with_name("child.py")
+PATIENCE = 60.0
+"""For one file [s]."""
+MEMORY = 4_000_000_000
+"""For its process [bytes]."""
+HOW_TO = f"name the library of a built esmini by --esmini PATH, or by its whole path in {VARIABLE}"
+
+
+def esmini_library(named: Path | None) -> Path:
+    """Where esmini's library is: what is named, or else what the variable names; a folder may hold it, or its `bin`.
+
+    Raises:
+        InterchangeError: nothing is named, or it is not there.
+    """
+    text = os.environ.get(VARIABLE, "") if named is None else str(named)
+    if not text:
+        raise InterchangeError("esmini is not known here", HOW_TO)
+    path = Path(text).expanduser()
+    if named is None and not path.is_absolute():
+        raise InterchangeError(f"{VARIABLE} is {quoted(text)}, and no whole path", HOW_TO)
+    places = [path, *(path / folder / name for folder in ("", "bin") for name in LIBRARIES)]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None:
+        raise InterchangeError(f"there is no esmini at {quoted(text)}", HOW_TO)
+    return found.resolve()
+
+
+@dataclass(frozen=True)
+class Played:
+    """What esmini saw of a file."""
+
+    instants: Floats
+    """(instants,) [s]."""
+    poses: Floats
+    """(instants, actors, 3): middle of the outline and heading; nan for who is not there."""
+    collisions: Mapping[frozenset[str], float]
+    """When two entities were first seen to collide [s]."""
+
+
+def play(library: Path, files: Mapping[str, bytes], name: str, recording: Recording, instants: Floats) -> Played:
+    """Play the file of that name; the others are those that it needs.
+
+    Raises:
+        InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is no esmini.
+    """
+    names = entity_names(recording)
+    with TemporaryDirectory() as folder:
+        for each, content in files.items():
+            (Path(folder) / each).write_bytes(content)
+        job = {
+            "library": str(library),
+            "file": str(Path(folder) / name),
+            "names": names,
+            "instants": instants.tolist(),
+            "memory": MEMORY,
+            "seconds": int(PATIENCE),
+        }
+        answer = _answer(job, Path(folder), name)
+    _refuse_other_layout(answer["sizes"], recording, names)
+    missing = [float("nan")] * 3
+    poses = np.array([[missing if pose is None else pose for pose in row] for row in answer["poses"]], dtype=np.float64)
+    collisions: dict[frozenset[str], float] = {}
+    for time, one, other in answer["collisions"]:
+        collisions.setdefault(frozenset((one, other)), time)
+    return Played(instants, poses.reshape(len(instants), len(names), 3), collisions)
+
+
+def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
+    result = folder / "result.json"
+    try:
+        done = subprocess.run(  # noqa: S603 - our own script, by this very interpreter
+            [sys.executable, "-I", str(CHILD), str(result)],
+            input=json.dumps(job).encode(),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            cwd=folder,
+            timeout=PATIENCE,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InterchangeError(f"esmini hangs: no end after {PATIENCE:g} s", BY_HAND, name) from None
+    answer: dict[str, Any] = json.loads(result.read_text(encoding="utf-8")) if result.exists() else {}
+    if "poses" in answer:
+        return answer
+    raise InterchangeError(_reason(answer, done.returncode, done.stderr), BY_HAND, name)
+
+
+BY_HAND = "play the file with esmini itself, and look into its log"
+
+
+def _reason(answer: Mapping[str, Any], code: int, said: bytes) -> str:
+    """Why there is nothing to tell."""
+    if "missing" in answer or "foreign" in answer:
+        return f"this is no library of esmini: {quoted(str(answer.get('missing', answer.get('foreign'))))}"
+    if "memory" in answer:
+        return f"esmini takes more than {MEMORY / 1e9:g} GB"
+    if answer.get("refused"):
+        return "esmini does not open it"
+    if code == -getattr(signal, "SIGXCPU", 0):
+        return f"esmini hangs: no end after {PATIENCE:g} s"
+    if code < 0:
+        return f"esmini crashes ({signal.Signals(-code).name})"
+    last = said.decode(errors="replace").strip().splitlines()
+    return f"esmini ends without an answer{': ' + quoted(last[-1]) if last else ''}"
+
+
+def _refuse_other_layout(sizes: Mapping[str, Sequence[float]], recording: Recording, names: Sequence[str]) -> None:
+    """Raises InterchangeError where the library has other fields than esmini 3.6.0, so that nothing can be believed."""
+    for name, actor in zip(names, recording.actors, strict=True):
+        if name in sizes and not np.allclose(sizes[name], (actor.length, actor.width), atol=1e-3):
+            raise InterchangeError(
+                "this esmini lays its states out otherwise than version 3.6.0", "take that version, or a near one"
+            )

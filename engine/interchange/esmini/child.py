@@ -1,0 +1,124 @@
+"""esmini in a process of its own: a script, not imported by cortexc, that plays one file and writes what it saw.
+
+`python child.py RESULT`, with the job as JSON on stdin. Limits of memory and processor time are set before the library
+is loaded, so that an esmini that runs wild ends alone. Only documented calls of esminiLib.hpp are used.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import sys
+from contextlib import suppress
+from ctypes import c_bool, c_char_p, c_double, c_int, c_uint32
+from pathlib import Path
+from typing import Any, ClassVar
+
+
+class ObjectState(ctypes.Structure):
+    """`SE_ScenarioObjectState` of esmini 3.6.0, and room for what later ones add."""
+
+    _fields_: ClassVar = [
+        *((name, c_int) for name in ("id", "model_id", "ctrl_type")),
+        *((name, c_double) for name in ("timestamp", "x", "y", "z", "h", "p", "r")),
+        *((name, c_uint32) for name in ("road", "junction")),
+        ("t", c_double),
+        ("lane", c_int),
+        *((name, c_double) for name in ("lane_offset", "s", "speed", "ahead", "aside", "above")),
+        *((name, c_double) for name in ("width", "length", "height")),
+        ("later", c_double * 64),
+    ]
+
+
+def limit(memory: int, seconds: int) -> None:
+    """Bound this process [bytes], [s]; where the system cannot, the parent's patience remains."""
+    with suppress(ImportError):
+        import resource
+
+        for what, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
+            with suppress(ValueError, OSError):
+                resource.setrlimit(what, (most, most + (what == resource.RLIMIT_CPU)))
+
+
+def opened(path: str) -> Any:
+    """The library, with the types of what is called."""
+    library = ctypes.CDLL(path)
+    library.SE_Init.argtypes = [c_char_p, c_int, c_int, c_int, c_int]
+    library.SE_StepDT.argtypes = [c_double]
+    library.SE_GetSimulationTime.restype = c_double
+    library.SE_SetOptionValue.argtypes = [c_char_p, c_char_p]
+    library.SE_CollisionDetection.argtypes = [c_bool]
+    library.SE_LogToConsole.argtypes = [c_bool]
+    library.SE_SetLogFilePath.argtypes = [c_char_p]
+    library.SE_GetIdByName.argtypes = [c_char_p]
+    return library
+
+
+def play(library: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Step from instant to instant, and note poses of outlines' middles and who collides with whom."""
+    library.SE_LogToConsole(False)
+    library.SE_SetLogFilePath(b"esmini.log")
+    library.SE_SetOptionValue(b"traj_filter", b"0")
+    library.SE_CollisionDetection(True)
+    if library.SE_Init(os.fsencode(job["file"]), 0, 0, 0, 0) != 0:
+        return {"refused": True}
+    names = job["names"]
+    poses: list[list[list[float] | None]] = []
+    sizes: dict[str, list[float]] = {}
+    collisions: dict[tuple[str, str], float] = {}
+    now = 0.0
+    for instant in job["instants"]:
+        if instant > now:
+            library.SE_StepDT(instant - now)
+            now = instant
+        ids = {name: library.SE_GetIdByName(name.encode()) for name in names}
+        states = {name: _state(library, ids[name]) for name in names}
+        poses.append([None if state is None else _middle(state) for state in states.values()])
+        sizes.update({name: [state.length, state.width] for name, state in states.items() if state is not None})
+        for pair in _collisions(library, ids):
+            collisions.setdefault(pair, now)
+    library.SE_Close()
+    return {"poses": poses, "sizes": sizes, "collisions": [[time, *pair] for pair, time in collisions.items()]}
+
+
+def _state(library: Any, number: int) -> ObjectState | None:
+    state = ObjectState()
+    return state if number >= 0 and library.SE_GetObjectState(number, ctypes.byref(state)) == 0 else None
+
+
+def _middle(state: ObjectState) -> list[float]:
+    from math import cos, sin
+
+    x = state.x + state.ahead * cos(state.h) - state.aside * sin(state.h)
+    return [x, state.y + state.ahead * sin(state.h) + state.aside * cos(state.h), state.h]
+
+
+def _collisions(library: Any, ids: dict[str, int]) -> list[tuple[str, str]]:
+    known = {number: name for name, number in ids.items() if number >= 0}
+    found: list[tuple[str, str]] = []
+    for number, name in known.items():
+        for index in range(max(library.SE_GetObjectNumberOfCollisions(number), 0)):
+            other = known.get(library.SE_GetObjectCollision(number, index))
+            if other is not None:
+                found.append((name, other))
+    return found
+
+
+def main() -> None:
+    """Answer the job on stdin in the file that is named."""
+    job = json.load(sys.stdin)
+    limit(job["memory"], job["seconds"])
+    try:
+        answer = play(opened(job["library"]), job)
+    except OSError as error:
+        answer = {"missing": str(error)}
+    except AttributeError as error:
+        answer = {"foreign": str(error)}
+    except MemoryError:
+        answer = {"memory": True}
+    Path(sys.argv[1]).write_text(json.dumps(answer), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""`cortexc measure --all`: every pair of a recording that comes near, judged while it is near, worst first.
+
+Nobody is the ego: each two are a pair, from the first sample at which their centres are nearer than `NEAR` to the last,
+as long as both are there. What a pair comes to is what `measuring` would say of a recording of those two alone, cut to
+that window. Two who overlap from its first sample (a trailer, a rider and a bicycle, sizes that are too large) have no
+start to judge from: they are counted, and not ranked.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.host import pair_arrays
+from engine.interchange.contract import InterchangeError
+from engine.interchange.measuring import outcomes_of
+from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.tables.read import actor_of, gaps_of, mixed_rates, usual_step
+from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.kernels.every_pair import (
+    CONTACT,
+    FASTEST_AT,
+    NEAREST_AT,
+    OVERLAPPING,
+    TOUCHED,
+    TTC,
+    TTC_TIME,
+    Crowd,
+    judge_windows,
+    near_windows,
+)
+from engine.kernels.pair import PLACES, ROWS
+from engine.outcomes import PAIRS, Outcomes, blank_outcomes
+from engine.risk import PROFILES, assess
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import State, Verdict
+
+NEAREST = PLACES.index(ROWS.index("min_distance"))
+NEAR = 50.0
+"""Farther apart than this, centres of two have no window [m]."""
+MOST_WINDOWS = 1_000_000
+MOST_ROWS = 8_000_000
+"""Samples of all actors; a kernel holds them in 0.6 GB."""
+
+
+@dataclass(frozen=True)
+class RankedWindows:
+    """Windows of pairs, the worst first; arrays are row-aligned, times [s] count as the recording does."""
+
+    names: Sequence[str]
+    """Of all actors."""
+    kinds: Ints
+    """(actors,)"""
+    step: float
+    """On which motion was measured [s]."""
+    actors: Ints
+    """(windows, 2)"""
+    begin: Floats
+    end: Floats
+    outcomes: Outcomes
+    """One row a window: the pair's metrics, the former actor as its ego."""
+    score: Ints
+    ttc: Floats
+    """Least time to collision [s], infinite where none is on its way."""
+    ttc_time: Floats
+    after_contact: Bools
+    """Whether one of the two had touched a third before the two were nearest."""
+    overlapping: Sequence[tuple[str, str]]
+    """Pairs that overlap from the first sample of a window."""
+    remarks: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.score)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        worst = f", the worst of risk {self.score[0]}" if len(self) else ""
+        return f"RankedWindows({len(self.names):,} actors, {len(self):,} windows{worst})"
+
+
+def rank_pairs(
+    tracks: Tracks, *, near: float = NEAR, step: float | None = None, profile: str = "paper"
+) -> RankedWindows:
+    """Judge every pair while its centres are nearer than `near` [m], on steps of `step` [s] or those of the recording.
+
+    Raises:
+        InterchangeError: nobody moves on steps; too many samples or windows; no such profile.
+    """
+    if profile not in PROFILES:
+        raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
+    own = usual_step(np.unique(np.concatenate([track.time for track in tracks.tracks])))
+    on = own if step is None else step
+    crowd = _crowd(tracks, on)
+    windows = near_windows(crowd, near, MOST_WINDOWS)
+    if len(windows) >= MOST_WINDOWS:
+        cure = "look nearer, as in --near 20, or at a part of it"
+        raise InterchangeError(f"more than {MOST_WINDOWS:,} times two come near", cure, tracks.file)
+    rows = judge_windows(crowd, windows, on)
+    _judge_between_steps(tracks, windows, rows, on)
+    remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own))
+    return _ranked(tracks, windows, rows, on, profile, remarks)
+
+
+# -- from tracks to a crowd --------------------------------------------------------------------------------------------
+
+
+def _crowd(tracks: Tracks, step: float) -> Crowd:
+    spans = [_steps(track, step) for track in tracks.tracks]
+    offset = np.concatenate([[0], np.cumsum([end - begin for begin, end in spans])]).astype(np.int64)
+    if offset[-1] > MOST_ROWS:
+        message = f"{offset[-1]:,} samples on steps of {step:g} s"
+        raise InterchangeError(message, "take a longer step, as in --step 0.1", tracks.file)
+    states = np.zeros((int(offset[-1]), len(State)))
+    for (begin, end), row, track in zip(spans, offset.tolist(), tracks.tracks, strict=False):
+        _fill(states[row : row + end - begin], track, np.arange(begin, end, dtype=np.float64) * step)
+    return Crowd(
+        states,
+        offset,
+        np.array([begin for begin, _ in spans], dtype=np.int64),
+        np.array([(track.length, track.width, track.rear_to_center) for track in tracks.tracks]),
+        np.array([_bounds(track) for track in tracks.tracks]),
+        np.array([_fastest(states[a:b]) for a, b in zip(offset[:-1].tolist(), offset[1:].tolist(), strict=True)]),
+    )
+
+
+def _steps(track: TableTrack, step: float) -> tuple[int, int]:
+    """The first step at which an actor is there, and the one after the last; of one between two steps, none."""
+    first = math.ceil((track.time[0] - SAME_INSTANT) / step)
+    return first, max(first, math.floor((track.time[-1] + SAME_INSTANT) / step) + 1)
+
+
+def _fill(states: Floats, track: TableTrack, instants: Floats) -> None:
+    """Between two of its rows an actor moves linearly; in a gap it is absent."""
+    motion = zip(
+        (State.X, State.Y, State.HEADING, State.SPEED), (*track.positions.T, track.heading, track.speed), strict=True
+    )
+    for column, values in motion:
+        states[:, column] = np.interp(instants, track.time, values)
+    states[:, State.PRESENT] = 1.0
+    for gap in gaps_of(track.time).tolist():
+        inside = (instants > track.time[gap] + SAME_INSTANT) & (instants < track.time[gap + 1] - SAME_INSTANT)
+        states[inside, State.PRESENT] = 0.0
+
+
+def _bounds(track: TableTrack) -> tuple[float, float, float, float]:
+    x, y = track.positions.T
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+
+
+def _fastest(states: Floats) -> float:
+    """The longest way of a step; infinite where no step may be passed."""
+    if not states[:, State.PRESENT].all():
+        return math.inf
+    ways = np.diff(states[:, [State.X, State.Y]], axis=0)
+    return float(np.hypot(ways[:, 0], ways[:, 1]).max(initial=0.0))
+
+
+# -- who has rows between steps, as at contact in recordings of ours: they may touch between two steps -----------------
+
+CLOSE = 1.0
+"""Farther apart than this at every step nobody touches between two of them [m]."""
+ON_STEP = 1e-6
+"""How far from a step a row may lie and still be on it [s]."""
+
+
+def _judge_between_steps(tracks: Tracks, windows: Ints, rows: Floats, step: float) -> None:
+    """Judge the closest pairs again at every instant at which one of them has a row."""
+    off = np.array(
+        [bool((np.abs(t.time / step - np.round(t.time / step)) * step > ON_STEP).any()) for t in tracks.tracks]
+    )
+    close = (rows[:, CONTACT] != OVERLAPPING) & (rows[:, NEAREST] < CLOSE)
+    for row in np.flatnonzero(close & (off[windows[:, 0]] | off[windows[:, 1]])).tolist():
+        one, other, first, last = (int(value) for value in windows[row])
+        outcomes = outcomes_of(_alone((tracks.tracks[one], tracks.tracks[other]), first * step, last * step, step))
+        rows[row, : len(PLACES)] = [float(getattr(outcomes, ROWS[place])[0, 0]) for place in PLACES]
+        rows[row, [NEAREST_AT, FASTEST_AT]] += first * step
+        if outcomes.collided[0]:
+            rows[row, [CONTACT, TTC, TTC_TIME]] = TOUCHED, 0.0, rows[row, NEAREST_AT]
+
+
+def _alone(pair: tuple[TableTrack, TableTrack], begin: float, end: float, step: float) -> Recording:
+    """A recording of two alone, while both are there."""
+    times = [track.time[(track.time > begin + ON_STEP) & (track.time < end - ON_STEP)] for track in pair]
+    instants = np.unique(np.concatenate([[begin, end], *times]))
+    instants = instants[np.append(True, np.diff(instants) > SAME_INSTANT)]
+    states = np.zeros((len(instants), 2, len(State)))
+    for number, track in enumerate(pair):
+        _fill(states[:, number], track, instants)
+    return Recording("pair", tuple(map(actor_of, pair)), instants - begin, states, step, commands=False)
+
+
+# -- from numbers to ranks ---------------------------------------------------------------------------------------------
+
+
+def _ranked(
+    tracks: Tracks, windows: Ints, rows: Floats, step: float, profile: str, remarks: tuple[str, ...]
+) -> RankedWindows:
+    names = [track.name for track in tracks.tracks]
+    apart = rows[:, CONTACT] != OVERLAPPING
+    overlapping = [(names[one], names[other]) for one, other in _pairs(windows[~apart])]
+    windows, rows = windows[apart], rows[apart]
+    outcomes = _outcomes(rows)
+    risk = assess(outcomes, PROFILES[profile])
+    nearest = outcomes.min_distance_time[:, 0]
+    order = np.lexsort((nearest, outcomes.min_distance[:, 0], -risk.continuous, -risk.score))
+    kept = _taken(outcomes, order)
+    return RankedWindows(
+        names=names,
+        kinds=np.array([int(track.kind) for track in tracks.tracks], dtype=np.int32),
+        step=step,
+        actors=windows[order, :2].astype(np.int32),
+        begin=windows[order, 2].astype(np.float64) * step,
+        end=windows[order, 3].astype(np.float64) * step,
+        outcomes=kept,
+        score=risk.score[order],
+        ttc=rows[order, TTC],
+        ttc_time=rows[order, TTC_TIME],
+        after_contact=_after_contact(windows, outcomes, len(names))[order],
+        overlapping=tuple(dict.fromkeys(overlapping)),
+        remarks=remarks,
+    )
+
+
+def _outcomes(rows: Floats) -> Outcomes:
+    """The former actor is the ego of a row."""
+    count = len(rows)
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (count, 1, 1))
+    pairs[:, 0, list(PLACES)] = rows[:, : len(PLACES)]
+    touched = rows[:, CONTACT] == TOUCHED
+    arrays = pair_arrays(pairs + 0.0)  # -0.0 is 0
+    ones = np.zeros(count, dtype=np.int32)
+    return blank_outcomes(
+        count,
+        2,
+        verdict=np.full(count, int(Verdict.VALID), dtype=np.int32),
+        collided=touched,
+        contact_actors=np.column_stack([np.where(touched, ones, -1), np.where(touched, 1, -1)]).astype(np.int32),
+        **arrays,
+    )
+
+
+def _taken(outcomes: Outcomes, order: Ints) -> Outcomes:
+    return type(outcomes)(**{name: array[order] for name, array in vars(outcomes).items()})
+
+
+def _after_contact(windows: Ints, outcomes: Outcomes, actors: int) -> Bools:
+    """(windows,) whether one of the two had touched a third before they were nearest."""
+    when: Floats = outcomes.min_distance_time[:, 0]
+    pairs = _pairs(windows)
+    touches: list[list[tuple[float, int]]] = [[] for _ in range(actors)]
+    for row in np.flatnonzero(outcomes.collided).tolist():
+        one, other = pairs[row]
+        touches[one].append((float(when[row]), other))
+        touches[other].append((float(when[row]), one))
+
+    def before(actor: int, partner: int, nearest: float) -> bool:
+        return any(time < nearest and met != partner for time, met in touches[actor])
+
+    return np.array(
+        [before(a, b, t) or before(b, a, t) for (a, b), t in zip(pairs, when.tolist(), strict=True)], dtype=np.bool_
+    )
+
+
+def _pairs(windows: Ints) -> list[tuple[int, int]]:
+    return [(int(row[0]), int(row[1])) for row in windows]

@@ -1,0 +1,161 @@
+"""CARLA's recorder as text: what `client.show_recorder_file_info(FILE, True)` returns, saved in a file.
+
+Source: CARLA's documentation, "Recorder", and its plugin's `CarlaRecorderQuery.cpp`: locations and boxes are
+centimetres of Unreal Engine, rotations are (roll, pitch, yaw) in degrees, y points right of x, velocities are m/s.
+Boxes and velocities are there only in recordings with additional data.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.logs.rows import Row, tracks_of_rows
+from engine.interchange.tables.layouts import Layout, Point
+from engine.interchange.tables.tracks import Tracks
+from engine.vocabulary import ActorKind
+
+MOST_BYTES = 1_000_000_000
+CENTIMETRE = 0.01
+VEHICLE, WALKER = "1", "2"
+"""Types of actors in the recorder; others are lights, signs and sensors."""
+BICYCLES = ("crossbike", "omafiets", "century")
+TRUCKS = ("carlacola", "firetruck", "european_hgv", "cybertruck")
+BUSES = ("fusorosa",)
+LAYOUT = Layout(
+    name="CARLA's recorder",
+    known_by=(),
+    columns={"actor": "Id", "heading": "Rotation"},
+    point=Point.CENTER,
+    said="centimetres and degrees, y points right of x; positions are centres of boxes where boxes are recorded",
+    y_down=True,
+    kinds={kind.name.lower(): kind for kind in ActorKind},
+)
+_NUMBER = r"(-?[\d.]+(?:e[+-]?\d+)?)"
+_VECTOR = rf"\({_NUMBER}, {_NUMBER}, {_NUMBER}\)"
+FRAME = re.compile(rf"Frame \d+ at {_NUMBER} seconds")
+CREATE = re.compile(r" Create (\d+): (\S+) \((\d+)\) at ")
+ATTRIBUTE = re.compile(r"  (\w+) = (.*)")
+POSE = re.compile(rf"  Id: (\d+) Location: {_VECTOR} Rotation: {_VECTOR}")
+VELOCITY = re.compile(rf"  Id: (\d+) linear_velocity: {_VECTOR}")
+BOX = re.compile(rf"  Id: (\d+) origin: {_VECTOR} extension: {_VECTOR}")
+BOXES, POSITIONS, ACTORS = " Actor bounding boxes:", " Positions:", " Dynamic actors:"
+
+
+@dataclass
+class _Actor:
+    """One that was created."""
+
+    blueprint: str
+    is_walker: bool
+    attributes: dict[str, str] = field(default_factory=dict[str, str])
+    origin: tuple[float, float] = (0.0, 0.0)
+    size: tuple[float, float] = (0.0, 0.0)
+    """0 where no box was recorded."""
+
+    @property
+    def kind(self) -> ActorKind:
+        if self.is_walker:
+            return ActorKind.PEDESTRIAN
+        said, name = self.attributes.get("base_type", "").lower(), self.blueprint
+        if "bicycle" in said or any(word in name for word in BICYCLES):
+            return ActorKind.BICYCLE
+        if self.attributes.get("number_of_wheels") == "2":
+            return ActorKind.MOTORCYCLE
+        if "bus" in said or any(word in name for word in BUSES):
+            return ActorKind.BUS
+        return ActorKind.TRUCK if "truck" in said or any(word in name for word in TRUCKS) else ActorKind.CAR
+
+
+@dataclass
+class _Log:
+    """What was read so far."""
+
+    actors: dict[str, _Actor] = field(default_factory=dict[str, _Actor])
+    poses: list[tuple[int, float, str, tuple[float, float, float]]] = field(default_factory=list)
+    """Line, time, actor, (x, y, yaw)."""
+    velocities: dict[tuple[float, str], tuple[float, float]] = field(default_factory=dict)
+
+
+def read_recorder(path: Path) -> Tracks:
+    """Raises InterchangeError: unreadable, no such text, or without positions."""
+    log = _read(path)
+    if not log.poses:
+        cure = "ask for everything: client.show_recorder_file_info(FILE, True)"
+        raise InterchangeError("no positions of vehicles or walkers stand in it", cure, path.name)
+    whole = all((time, actor) in log.velocities for _, time, actor, _ in log.poses)
+    keys = ("time", "actor", "x", "y", "heading", "length", "width", "type", "role")
+    return tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))
+
+
+def _read(path: Path) -> _Log:
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InterchangeError("the file is larger than 1 GB", "record a part of it", path.name)
+        with path.open(encoding="utf-8", errors="replace") as file:
+            log = _Log()
+            _gather(log, file)
+            return log
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+
+
+def _gather(log: _Log, lines: Iterator[str]) -> None:
+    time, section, created = 0.0, "", None
+    for number, line in enumerate(lines, 1):
+        if found := FRAME.match(line):
+            time, section, created = float(found.group(1)), "", None
+        elif found := CREATE.match(line):
+            name, blueprint, kind = found.groups()
+            created = _Actor(blueprint, kind == WALKER) if kind in (VEHICLE, WALKER) else None
+            if created is not None:
+                log.actors[name] = created
+        elif (found := ATTRIBUTE.match(line)) and created is not None:
+            created.attributes[found.group(1)] = found.group(2).strip()
+        elif line.startswith(" ") and not line.startswith("  "):
+            section, created = line.partition(":")[0] + ":", None
+        else:
+            _add(log, section, line, number, time)
+
+
+def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
+    """One line of a list."""
+    pattern = {POSITIONS: POSE, ACTORS: VELOCITY, BOXES: BOX}.get(section)
+    found = pattern.match(line) if pattern is not None else None
+    if found is None or (actor := log.actors.get(found.group(1))) is None:
+        return
+    numbers = [float(text) for text in found.groups()[1:]]
+    if section == POSITIONS:
+        pose = (numbers[0] * CENTIMETRE, numbers[1] * CENTIMETRE, math.radians(numbers[5]))
+        log.poses.append((number, time, found.group(1), pose))
+    elif section == ACTORS:
+        log.velocities[time, found.group(1)] = (numbers[0], numbers[1])
+    else:
+        actor.origin = (numbers[0] * CENTIMETRE, numbers[1] * CENTIMETRE)
+        actor.size = (2.0 * numbers[3] * CENTIMETRE, 2.0 * numbers[4] * CENTIMETRE)
+
+
+def _rows(log: _Log) -> Iterator[Row]:
+    for line, time, name, (x, y, yaw) in log.poses:
+        actor = log.actors[name]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        vel_x, vel_y = log.velocities.get((time, name), (0.0, 0.0))
+        yield (
+            line,
+            {
+                "time": time,
+                "actor": name,
+                "x": x + actor.origin[0] * cos - actor.origin[1] * sin,
+                "y": y + actor.origin[0] * sin + actor.origin[1] * cos,
+                "heading": yaw,
+                "vel_x": vel_x,
+                "vel_y": vel_y,
+                "length": actor.size[0],
+                "width": actor.size[1],
+                "type": actor.kind.name.lower(),
+                "role": actor.attributes.get("role_name", ""),
+            },
+        )

@@ -1,0 +1,108 @@
+"""esmini's `--csv_logger FILE.csv`: one row a time step, a block of columns for each entity.
+
+Source: esmini's user guide, "Logging", and the columns that it writes: `#1 World_Position_X [m]` is the middle of the
+rear axle of the first entity, `#1 bb_x [m]` how far ahead of it the middle of its box lies.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.logs.rows import Row, tracks_of_rows
+from engine.interchange.tables.cells import CsvRows
+from engine.interchange.tables.layouts import Layout, Point
+from engine.interchange.tables.tracks import Tracks
+
+LAYOUT = Layout(
+    name="esmini's --csv_logger",
+    known_by=(),
+    columns={"time": "TimeStamp [s]", "actor": "Entitity_Name [-]"},
+    point=Point.CENTER,
+    said="positions are rear axles, and become centres by the logged boxes; kinds are not logged",
+)
+KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width")
+NAME = "Entitity_Name [-]"
+NUMBERS = {
+    "x": "World_Position_X [m]",
+    "y": "World_Position_Y [m]",
+    "heading": "World_Heading_Angle [rad]",
+    "speed": "Current_Speed [m/s]",
+    "length": "bb_length [m]",
+    "width": "bb_width [m]",
+    "ahead": "bb_x [m]",
+    "aside": "bb_y [m]",
+}
+BLOCK = re.compile(r"#(\d{1,6}) (.+)")
+MOST_PREAMBLE = 100
+"""Lines above the column names."""
+
+
+def read_esmini_log(path: Path) -> Tracks:
+    """Raises InterchangeError: unreadable, or a column is missing or holds no number."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return tracks_of_rows(path, LAYOUT, KEYS, _rows(csv.reader(file), path.name))
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InterchangeError(f"this is no log of esmini: {error}", "let esmini write it again", path.name) from None
+
+
+def _rows(lines: CsvRows, name: str) -> Iterator[Row]:
+    time, blocks = _columns(lines, name)
+    for cells in lines:
+        if len(cells) <= time or not cells[time].strip():
+            continue
+        place = f"{name}, line {lines.line_num}"
+        now = _number(cells, time, place)
+        for block in blocks:
+            if len(cells) > block[NAME] and cells[block[NAME]].strip():
+                yield lines.line_num, _row(cells, block, now, place)
+
+
+def _columns(lines: CsvRows, name: str) -> tuple[int, list[Mapping[str, int]]]:
+    """Where the time stands, and each block's columns."""
+    names: list[str] = []
+    for cells in lines:
+        names = [cell.strip() for cell in cells]
+        if LAYOUT.columns["time"] in names:
+            break
+        if lines.line_num > MOST_PREAMBLE:
+            raise InterchangeError("its column names are missing", "let esmini write it again", name)
+    else:
+        raise InterchangeError("its column names are missing", "let esmini write it again", name)
+    blocks: dict[str, dict[str, int]] = {}
+    for index, cell in enumerate(names):
+        if found := BLOCK.fullmatch(cell):
+            blocks.setdefault(found.group(1), {})[found.group(2).strip()] = index
+    for number, block in blocks.items():
+        missing = next((column for column in (NAME, *NUMBERS.values()) if column not in block), None)
+        if missing:
+            message = f"there is no column `#{number} {missing}`"
+            raise InterchangeError(message, "log with a newer esmini", f"{name}, line {lines.line_num}")
+    return names.index(LAYOUT.columns["time"]), list(blocks.values())
+
+
+def _row(cells: Sequence[str], block: Mapping[str, int], time: float, place: str) -> Mapping[str, float | str]:
+    values = {key: _number(cells, block[column], place) for key, column in NUMBERS.items()}
+    cos, sin = math.cos(values["heading"]), math.sin(values["heading"])
+    ahead, aside = values.pop("ahead"), values.pop("aside")
+    values["x"] += ahead * cos - aside * sin
+    values["y"] += ahead * sin + aside * cos
+    return {"time": time, "actor": cells[block[NAME]].strip(), **values}
+
+
+def _number(cells: Sequence[str], index: int, place: str) -> float:
+    text = cells[index] if index < len(cells) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        message = f"it should hold a number, and holds {quoted(text) if text.strip() else 'nothing'}"
+        raise InterchangeError(message, "correct it, or leave out the row", f"{place}, column {index + 1}")
+    return value

@@ -1,0 +1,71 @@
+"""SUMO's floating car data, `--fcd-output FILE.xml`: who is where in each time step.
+
+Source: SUMO's documentation, "FCD output": x and y are the front bumper's middle [m], `angle` counts clockwise from
+north [degrees], `speed` [m/s]. Sizes are not in it; those of SUMO's vehicle classes are taken.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.logs.rows import Row, tracks_of_rows
+from engine.interchange.tables.layouts import SUMO_SAID, SUMO_SIZES, Layout, Point
+from engine.interchange.tables.tracks import Tracks
+from engine.interchange.xml import Limits, Node, read_xml
+from engine.vocabulary import ActorKind
+
+LIMITS = Limits(megabytes=300.0, elements=3_000_000, all_attributes=36_000_000)
+KEYS = ("time", "actor", "x", "y", "heading", "speed", "type")
+LAYOUT = Layout(
+    name="SUMO's FCD output",
+    known_by=(),
+    columns={"actor": "id", "heading": "angle"},
+    point=Point.FRONT,
+    said=SUMO_SAID,
+    compass=True,
+    kinds={"person": ActorKind.PEDESTRIAN, "container": ActorKind.OBSTACLE},
+    sizes=SUMO_SIZES,
+)
+GEO_EXTENT = 1.0
+"""Degrees that no network spans; what spans less, and is driven faster than that in a second, is no metres."""
+
+
+def read_fcd(path: Path) -> Tracks:
+    """Raises InterchangeError: unreadable, no FCD output, or positions in degrees of longitude and latitude."""
+    rows = list(_rows(read_xml(path, "fcd-export", LIMITS)))
+    _refuse_degrees(path, rows)
+    return tracks_of_rows(path, LAYOUT, KEYS, rows)
+
+
+def _rows(root: Node) -> Iterator[Row]:
+    for step in root.every("timestep"):
+        time = step.number("time")
+        for node in step.children:
+            yield (
+                node.line,
+                {
+                    "time": time,
+                    "actor": node.text("id"),
+                    "x": node.number("x"),
+                    "y": node.number("y"),
+                    "heading": math.radians(node.number("angle")),
+                    "speed": node.number("speed"),
+                    "type": node.tag if node.tag in LAYOUT.kinds else node.text("type", ""),
+                },
+            )
+
+
+def _refuse_degrees(path: Path, rows: list[Row]) -> None:
+    """Longitude and latitude hardly change while somebody drives."""
+    spans = [_span(rows, "x"), _span(rows, "y")]
+    fast = any(float(row["speed"]) > GEO_EXTENT for _, row in rows)
+    long = _span(rows, "time") > 10.0
+    if rows and fast and long and max(spans) < GEO_EXTENT:
+        message = "its positions are degrees of longitude and latitude"
+        raise InterchangeError(message, "write it again without --fcd-output.geo", path.name)
+
+
+def _span(rows: list[Row], key: str) -> float:
+    values = [float(row[key]) for _, row in rows]
+    return max(values) - min(values) if values else 0.0

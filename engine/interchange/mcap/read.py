@@ -1,0 +1,99 @@
+"""MCAP files of ours, read back: boxes of `/actors`, speeds of `/numbers`, and what each actor is from the metadata."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.extras import MissingExtraError, needed
+from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.mcap.write import ACTORS
+from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind
+
+MOST_MESSAGES = 1_000_000
+Sample = tuple[float, float, float, float, float, float, float]
+"""Time [s], x, y, heading, speed, length, width."""
+
+
+def read_mcap(path: Path) -> Tracks:
+    """Raises InterchangeError: mcap is not installed; damaged, or of another tool."""
+    try:
+        reader, broken = (
+            needed("mcap.reader", "MCAP needs", "export"),
+            needed("mcap.exceptions", "MCAP needs", "export"),
+        )
+    except MissingExtraError as missing:
+        raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None
+    try:
+        with path.open("rb") as file:
+            return _tracks(reader.make_reader(file, validate_crcs=True), path.name)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+    except (broken.McapError, ValueError, KeyError, IndexError, TypeError) as error:
+        reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
+        message = f"this is no MCAP of ours that can be read: {quoted(reason)[1:-1]}"
+        raise InterchangeError(message, "write it again, or take CSV or Parquet", path.name) from None
+
+
+def _tracks(reader: Any, name: str) -> Tracks:
+    samples: dict[str, list[Sample]] = {}
+    boxes: dict[int, Mapping[str, Any]] = {}
+    begin: int | None = None
+    for count, (schema, channel, message) in enumerate(reader.iter_messages()):
+        if count >= MOST_MESSAGES:
+            raise InterchangeError(f"there are more than {MOST_MESSAGES:,} messages", "take fewer samples", name)
+        _refuse_others(schema, name)
+        begin = message.log_time if begin is None else begin
+        if channel.topic == "/actors":
+            boxes[message.log_time] = json.loads(message.data)
+        elif channel.topic == "/numbers":
+            numbers = json.loads(message.data)
+            for entity in boxes.pop(message.log_time)["entities"]:
+                seconds = (message.log_time - begin) / 1e9
+                own = _sample(entity["cubes"][0], seconds, float(numbers[entity["id"]]["speed"]))
+                samples.setdefault(entity["id"], []).append(own)
+    if not samples:
+        raise InterchangeError("nobody moves in it", "record one actor at least", name)
+    nothing: Mapping[str, str] = {}
+    said = next((each.metadata for each in reader.iter_metadata() if each.name == ACTORS), nothing)
+    tracks = [_track(who, own, json.loads(said.get(who, "{}"))) for who, own in samples.items()]
+    remarks = () if said else ("it does not say what its actors are: everybody is taken for a car",)
+    return Tracks(tuple(tracks), remarks, name)
+
+
+def _refuse_others(schema: Any, name: str) -> None:
+    """Messages of other tools need the definitions of those."""
+    if schema is not None and schema.encoding != "jsonschema":
+        cure = "write it as omega-prime's Parquet: `omega_prime.Recording.from_file(…).to_parquet(…)`"
+        raise InterchangeError(f"its messages are {quoted(schema.name)[1:-1]}, which needs its own reader", cure, name)
+
+
+def _sample(cube: Any, seconds: float, speed: float) -> Sample:
+    at, turned, size = cube["pose"]["position"], cube["pose"]["orientation"], cube["size"]
+    heading = 2.0 * math.atan2(turned["z"], turned["w"])
+    return seconds, float(at["x"]), float(at["y"]), heading, speed, float(size["x"]), float(size["y"])
+
+
+def _track(name: str, samples: list[Sample], said: Mapping[str, Any]) -> TableTrack:
+    time, x, y, heading, speed, length, width = np.array(samples).T
+    kind = ActorKind[str(said.get("kind", "car")).upper()]
+    usual = MODELS[kind].rear_to_center * float(length[0]) / MODELS[kind].length
+    return TableTrack(
+        label=name,
+        name=name,
+        kind=kind,
+        is_ego=bool(said.get("ego", False)),
+        time=time,
+        positions=np.column_stack([x, y]),
+        heading=np.unwrap(heading),
+        speed=speed,
+        length=float(length[0]),
+        width=float(width[0]),
+        rear_to_center=float(said.get("rear_to_center", usual)),
+    )

@@ -1,0 +1,175 @@
+"""What `measure` reads: one row for each kind of file, and the one way to read any of them.
+
+What its columns mean is no matter of a row: tables of known tools are rows of `tables.layouts`. A new kind of file is a
+function from a path to `Tracks`, a row here, and a sample in its test.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.openscenario import read as openscenario
+from engine.interchange.openscenario.read import Imported
+from engine.interchange.recording import Recording
+from engine.interchange.tables.read import read_tracks, recording_of
+from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.vocabulary import State
+
+HEAD = 4096
+"""Bytes at the beginning of a file by which its kind is known."""
+SCENARIO = ".xosc"
+
+
+@dataclass(frozen=True)
+class Source:
+    """One row."""
+
+    what: str
+    """In words for people."""
+    suffixes: tuple[str, ...]
+    mark: bytes
+    """What stands in its first bytes, where a suffix is that of several."""
+    reader: str
+    """`module:function` of a path to `Tracks`, imported when it is asked for; "" for what `read_tracks` reads."""
+    conventions: str
+    """Units and reference point that it has, and what is made of them."""
+
+
+SOURCES: Mapping[str, Source] = MappingProxyType(
+    {
+        "esmini log": Source(
+            "esmini's `--csv_logger`",
+            (".csv",),
+            b"Entitity_Name",
+            "engine.interchange.logs.esmini:read_esmini_log",
+            "positions are rear axles, and become centres by the logged boxes",
+        ),
+        "table": Source("a table of trajectories", (".csv", ".parquet"), b"", "", "see the layouts"),
+        "SUMO": Source(
+            "SUMO's FCD output",
+            (".xml",),
+            b"<fcd-export",
+            "engine.interchange.logs.sumo:read_fcd",
+            "positions are front bumpers, angles clockwise from north, sizes those of SUMO's classes",
+        ),
+        "CommonRoad": Source(
+            "a CommonRoad scenario",
+            (".xml",),
+            b"<commonRoad",
+            "engine.interchange.logs.commonroad:read_commonroad",
+            "time steps of the file's own size; the ego is its solution, `NAME.solution.xml`, where that lies beside",
+        ),
+        "CARLA": Source(
+            "CARLA's recorder, as text",
+            (".txt", ".log"),
+            b"Frame ",
+            "engine.interchange.logs.carla:read_recorder",
+            "centimetres and degrees, y points right of x: they become metres, radians and y left of x",
+        ),
+        "MCAP": Source(
+            "an MCAP of ours",
+            (".mcap",),
+            b"\x89MCAP",
+            "engine.interchange.mcap.read:read_mcap",
+            "boxes of foxglove.SceneUpdate, speeds of `/numbers`",
+        ),
+    }
+)
+"""Looked through from the top: the first whose suffix and mark fit."""
+XOSC = Source(
+    "OpenSCENARIO",
+    (SCENARIO,),
+    b"",
+    "",
+    "actors that follow timed polylines, and the road beside it; rear axles become centres",
+)
+SUFFIXES: tuple[str, ...] = tuple(dict.fromkeys(suffix for row in SOURCES.values() for suffix in row.suffixes))
+
+
+def source_of(path: Path) -> Source:
+    """The row of a file.
+
+    Raises:
+        InterchangeError: it is of no kind that is read, or cannot be opened.
+    """
+    rows = [row for row in SOURCES.values() if path.suffix.lower() in row.suffixes]
+    if not rows:
+        raise InterchangeError("this is no recording", f"name a file that ends in {', '.join(SUFFIXES)}", path.name)
+    if all(row.mark == b"" for row in rows):
+        return rows[0]
+    head = _head(path)
+    found = next((row for row in rows if row.mark in head), None)
+    if found is None:
+        kinds = " nor ".join(row.what for row in rows)
+        raise InterchangeError(f"this is neither {kinds}", "name a recording of these kinds", path.name)
+    return found
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            what = "this is no file" if path.exists() else "there is no such file"
+            raise InterchangeError(what, "name a recording", str(path))
+        with path.open("rb") as file:
+            return file.read(HEAD)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+
+
+def read_traffic(path: Path, rate: float | None = None) -> Tracks:
+    """All road users of a recording, each with its own track; `rate`: samples a second, where the time is their count.
+
+    Raises:
+        InterchangeError: unreadable, or no recording of a kind that is read.
+    """
+    if path.suffix.lower() == SCENARIO:
+        read = openscenario.read_openscenario(path)
+        return tracks_of_recording(read.recording, path.name, read.remarks)
+    source = source_of(path)
+    if not source.reader:
+        return read_tracks(path, rate)
+    module, _, function = source.reader.partition(":")
+    read_it: Callable[[Path], Tracks] = getattr(import_module(module), function)
+    return read_it(path)
+
+
+def read_recording(
+    path: Path, ego: str | None = None, step: float | None = None, rate: float | None = None
+) -> Imported:
+    """The recording of an ego and of whom it meets, from a file of any kind; as `read_traffic`."""
+    if path.suffix.lower() == SCENARIO:
+        return openscenario.read_openscenario(path, ego=ego, step=step)
+    return recording_of(read_traffic(path, rate), path.stem, ego, step)
+
+
+def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...] = ()) -> Tracks:
+    """The actors that take part, each while it is there."""
+    begin = float(recording.time[0])
+    tracks: list[TableTrack] = []
+    for number, actor in enumerate(recording.actors):
+        there = np.flatnonzero(recording.there[:, number])
+        if not len(there):
+            continue
+        states = recording.states[there, number]
+        tracks.append(
+            TableTrack(
+                label=actor.name,
+                name=actor.name,
+                kind=actor.kind,
+                is_ego=number == 0,
+                time=recording.time[there] - begin,
+                positions=states[:, [State.X, State.Y]],
+                heading=states[:, State.HEADING],
+                speed=states[:, State.SPEED],
+                length=actor.length,
+                width=actor.width,
+                rear_to_center=actor.rear_to_center,
+            )
+        )
+    return Tracks(tuple(tracks), remarks, file, begin)
