@@ -1,6 +1,7 @@
 """`cortexc measure FILE --all`: every pair of a recording, the worst first."""
 
 import argparse
+import os
 from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
@@ -9,13 +10,14 @@ from cortex_dsl.cli.export import as_word
 from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import place_files
+from cortex_dsl.console.user_files import Asked, place_files
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.ranking_report import RankedReport
     from engine.interchange.tables.tracks import Tracks
 
 NEAREST, FARTHEST = 1.0, 1000.0
+ASKED = Asked("--table or --page", "--force")
 OF_ALL = ("near", "top", "table", "page")
 NOT_OF_ALL = ("ego", "to")
 
@@ -52,6 +54,12 @@ def check_options(options: argparse.Namespace) -> None:
             raise UsageError(
                 f"--{name} has no effect {where}", f"leave --{name} out" + ("" if options.all else ", or add --all")
             )
+    _check_files(options)
+
+
+def _check_files(options: argparse.Namespace) -> None:
+    if options.table is not None and options.table == options.page:
+        raise UsageError(f"--table and --page are both `{options.table}`", "name two files")
 
 
 def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -81,17 +89,18 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _write(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace) -> None:
-    from cortex_dsl.report.findings.ranking_report import ranking_csv
-
+    """Both files, once both are made; what stands in the way of either is said before one is written."""
+    files: dict[Path, bytes] = {}
     if options.table is not None:
-        place_files(
-            options.table.parent, {options.table.name: ranking_csv(report.ranked).encode()}, force=options.force
-        )
+        from cortex_dsl.report.findings.ranking_report import ranking_csv
+
+        files[options.table] = ranking_csv(report.ranked).encode()
     if options.page is not None:
         from cortex_dsl.report.page.ranking_page import ranking_page
 
-        page = ranking_page(report, tracks).encode()
-        place_files(options.page.parent, {options.page.name: page}, force=options.force)
+        files[options.page] = ranking_page(report, tracks).encode()
+    for path in sorted(files, key=os.path.lexists, reverse=True):
+        place_files(path.parent, {path.name: files[path]}, force=options.force, asked=ASKED)
 
 
 def _show(report: "RankedReport", options: argparse.Namespace, terminal: Terminal) -> None:

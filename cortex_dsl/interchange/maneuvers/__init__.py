@@ -37,7 +37,7 @@ NOTHING_VARIES = "no file of parameter values is written: nothing in the scenari
 
 def maneuver_files(case: "ExportCase", stem: str, options: ExportOptions, road_file: str) -> Export:
     """`<stem>.xosc` with `<stem>.champions.xosc` (of a run) and `<stem>.ranges.xosc`; the road is written elsewhere."""
-    plan = maneuver_plan(case.scenario, case.scenes)
+    plan = maneuver_plan(case.scenario, case.scenes, run=case.recording)
     road = case.scenario.program.road_spec
     export = write_maneuvers(case.recording, plan, stem, options, road_file, road_map(road))
     values = _value_files(case, plan, stem, options)

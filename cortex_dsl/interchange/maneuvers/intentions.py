@@ -11,9 +11,10 @@ from cortex_dsl.source import Span
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.maneuver_plan import Change, Reaction, Trigger, all_of, none_of
+from engine.interchange.recording import Recording
 from engine.kernels.steering import MAX_ACCELERATION
 from engine.opcodes import Op
-from engine.vocabulary import ActorKind, Column, Command
+from engine.vocabulary import ActorKind, Column, Command, State
 
 LEAST_RATE = 0.0001
 """Added to what brakes do: readers take no rate of 0, that of a pedal which is not pressed [m/s^2]."""
@@ -262,3 +263,23 @@ NAMES: dict[type[ir.Act], str] = {
 
 def _name(act: ir.Act) -> str:
     return NAMES.get(type(act), "an act")
+
+
+# -- what a run shows besides ------------------------------------------------------------------------------------------
+
+WIDE = 0.5
+"""Who is further than this from the middle of its lanes [m] does not keep to them."""
+
+
+def refuse_wide(case: Case, actor: int, drive: Drive, run: Recording | None) -> None:
+    """Raises UnsayableError where an actor is too fast for a bend: players keep it on its lane, whatever its speed."""
+    if drive.path is None or run is None:
+        return
+    paths, path = case.whole.network.paths, drive.path
+    scored = run.there[: run.scored_samples(), actor]
+    wide = 0.0
+    for x, y in run.states[: len(scored)][scored, actor, State.X : State.Y + 1].tolist():
+        foot = paths.pose(path, paths.project(path, x, y))
+        wide = max(wide, abs((y - foot.y) * math.cos(foot.heading) - (x - foot.x) * math.sin(foot.heading)))
+    if wide > WIDE:
+        raise UnsayableError(f"that it runs {wide:.1f} m wide of its lanes", case.actors[actor].span)

@@ -11,7 +11,7 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.interchange.maneuvers.formulas import Case, UnsayableError, formula_of, settled, varied_params
-from cortex_dsl.interchange.maneuvers.intentions import Drive, Reader
+from cortex_dsl.interchange.maneuvers.intentions import Drive, Reader, refuse_wide
 from cortex_dsl.interchange.maneuvers.triggers import trigger_of
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
@@ -29,6 +29,7 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     Way,
     phases_of,
 )
+from engine.interchange.recording import Recording
 from engine.opcodes import Op
 from engine.road.network import Lane, LaneRole
 from engine.scenes import Scenes
@@ -197,12 +198,12 @@ def _falls(lane: Lane, region: int) -> float | None:
 # -- the plan ----------------------------------------------------------------------------------------------------------
 
 
-def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0) -> ManeuverPlan:
-    """What the actors of one scene intend, and in `remarks` what of it cannot be said."""
+def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0, run: Recording | None = None) -> ManeuverPlan:
+    """What the actors of one scene intend, and in `remarks` what cannot be said, as that one runs wide in the `run`."""
     case = Case(scenario, scenes, row)
     names = unique_names(actor.name for actor in case.actors)
     readers = [Reader(case, names, index) for index in range(len(names))]
-    planned = [_planned(reader) for reader in readers]
+    planned = [_planned(reader, run) for reader in readers]
     actors = tuple(plan for plan, _, _ in planned)
     ends = (*_rule_ends(case, names, readers[0]), *_behaviour_ends(case, planned), *_other_ends(case, names))
     starts = tuple(parameter for _, placed, _ in planned for parameter in placed.parameters)
@@ -217,13 +218,14 @@ def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0) -> ManeuverP
 # -- actors -----------------------------------------------------------------------------------------------------------
 
 
-def _planned(reader: Reader) -> tuple[ActorPlan, Placed, Drive | None]:
+def _planned(reader: Reader, run: Recording | None) -> tuple[ActorPlan, Placed, Drive | None]:
     case, actor, name = reader.case, reader.actor, reader.names[reader.actor]
     try:
         if not case.actors[actor].present:
             raise UnsayableError("that it comes in later", case.actors[actor].span)
         drive = reader.drive()
         lanes = _route_lanes(case, drive)
+        refuse_wide(case, actor, drive, run)
         placed = _placed(case, actor, name, lanes)
         return _actor_plan(case, reader, drive, placed, lanes), placed, drive
     except UnsayableError as error:

@@ -106,7 +106,7 @@ def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
         )
     except subprocess.TimeoutExpired:
         raise InterchangeError(f"esmini hangs: no end after {PATIENCE:g} s", BY_HAND, name) from None
-    answer = json.loads(result.read_text(encoding="utf-8")) if result.exists() else {}
+    answer: dict[str, Any] = json.loads(result.read_text(encoding="utf-8")) if result.exists() else {}
     if "poses" in answer:
         return answer
     raise InterchangeError(_reason(answer, done.returncode, done.stderr), BY_HAND, name)

@@ -64,7 +64,10 @@ def play(library: Any, job: dict[str, Any]) -> dict[str, Any]:
     if library.SE_Init(os.fsencode(job["file"]), 0, 0, 0, 0) != 0:
         return {"refused": True}
     names = job["names"]
-    poses, sizes, collisions, now = [], {}, {}, 0.0
+    poses: list[list[list[float] | None]] = []
+    sizes: dict[str, list[float]] = {}
+    collisions: dict[tuple[str, str], float] = {}
+    now = 0.0
     for instant in job["instants"]:
         if instant > now:
             library.SE_StepDT(instant - now)

@@ -204,6 +204,7 @@ def test_a_missing_package_is_reported_with_its_extra(
         (("head_on.csv", "--all", "--ego", "ego"), Exit.USAGE, "by which nobody is the ego"),
         (("head_on.csv", "--all", "--near", "0"), Exit.USAGE, "between 1 and 1000 m"),
         (("head_on.csv", "--rate", "0"), Exit.USAGE, "a second"),
+        (("head_on.csv", "--all", "--page", "new", "--table", "new"), Exit.USAGE, "are both `new`"),
         (("head_on.csv", "--all", "--page", "head_on.csv"), Exit.USAGE, "head_on.csv"),
         (("head_on.csv", "--ego", "lory"), Exit.DIAGNOSTICS, "did you mean `lorry`?"),
         (("head_on.csv", "--step", "0.0001", "--ego", "ego"), Exit.FINE, ""),
@@ -333,6 +334,7 @@ def test_every_pair_of_a_recording(cortexc: Cortexc, tmp_path: Path, recording: 
     assert line[7:9] == ["1", str(worst["risk"])]
     assert "<svg" in (tmp_path / "p.html").read_text()
     assert "contact" in cortexc("measure", path, "--all").out
-    again = cortexc("measure", path, "--all", "--table", path)
+    again = cortexc("measure", path, "--all", "--page", path, "--table", tmp_path / "new.csv")
     assert again.code == Exit.USAGE
+    assert not (tmp_path / "new.csv").exists()
     assert path.read_text().startswith("total_nanos")

@@ -19,7 +19,7 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, M
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
-from engine.vocabulary import Column
+from engine.vocabulary import Column, State
 from tests.schemas import findings
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.scn"))
@@ -363,3 +363,17 @@ other = new Car in beside.endLane.centerline
     network = scenario.compiled.scenario.network
     first = network.lanes[plan.actors[0].route[0]]
     assert network.paths.distance(first.path, x, y) < 1e-6
+
+
+def test_who_runs_wide_of_its_lanes_goes_along_its_trajectory(worst: ExportCase) -> None:
+    """Players keep an actor on its lane, whatever its speed; by how much it left it is said."""
+    recording = worst.recording
+    states = recording.states.copy()
+    path = states[: recording.scored_samples(), 1, State.X : State.Y + 1]
+    path += np.linspace(0.0, 2.0, len(path))[:, np.newaxis]
+    wide = maneuver_plan(worst.scenario, worst.scenes, run=replace(recording, states=states))
+    assert [actor.exact for actor in wide.actors] == [False, True]
+    assert any(
+        re.search(r"`adversary` goes along .* it runs \d\.\d m wide of its lanes", said) for said in wide.remarks
+    )
+    assert not any(actor.exact for actor in maneuver_plan(worst.scenario, worst.scenes).actors)
