@@ -52,7 +52,11 @@ def compare(scenario: Scenario, count: int, seed: int = 0) -> Agreement:
     """Run `count` valid random scenes in both hosts, without the aftermath of contacts."""
     contact = replace(scenario.config.contact, aftermath=0.0)
     scenario = replace(scenario, config=replace(scenario.config, contact=contact))
-    scenes = _valid_scenes(scenario, count, seed)
+    return held(scenario, _valid_scenes(scenario, count, seed))
+
+
+def held(scenario: Scenario, scenes: Scenes) -> Agreement:
+    """Run scenes, all valid, in both hosts."""
     program, config = scenario.program, scenario.config
     fast, slow = (
         batch.simulate(program, scenes, config.simulation, contact=config.contact),

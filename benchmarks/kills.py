@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 from contextlib import closing, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,22 +28,38 @@ TABLES = ("individual", "simulation", "action")
 """Of a journal."""
 
 
+@dataclass(frozen=True)
+class Disturbed:
+    """What a search with a stack that was killed came to."""
+
+    kills: int
+    failures: int
+    """Kills in a question."""
+    rows: int
+    """Of the journal."""
+    same: bool
+
+
+def disturbed(kills: int, file: str, folder: Path) -> Disturbed:
+    """A search undisturbed, and again while its stack is killed."""
+    undisturbed = searched(file, folder / "one")
+    done = threading.Event()
+    killed: list[float] = []
+    killer = threading.Thread(target=kill, args=(kills, killed, done))
+    killer.start()
+    other = searched(file, folder / "other")
+    done.set()
+    killer.join()
+    failures = Path(folder, "other", "controller.log").read_text(encoding="utf-8").count("signal 9")
+    return Disturbed(len(killed), failures, sum(len(table) for table in undisturbed.values()), undisturbed == other)
+
+
 def main(kills: int = 10, file: str = FILE) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        undisturbed = searched(file, Path(folder) / "one")
-        done = threading.Event()
-        killed: list[float] = []
-        killer = threading.Thread(target=kill, args=(kills, killed, done))
-        killer.start()
-        disturbed = searched(file, Path(folder) / "other")
-        done.set()
-        killer.join()
-        same = undisturbed == disturbed
-        failures = Path(folder, "other", "controller.log").read_text(encoding="utf-8").count("signal 9")
-    rows = sum(len(table) for table in undisturbed.values())
-    print(f"{len(killed)} kills, {failures} of them in a question: {rows:,} rows of the journal", end=" ")
-    print("are the same" if same else "DIFFER")
-    sys.exit(0 if same and len(killed) == kills else 1)
+        found = disturbed(kills, file, Path(folder))
+    print(f"{found.kills} kills, {found.failures} of them in a question: {found.rows:,} rows of the journal", end=" ")
+    print("are the same" if found.same else "DIFFER")
+    sys.exit(0 if found.same and found.kills == kills else 1)
 
 
 def searched(file: str, folder: Path) -> dict[str, list[Any]]:
@@ -52,10 +69,10 @@ def searched(file: str, folder: Path) -> dict[str, list[Any]]:
     return journal(folder / JOURNAL)
 
 
-def journal(path: Path) -> dict[str, list[Any]]:
+def journal(path: Path, tables: tuple[str, ...] = TABLES) -> dict[str, list[Any]]:
     """The rows of the tables that tell of nothing but the search."""
     with closing(sqlite3.connect(path)) as opened:
-        return {table: sorted(opened.execute(f"SELECT * FROM {table}"), key=repr) for table in TABLES}
+        return {table: sorted(opened.execute(f"SELECT * FROM {table}"), key=repr) for table in tables}
 
 
 def kill(kills: int, killed: list[float], done: threading.Event) -> None:
@@ -71,13 +88,22 @@ def kill(kills: int, killed: list[float], done: threading.Event) -> None:
 
 def children() -> list[int]:
     """Our own children that run the stack."""
+    return [each for each in children_of(os.getpid()) if str(STACK) in _line(each)]
+
+
+def children_of(process: int) -> list[int]:
+    """All children of a process that is there."""
     found: list[int] = []
-    for task in Path("/proc/self/task").iterdir():
-        for word in (task / "children").read_text(encoding="utf-8").split():
-            with suppress(OSError):
-                if str(STACK) in Path("/proc", word, "cmdline").read_text(encoding="utf-8"):
-                    found.append(int(word))
+    for task in Path(f"/proc/{process}/task").glob("*/children"):
+        with suppress(OSError):
+            found += [int(word) for word in task.read_text(encoding="utf-8").split()]
     return found
+
+
+def _line(process: int) -> str:
+    with suppress(OSError):
+        return Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8")
+    return ""
 
 
 if __name__ == "__main__":

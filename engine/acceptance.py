@@ -18,7 +18,7 @@ from engine.fairness import fair_starts, undecided
 from engine.feasibility import conflicts
 from engine.kernels.attempts import Weighed, weigh_rows
 from engine.program import Program
-from engine.sampling import draw_genomes, recipe_of, request_of, scratch_of
+from engine.sampling import draw_genomes, recipe_of, request_of, rows_at_once, scratch_of
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
@@ -28,7 +28,9 @@ ENOUGH = 0.5
 """Acceptance from which no relaxation is suggested."""
 LEAST_TARGET = 0.01
 BLOCK = 50_000
-"""Attempts made in one uninterruptible call."""
+"""Attempts made in one uninterruptible call, or fewer of many actors."""
+PAIRS = 1_000_000_000
+"""Pairs of actors that are held against one another; ten thousand attempts at three hundred actors have as many."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,9 @@ def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
 
 def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | None = None) -> Weighing:
     """Make `count` attempts, genes from their own distributions, or all from one genome (d,)."""
-    starts = [*range(0, count, BLOCK), count]
+    count = max(1, min(rows_at_once(program, count), PAIRS // len(program.actors) ** 2))
+    block = max(1, min(BLOCK, PAIRS // 50 // len(program.actors) ** 2))
+    starts = [*range(0, count, block), count]
     blocks = [_weigh_block(program, np.arange(*ends), seed, genome) for ends in pairwise(starts)]
     genomes, variants, holds, margins = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
     return Weighing(program, genomes, variants, holds, margins)

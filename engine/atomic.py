@@ -39,6 +39,11 @@ class Standing:
     """Names of files that hold something else."""
 
 
+def leads_nowhere(path: Path) -> bool:
+    """Whether a path is a link to what is not there; one that cannot be looked at is none."""
+    return os.path.islink(path) and not os.path.exists(path)  # noqa: PTH110, PTH114 - those of pathlib raise
+
+
 def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
     """Compare a folder, which need not be there, with what is to be written into it.
 
@@ -89,28 +94,51 @@ def write_one(path: Path, content: bytes) -> None:
             raise
 
 
-def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is.
+class TakenError(FileExistsError):
+    """Another process wrote a file meanwhile."""
+
+
+def write_all(folder: Path, files: Mapping[str, bytes], *, over: bool = True) -> None:
+    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is. Without `over`
+    each of them must be new: of two processes that write the same names, one is refused.
 
     Raises:
+        TakenError: a file that must be new is there.
         OSError: with the path that could not be written; no half of a file is left, nor a folder that was made for it.
     """
     made = _make(folder)
     waiting = {name: _waiting(folder / name) for name in files}
+    placed: list[Path] = []
     try:
         with _writing_into(folder):
             for name, content in files.items():
                 _write(waiting[name], folder / name, content, 0o666)
             for name, path in waiting.items():
-                path.replace(folder / name)
+                _place(path, folder / name, over)
+                placed.append(folder / name)
     except BaseException:
-        for path in waiting.values():
+        for path in (*waiting.values(), *(() if over else placed)):
             with suppress(OSError):
                 path.unlink(missing_ok=True)
         for path in made:
             with suppress(OSError):  # not empty: another process uses it by now
                 path.rmdir()
         raise
+
+
+def _place(waiting: Path, place: Path, over: bool) -> None:
+    """Give a file its name."""
+    if not over:
+        try:
+            os.link(waiting, place)
+        except FileExistsError:
+            raise TakenError(errno.EEXIST, "another process wrote it meanwhile", str(place)) from None
+        except OSError:  # a file system without links
+            pass
+        else:
+            waiting.unlink()
+            return
+    waiting.replace(place)
 
 
 def _waiting(place: Path) -> Path:

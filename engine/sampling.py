@@ -111,6 +111,8 @@ WIDEST = 3
 """Registers that a geometry instruction may write."""
 CHUNK_ATTEMPTS = 500_000
 """Attempts that one uninterruptible call may make: 50 ms, so that Ctrl-C is answered at once."""
+NUMBERS = 25_000_000
+"""Of scenes that are held at once, 200 MB; ten thousand scenes of a hundred actors have as many."""
 PRUNED_ROWS = 2048
 """Scenes whose bounds are worked out together under `prune`."""
 
@@ -176,6 +178,11 @@ class _Confiner:
         bounds = self.prune.bounds(self.genomes[rows], request.group)
         arrays = (getattr(bounds, name) for name in Confinement._fields)
         return Confinement._make(np.require(array, requirements=PLAIN) for array in arrays)
+
+
+def rows_at_once(program: Program, most: int) -> int:
+    """How many scenes of a program memory is taken for at once, and `most` of any that is not huge."""
+    return max(1, min(most, NUMBERS // max(1, program.code.output_register.shape[1])))
 
 
 def attempt_limit(program: Program) -> int:

@@ -1,19 +1,19 @@
 """Who may import whom: the rules of ARCHITECTURE.md as tests."""
 
+import subprocess
 import sys
 from pathlib import Path
 
 import grimp
-import pytest
-from importlinter.cli import EXIT_STATUS_SUCCESS, lint_imports
 
 ROOT = Path(__file__).parent.parent
 
 
-def test_import_contracts_hold(capsys: pytest.CaptureFixture[str]) -> None:
-    """Every contract of `pyproject.toml` is kept."""
-    status = lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True)
-    assert status == EXIT_STATUS_SUCCESS, capsys.readouterr().out
+def test_import_contracts_hold() -> None:
+    """Every contract of `pyproject.toml` is kept. A process of its own, as its logging silences that of all others."""
+    linter = Path(sys.executable).with_name("lint-imports")
+    done = subprocess.run([linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_kernels_import_nothing_but_numbers() -> None:

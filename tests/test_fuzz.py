@@ -3,7 +3,7 @@
 import random
 import time
 
-from benchmarks import fuzz
+from benchmarks import fuzz, torture
 
 INPUTS = 600
 SECONDS = 300.0
@@ -20,3 +20,9 @@ def test_no_text_breaks_the_compiler() -> None:
         outcomes.add(fuzz.judge(text))
         assert time.thread_time() - start < SECONDS, text
     assert outcomes == {"compiled", "diagnostics"}
+
+
+def test_a_text_runs_to_the_end() -> None:
+    """In both hosts, and as its concrete scenario, to the same bits: what `benchmarks.torture` does to many."""
+    text = torture.FILE.read_bytes()
+    assert torture.run_to_the_end(text) == "run to the end"

@@ -2,18 +2,22 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
+from tests.fork_server import ForkServer
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+OF_A_SHELL = re.compile(r"[$>|;&*]")
 
 
 def blocks(page: Path, kind: str) -> list[str]:
@@ -26,6 +30,25 @@ def test_the_landing_page_shows_the_scenario_of_the_readme() -> None:
     (scenario,) = blocks(DOCS / "index.md", "scn whole")
     assert not compile_source(Source("index.md", scenario)).diagnostics
     assert scenario in blocks(ROOT / "README.md", "")
+
+
+STARTED = """
+import contextlib, io, sys
+from cortex_dsl.cli import main
+
+with contextlib.redirect_stdout(io.StringIO()):
+    main({search})
+"""
+"""What a command needs has been read when it starts."""
+
+
+@pytest.fixture(scope="module")
+def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkServer]:
+    folder = tmp_path_factory.mktemp("started")
+    search = [str(ROOT / "examples" / "left_turn.scn"), "--ga", "--generations", "1", "--out", str(folder / "run")]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
+    with ForkServer(STARTED.format(search=search), folder, environment=environment) as server:
+        yield server
 
 
 @pytest.fixture
@@ -54,12 +77,18 @@ def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])
-def test_a_page_can_be_followed(name: str, tmp_path: Path, shell: dict[str, str]) -> None:
-    """From top to bottom in a folder with the examples; every command ends well."""
+def test_a_page_can_be_followed(name: str, tmp_path: Path, shell: dict[str, str], started: ForkServer) -> None:
+    """From top to bottom in a folder with the examples; every command ends well. A plain one needs no shell."""
     home = tmp_path / "home"
     shutil.copytree(ROOT / "examples", home / "examples")
     steps = blocks(DOCS / "how-to" / name, "sh")
     assert len(steps) >= 3
     for step in steps:
-        done = subprocess.run(["sh", "-ec", step], cwd=home, env=shell, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
+        if OF_A_SHELL.search(step):
+            done = subprocess.run(["sh", "-ec", step], cwd=home, env=shell, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
+            continue
+        for line in step.splitlines():
+            command, *words = shlex.split(line)
+            ended = started.run("sys.exit(main(sys.argv[1:]))", *words, at=home)
+            assert (command, ended.status) == ("cortexc", 0), f"{line}\n{ended.out}\n{ended.err}"

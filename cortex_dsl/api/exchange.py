@@ -86,7 +86,8 @@ def export(
             f"out: `{place}` holds something else", "name another folder, or write over it with `force`"
         )
     with store_errors(folder):
-        write_all(folder, {name: content for name, content in gathered.files.items() if name not in there.same})
+        files = {name: content for name, content in gathered.files.items() if name not in there.same}
+        write_all(folder, files, over=force)
     return [folder / name for name in gathered.files]
 
 

@@ -20,6 +20,7 @@ from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
+from cortex_dsl.report.terminal.progress import told
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.sample_view import sample_view
 from engine.config import SimulationConfig
@@ -39,7 +40,15 @@ def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> in
         return compiled
     scenario = open_scenario(request, run, compiled)
     announce_compilation(terminal)
+    _announce_crowd(scenario, terminal)
     return perform_run(request, run, scenario, terminal)
+
+
+def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
+    """Say that many actors take long, before it seems to hang."""
+    if (count := len(scenario.program.actors)) > CROWD:
+        what = f"{count:,} actors: each is held against every other, which takes minutes; Ctrl-C ends it"
+        terminal.err.print(what, style="quiet", soft_wrap=True)
 
 
 # -- the scene of a file for other commands, which show it otherwise: drawn as `cortexc FILE` draws it -----------------
@@ -76,8 +85,10 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 
 # -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
+CROWD = 300
+"""Actors from which a command says that it takes long."""
 CHUNK = 20_000
-"""Scenes drawn at once: only their counts are kept, so any number fits in memory."""
+"""Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
 
 
 def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, terminal: Terminal) -> int:
@@ -88,12 +99,13 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     program, scenario = compiled.program, open_scenario(request, run, compiled)
     config = scenario.config.simulation
     announce_compilation(terminal)
+    _announce_crowd(scenario, terminal)
     if not request.json and explain(program).infeasible:
         return _infeasible(compiled, request, run, terminal)
     _warm_up(program, config)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
-        for scenes in _chunks(program, run, samples, config):
+        for scenes in told(terminal.err, samples, _chunks(program, run, samples, config)):
             tally = tally.plus(scenes)
             if (mistake := _undefined(scenario, scenes)) is not None:
                 show(compiled.source, [mistake], request, terminal, failed=True)
@@ -146,12 +158,13 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 def _chunks(program: Program, run: RunRequest, samples: int, config: SimulationConfig) -> Iterator[Scenes]:
     """All scenes, some at a time."""
     from engine.feasibility.pruning import pruner
-    from engine.sampling import draw_genomes, sample
+    from engine.sampling import draw_genomes, rows_at_once, sample
     from engine.streams import key_rows
 
     prune = pruner(program) if config.prune else None
-    for first in range(0, samples, CHUNK):
-        indices = np.arange(first, min(first + CHUNK, samples))
+    chunk = rows_at_once(program, CHUNK)
+    for first in range(0, samples, chunk):
+        indices = np.arange(first, min(first + chunk, samples))
         keys = key_rows(run.seed or 0, Method.SAMPLE, 0, 0, indices)
         yield sample(program, draw_genomes(program.space, keys), keys, config, run.jobs, prune)
 

@@ -6,6 +6,7 @@ process of its own has besides is in `cortex_dsl/__main__.py`.
 
 import contextlib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -32,6 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = Exit.FINE
     except OSError as error:
         code = _no_output(error, terminal)
+    except MemoryError as error:
+        message = f"this takes more memory than there is{_how_much(error)}"
+        cure = "fewer actors, scenes or steps take less"
+        terminal.complain(message, cure)
+        code = _documented(Exit.USAGE, message, cure, words, terminal)
     except Exception as error:
         if os.environ.get("CORTEXC_DEBUG") == "1":
             raise
@@ -63,7 +69,7 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     parser = build_parser()
     options = parser.parse_args(arguments)
     if options.help:
-        terminal.write(parser.format_help())
+        terminal.write(parser.format_help(), coloured=True)
         return Exit.FINE
     if options.version:
         from cortex_dsl.version import VERSION
@@ -74,6 +80,12 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(import_module("cortex_dsl.cli.search").method_list())
         return Exit.FINE
     return command_table.execute(to_request(options, arguments), terminal)
+
+
+def _how_much(error: MemoryError) -> str:
+    """What was asked for, where numpy says it."""
+    found = re.search(r"allocate (\S+ \S+) for", str(error))
+    return f": {found[1]} at once" if found else ""
 
 
 def _no_output(error: OSError, terminal: Terminal) -> Exit:

@@ -125,7 +125,7 @@ def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Term
 def _report(text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
     """What would change, and whether that is an error."""
     if text.changed and options.diff:
-        terminal.write(_diff(text))
+        terminal.write(_diff(text), coloured=not sys.stdout.isatty())  # for `patch`, byte for byte
     elif text.changed:
         terminal.out.print(f"would change {text.name}", soft_wrap=True)
     return Exit.DIAGNOSTICS if text.changed and options.check else Exit.FINE

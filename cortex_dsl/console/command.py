@@ -15,6 +15,7 @@ from typing import NoReturn
 
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.report.findings.snippet import harmless
 from cortex_dsl.spelling import nearest
 from engine.frozen import frozen
 
@@ -26,7 +27,8 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
 
     def format_help(self) -> str:
-        return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()
+        text = harmless(super().format_help())
+        return _coloured(text) if _colour_wanted(sys.stdout) else text
 
 
 def _tidy(message: str, parser: Parser) -> str:
@@ -134,7 +136,7 @@ def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> i
     parser = command.parser()
     options = parser.parse_args(words)
     if options.help:
-        terminal.write(parser.format_help())
+        terminal.write(parser.format_help(), coloured=True)
         return Exit.FINE
     if command.needs is not None and not getattr(options, command.needs[0]):
         raise UsageError(command.needs[1], with_example(command.needs[2]))

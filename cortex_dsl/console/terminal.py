@@ -13,6 +13,7 @@ from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
+from cortex_dsl.report.findings.snippet import harmless
 from engine.errors import CortexError
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 WIDEST = 100
 """Columns that a view uses at most: longer lines are hard to read."""
+NARROWEST, USUAL = 20, 80
+"""A terminal that says it has fewer columns (none, where nobody set them) is taken for a usual one."""
 
 
 @dataclass(frozen=True)
@@ -43,26 +46,26 @@ class Terminal:
     def err(self) -> "Console":
         return _console(sys.stderr, self.colour)
 
-    def write(self, text: str) -> None:
-        """Text for stdout, as it is."""
+    def write(self, text: str, *, coloured: bool = False) -> None:
+        """Text for stdout; `coloured`: it was made here, colours and all."""
         self.wrote.append(text[:20])
-        sys.stdout.write(text if text.endswith("\n") else text + "\n")
+        shown = text if coloured else harmless(text)
+        sys.stdout.write(shown if shown.endswith("\n") else shown + "\n")
 
     def complain(self, message: str, cure: str = "") -> None:
         """An error of the command itself, on stderr."""
         bold, plain = ("\x1b[1;31m", "\x1b[0m") if self.colour is not False and _wants_colour(sys.stderr) else ("", "")
-        sys.stderr.write(f"{bold}cortexc:{plain} {message}\n")
+        sys.stderr.write(f"{bold}cortexc:{plain} {harmless(message)}\n")
         if cure:
-            sys.stderr.write(f"  help: {cure}\n")
+            sys.stderr.write(f"  help: {harmless(cure)}\n")
 
 
 def _console(stream: TextIO, colour: bool | None) -> "Console":
-    from rich.console import Console
-
+    from cortex_dsl.console.harmless import HarmlessConsole
     from cortex_dsl.report.terminal.theme import THEME
 
     plain = colour is False or "NO_COLOR" in os.environ
-    console = Console(
+    console = HarmlessConsole(
         file=stream,
         theme=THEME,
         highlight=False,
@@ -71,8 +74,8 @@ def _console(stream: TextIO, colour: bool | None) -> "Console":
         color_system=None if plain else "auto",
         legacy_windows=False,
     )
-    if console.width > WIDEST:
-        console.width = WIDEST
+    if not NARROWEST <= console.width <= WIDEST:
+        console.width = WIDEST if console.width > WIDEST else USUAL
     return console
 
 

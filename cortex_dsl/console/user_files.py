@@ -112,9 +112,15 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
     Raises:
         UsageError: it cannot be written.
     """
+    from engine.atomic import leads_nowhere
+
     try:
         path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
+        if leads_nowhere(path):
+            raise UsageError(
+                f"`{path}` is a link that leads nowhere", cure or "remove it, or name another file"
+            ) from None
         raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
 
 
@@ -138,8 +144,12 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
     Raises:
         UsageError: they cannot be written, or something else stands in their place.
     """
-    from engine.atomic import standing, write_all
+    from engine.atomic import leads_nowhere, standing, write_all
 
+    if leads_nowhere(folder):
+        raise UsageError(
+            f"`{folder}` is a link that leads nowhere", f"remove it, or name another folder with {asked.out}"
+        )
     try:
         there = standing(folder, files)
         if there.other and not force:
@@ -149,7 +159,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
                 f"`{folder / first}`{more} holds something else",
                 f"name another folder with {asked.out}, or write over it with {asked.force}",
             )
-        write_all(folder, {name: content for name, content in files.items() if name not in there.same})
+        write_all(folder, {name: content for name, content in files.items() if name not in there.same}, over=force)
     except OSError as error:
         place = error.filename2 or error.filename or folder
         raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder, asked.out)) from None
@@ -159,10 +169,14 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool, asked:
 
 
 def _cure(error: OSError, folder: Path, out: str) -> str:
+    from engine.atomic import TakenError
+
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"free some space, or name another disk with {out} DIR"
     if isinstance(error, IsADirectoryError):
         return f"take that folder away, or name another place with {out} DIR"
+    if isinstance(error, TakenError):
+        return f"wait for it to end, or name another folder with {out} DIR"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return f"a part of `{folder}` is a file; name another folder with {out} DIR"
     return f"make it writable, or name another folder with {out} DIR"

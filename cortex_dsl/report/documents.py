@@ -5,6 +5,7 @@ Numbers that do not exist are null.
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from engine.feasibility import Cut, Feasibility
     from engine.program import Program
 
+ACTING = re.compile("[\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufff9-\ufffb]")
+"""Characters that act on a terminal, or turn the direction of writing: JSON has another way to write them."""
 SCHEMA_VERSION = 1
 """Rises when a field changes its meaning or goes away; new fields may come at any time."""
 
@@ -26,7 +29,8 @@ SCHEMA_VERSION = 1
 def document(kind: str, content: Mapping[str, Any]) -> str:
     """One document of `kind`, such as `run` or `search`, indented for people too."""
     head = {"schema": f"cortexc/{kind}", "schema_version": SCHEMA_VERSION, "cortexc": VERSION}
-    return json.dumps({**head, **plain(content)}, indent=2, allow_nan=False, ensure_ascii=False)
+    text = json.dumps({**head, **plain(content)}, indent=2, allow_nan=False, ensure_ascii=False)
+    return text if text.isascii() else ACTING.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def plain(value: Any) -> Any:

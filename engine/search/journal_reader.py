@@ -66,6 +66,7 @@ def read_journal(path: Path) -> Record:
     if not path.is_file():
         raise StoreError(f"there is no journal at `{path}`", f"name the folder of a run, such as {example_run()}")
     with store_errors(path), closing(_opened(path)) as connection:
+        connection.execute("BEGIN")  # all of it as it is at one moment, whoever writes meanwhile
         _check(path, connection)
         try:
             return _consistent(_record(connection))

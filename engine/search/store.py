@@ -9,6 +9,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from engine.atomic import TakenError, leads_nowhere
 from engine.errors import CortexError
 
 JOURNAL = "journal.sqlite"
@@ -51,6 +52,8 @@ def example_run(root: Path = Path("runs")) -> Path:
 def new_directory(directory: Path) -> Path:
     """Make a run directory where the user asked for one; it may exist if it is empty."""
     with store_errors(directory):
+        if leads_nowhere(directory):
+            raise StoreError(f"`{directory}` is a link that leads nowhere", "remove it, or name another --out")
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
             raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
@@ -128,6 +131,8 @@ def store_errors(path: Path) -> Generator[None]:
 def _cure_of(error: OSError) -> str:
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return SPACE
+    if isinstance(error, TakenError):
+        return "wait for it to end, or name another folder"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a part of this path is a file; name another folder with --out"
     return "make it writable, or name another folder with --out"

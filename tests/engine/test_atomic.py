@@ -49,6 +49,34 @@ def test_what_was_there_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"one.txt": b"before"}
 
 
+def test_of_two_writers_of_the_same_names_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told which name, and takes back what it had placed: the folder holds the files of the other alone."""
+    name = list(FILES)[-1]
+    place = atomic._place
+
+    def meanwhile(waiting: Path, to: Path, over: bool) -> None:
+        if to.name == name:
+            to.write_bytes(b"of the other")
+        place(waiting, to, over)
+
+    monkeypatch.setattr(atomic, "_place", meanwhile)
+    with pytest.raises(atomic.TakenError) as caught:
+        write_all(tmp_path, FILES, over=False)
+    assert caught.value.filename == str(tmp_path / name)
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [(name, b"of the other")]
+
+
+def test_new_files_where_there_are_no_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file system that knows no second name of a file takes them as well."""
+
+    def link(*_: object) -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    monkeypatch.setattr(os, "link", link)
+    write_all(tmp_path, FILES, over=False)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == FILES
+
+
 def test_names_as_long_as_may_be(tmp_path: Path) -> None:
     """The name under which a file waits is never too long, if its own is not."""
     for name in ("x" * 255, "\N{HEAVY BLACK HEART}" * 85):

@@ -50,6 +50,13 @@ def visible(text: str) -> str:
     return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
 
 
+def harmless(text: str) -> str:
+    """A text of several lines that shows in a terminal and does nothing to it, whoever wrote it."""
+    if text.isprintable():
+        return text
+    return "".join(c if c in "\n\t" else visible(c) for c in text)
+
+
 def cells(character: str) -> int:
     """Columns that a character takes in a terminal."""
     if unicodedata.combining(character):

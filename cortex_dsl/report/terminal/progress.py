@@ -3,9 +3,10 @@
 import math
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console, Group, RenderableType
@@ -19,6 +20,9 @@ from cortex_dsl.report.terminal.theme import columns, left, right, sparkline
 from engine.search.evaluations import Figures
 from engine.study.plan import Plan
 from engine.study.run_records import RunRecord
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
 
 BAR = 20
 CURVE = 36
@@ -62,6 +66,25 @@ class SearchProgress:
     def _render(self) -> RenderableType:
         seconds = self.spent + time.monotonic() - self.started
         return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
+
+
+def told(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
+    """Pass blocks of scenes on. On a terminal a line says how many of all are drawn; elsewhere nothing does."""
+    if not console.is_terminal:
+        yield from blocks
+        return
+    done, started = 0, time.monotonic()
+
+    def line() -> RenderableType:
+        seconds = time.monotonic() - started
+        left_over = seconds / done * (total - done) if done else math.nan
+        togo = f", {duration(left_over)} left" if done else ""
+        return Text(f"{done:,} of {total:,} scenes drawn{togo}; Ctrl-C shows what there is", "quiet")
+
+    with Live(console=console, transient=True, refresh_per_second=4, get_renderable=line):
+        for block in blocks:
+            yield block
+            done += len(block)
 
 
 def progress_view(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine.maps import Roundabout, map_content, map_from
@@ -34,11 +34,16 @@ def specs(draw: Callable) -> Roundabout:
     return spec
 
 
+# Each is a network to build.
+def of_any_roundabout(test: Callable[[Roundabout], None]) -> Callable[[], None]:
+    return settings(max_examples=40)(given(specs())(test))
+
+
 def entries(network: Network) -> list[Maneuver]:
     return [each for each in network.maneuvers if each.start_lane.role is LaneRole.INCOMING]
 
 
-@given(specs())
+@of_any_roundabout
 def test_lanes_go_on_in_one_another(spec: Roundabout) -> None:
     """Of an arm into the ring, past other arms or out by them; out where one came in goes all the way round."""
     network = build_network(spec)
@@ -59,7 +64,7 @@ def test_lanes_go_on_in_one_another(spec: Roundabout) -> None:
                 assert len(passed) == (round_it or spec.arms) - 1
 
 
-@given(specs())
+@of_any_roundabout
 def test_traffic_runs_round_the_island_on_its_side(spec: Roundabout) -> None:
     """Anticlockwise where it keeps right; every ring lane at its distance from the kerb."""
     network = build_network(spec)
@@ -75,7 +80,7 @@ def test_traffic_runs_round_the_island_on_its_side(spec: Roundabout) -> None:
     assert (x < 0.0) is not spec.left_hand
 
 
-@given(specs())
+@of_any_roundabout
 def test_surfaces_add_up(spec: Roundabout) -> None:
     """The road is its intersections and the lanes between them; its boundary is closed; lanes lie in it."""
     network = build_network(spec)
@@ -94,7 +99,7 @@ def test_surfaces_add_up(spec: Roundabout) -> None:
     assert not regions.contains(0, 0.0, 0.0)
 
 
-@given(specs())
+@of_any_roundabout
 def test_who_comes_in_gives_way_to_the_ring(spec: Roundabout) -> None:
     """In it nobody waits but who leaves an inner lane; a way round meets as many lanes as it crosses, and its own."""
     network = build_network(spec)
@@ -111,7 +116,7 @@ def test_who_comes_in_gives_way_to_the_ring(spec: Roundabout) -> None:
             assert {other.start_lane.number for other in first} == set(range(1, number))
 
 
-@given(specs())
+@of_any_roundabout
 def test_those_further_back_in_the_ring_are_seen(spec: Roundabout) -> None:
     """Up to a stated way; nobody on an arm is waited for, nor who has passed."""
     network = build_network(spec)
@@ -131,7 +136,7 @@ def reached(lane: Lane) -> set[Lane]:
     return {end for after in lane.successors for end in after.successors}
 
 
-@given(specs())
+@of_any_roundabout
 def test_it_is_drawn_whole(spec: Roundabout) -> None:
     """Lines to wait at lie across the arms alone, and kerbs round island and corners."""
     network = build_network(spec)
@@ -158,7 +163,7 @@ def test_neighbours(left_hand: bool) -> None:
     assert kinds == {ManeuverType.LEFT_TURN if left_hand else ManeuverType.RIGHT_TURN}
 
 
-@given(specs())
+@of_any_roundabout
 def test_specifications_survive_json(spec: Roundabout) -> None:
     """Whoever saves a program can make its road again."""
     assert map_from(map_content(spec)) == spec

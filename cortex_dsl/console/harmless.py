@@ -1,0 +1,22 @@
+"""A console whose texts show and do nothing: what stands in a stranger's file does not act on the terminal.
+
+All that views print passes `render`, in pieces of text with a style. Styles and the moves of a progress line are ours;
+texts may be anybody's: escape sequences, C1 controls, characters that turn the direction of writing. It is a module of
+its own, as rich is imported with the first view that is drawn.
+"""
+
+from collections.abc import Iterable
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+
+from cortex_dsl.report.findings.snippet import harmless
+
+
+class HarmlessConsole(Console):
+    """A console of rich; controls in a text become U+FFFD."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Pieces of text and controls, as rich makes them."""
+        for piece in super().render(renderable, options):
+            yield piece if piece.control or piece.text.isprintable() else Segment(harmless(piece.text), piece.style)
