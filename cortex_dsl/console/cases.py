@@ -79,7 +79,7 @@ def known_formats(words: Iterable[str], flag: str = "") -> tuple[str, ...]:
     """Each format once, in the order in which they are named; `flag` is where.
 
     Raises:
-        UsageError: there is no such format, or it needs a package that is not installed.
+        UsageError: there is no such format, or none of them has the package that it needs.
     """
     names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in words))
     for name in names:
@@ -87,8 +87,11 @@ def known_formats(words: Iterable[str], flag: str = "") -> tuple[str, ...]:
             near = nearest(name, FORMATS)
             cure = f"did you mean `{near}`?" if near else f"name one or more of {', '.join(FORMATS)}"
             raise UsageError(f"{flag}there is no format `{name}`", cure)
-        if cure := missing_extra(name):
-            raise UsageError(f"{name} needs the package `{FORMATS[name].package}`, which is not installed", cure)
+    if names and all(map(missing_extra, names)):
+        name = names[0]
+        raise UsageError(
+            f"{name} needs the package `{FORMATS[name].package}`, which is not installed", missing_extra(name)
+        )
     return names
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.interchange.cases import ExportCase, road_name
-from cortex_dsl.interchange.formats import writer_of
+from cortex_dsl.interchange.formats import FORMATS, missing_extra, writer_of
 from engine.interchange.after_contact import shown_after_contact
 from engine.interchange.contract import Export, ExportOptions, InterchangeError
 from engine.maps import MapFile
@@ -39,6 +39,7 @@ def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportO
     gathered = Gathered()
     for name in formats:
         try:
+            _refuse_without_package(name)
             made[name] = [_export(case, name, options) for case in cases]
         except InterchangeError as error:
             gathered.refused[name] = error
@@ -49,6 +50,12 @@ def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportO
         for name, exports in made.items():
             _add(gathered, number, name, exports[number])
     return gathered
+
+
+def _refuse_without_package(name: str) -> None:
+    """Raises InterchangeError where a package is missing; the other formats are written all the same."""
+    if cure := missing_extra(name):
+        raise InterchangeError(f"it needs the package `{FORMATS[name].package}`, which is not installed", cure, name)
 
 
 def _export(case: ExportCase, name: str, options: ExportOptions) -> Export:

@@ -12,7 +12,7 @@ from cortex_dsl.semantics.errors.objects import (
     TWO_HEADINGS,
     TWO_PLACES,
 )
-from cortex_dsl.semantics.errors.problems import Problem
+from cortex_dsl.semantics.errors.problems import Mistake, Problem
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
@@ -188,12 +188,10 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
 
 def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
     own_name, kind = ev.run.assigning, making.kind
-    if not found.places and not making.declares("position") and kind is ActorKind.PEDESTRIAN:
-        raise NO_PLACE.mistake(node.span, name=node.class_name)
     placed: list[Placement] = []
     making.posed = lambda: _actor_pose(making, node, found, own_name, placed)
     with ev.naming(""):
-        properties, pose = making.properties(), making.pose(node.span)
+        properties, pose = making.properties(), _pose_or_anywhere(ev, making, node, placed)
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario, plain=making.plain)
@@ -204,6 +202,18 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
         seen = Placement(placed[0].point, None, observed=(seeing.observer(ev, sight), sight.seen))
         _require_of(ev, actor, seen, node)
     return actor
+
+
+def _pose_or_anywhere(ev: Evaluator, making: Making, node: nodes.New, placed: list[Placement]) -> Pose:
+    """Where an object stands; where that is a mistake, which is reported, the middle of the map, so that those in its
+    behaviour are found too.
+    """
+    try:
+        return making.pose(node.span)
+    except Mistake as mistake:
+        ev.report(mistake)
+        placed.append(at_origin(ev))
+        return Pose(placed[-1].point.x, placed[-1].point.y, ev.algebra.literal(0.0))
 
 
 def _let_change(ev: Evaluator, actor: Actor) -> None:
@@ -234,6 +244,8 @@ def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.N
 def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str, placed: list[Placement]) -> Pose:
     """The heading of its place comes before that of its class, and this before that of its kind."""
     ev = making.ev
+    if not found.places and not making.declares("position") and making.kind is ActorKind.PEDESTRIAN:
+        raise NO_PLACE.mistake(node.span, name=node.class_name)
     off_road = as_meant(ev, ev.algebra.literal(0.0)) if making.kind in OFF_ROAD else None
     placement = _actor_placement(making, node, found, off_road)
     placed.append(placement)

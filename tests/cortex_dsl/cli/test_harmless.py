@@ -3,19 +3,23 @@
 import json
 import unicodedata
 from collections.abc import Callable
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.table import Table
 from rich.text import Text
 
+from cortex_dsl import load
 from cortex_dsl.console import terminal
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.snippet import harmless
+from engine.sampling import rows_at_once
 
 Command = Callable[..., Any]
 EVIL = "\x1b[31mred\x1b]0;title\x07 \x9b2J \u202egnp.exe \u2066x\u2069 \ud800"
@@ -94,3 +98,24 @@ def test_links_that_lead_nowhere(cortexc: Command, left_turn: Path, tmp_path: Pa
         assert f"`{link}` is a link that leads nowhere" in result.err.replace("\n", " ")
         assert "remove it, or name another" in result.err.replace("\n", " ")
     assert link.is_symlink()
+
+
+def test_memory_that_is_not_there(cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What asks for more than there is ends with a message and its cure, and is no bug."""
+
+    def too_much(*_: object) -> None:
+        raise MemoryError("Unable to allocate 15.6 GiB for an array with shape (10000, 210021)")
+
+    monkeypatch.setattr("cortex_dsl.cli.draw_modes._warm_up", too_much)
+    result = cortexc(left_turn, "--sample", 5)
+    assert result.code == 2
+    assert "this takes more memory than there is: 15.6 GiB at once" in result.err
+    assert "help: fewer actors" in result.err
+
+
+def test_many_actors_are_drawn_few_at_a_time(left_turn: Path) -> None:
+    """Blocks of usual programs are as they were; a scene of ten thousand actors takes as much as many of two."""
+    program = load(left_turn).program
+    wide = program.code._replace(output_register=np.zeros((1, 210_021), dtype=np.int32))
+    assert rows_at_once(program, 20_000) == 20_000
+    assert rows_at_once(replace(program, code=wide), 20_000) == 119

@@ -100,3 +100,12 @@ def test_what_cannot_be_carried_names_case_and_format(worst: ExportCase, monkeyp
     with pytest.raises(InterchangeError, match="left_turn-case01 as csv: too fast") as caught:
         gather([worst], ["csv"], ExportOptions())
     assert caught.value.cure == "drive slower"
+
+
+def test_a_missing_package_stops_its_own_format_only(worst: ExportCase, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was asked for beside it is written."""
+    monkeypatch.setitem(formats.FORMATS, "mcap", replace(FORMATS["mcap"], package="no_such_package"))
+    gathered = gather([worst], ["mcap", "csv"], ExportOptions())
+    assert list(gathered.refused) == ["mcap"]
+    assert "no_such_package" in str(gathered.refused["mcap"])
+    assert set(gathered.formats.values()) == {"csv"}

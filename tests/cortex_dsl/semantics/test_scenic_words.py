@@ -275,3 +275,13 @@ def test_nothing_of_the_language_moves_an_object() -> None:
     assert errors(behavior.format("SetThrottleAction(1)", "Object")) == ["SCN631"]
     assert errors(behavior.format("7", "Obstacle")) == ["SCN610"]
     assert errors(behavior.format("7", "Car")) == ["SCN605"]
+
+
+def test_a_wrong_place_does_not_hide_what_is_wrong_in_a_behavior() -> None:
+    """Both are said at once, and nothing about those that stand beside the object."""
+    text = (
+        "map intersection()\nbehavior B():\n    do FollowLaneBehavior(target_sped=3)\n"
+        "ego = new Car at 3 m, with behavior B()\nother = new Car ahead of ego by 3 m\n"
+    )
+    assert sorted(errors(text)) == ["SCN205", "SCN303"]
+    assert sorted(errors(text.replace("Car at 3 m,", "Pedestrian"))) == ["SCN205", "SCN407"]
