@@ -103,7 +103,7 @@ def _content(page: "Page") -> dict[str, object]:
 def _program(out: "Console", heading: str, text: str, option: str) -> None:
     if not text:
         return
-    from cortex_dsl.report.findings.snippet import visible
+    from cortex_dsl.plain_text import visible
 
     out.print(f"\n{heading}{f', with `-p {option!r}`' if option else ''}:\n", style="title", soft_wrap=True)
     lines = text.splitlines()

@@ -15,7 +15,7 @@ from typing import NoReturn
 
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.findings.snippet import harmless
+from cortex_dsl.plain_text import harmless
 from cortex_dsl.spelling import nearest
 from engine.frozen import frozen
 

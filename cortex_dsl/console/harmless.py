@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
-from cortex_dsl.report.findings.snippet import harmless
+from cortex_dsl.plain_text import harmless
 
 
 class HarmlessConsole(Console):

@@ -13,7 +13,7 @@ from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
-from cortex_dsl.report.findings.snippet import harmless
+from cortex_dsl.plain_text import harmless
 from engine.errors import CortexError
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.plain_text import visible
 from cortex_dsl.source import FileText, Source, Span
 from engine.frozen import frozen
 
@@ -41,20 +42,6 @@ class Mark:
     @property
     def sign(self) -> str:
         return "^" if self.primary else "-"
-
-
-def visible(text: str) -> str:
-    """A text whose control and direction characters show instead of acting on the terminal."""
-    if text.isprintable():
-        return text
-    return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
-
-
-def harmless(text: str) -> str:
-    """A text of several lines that shows in a terminal and does nothing to it, whoever wrote it."""
-    if text.isprintable():
-        return text
-    return "".join(c if c in "\n\t" else visible(c) for c in text)
 
 
 def cells(character: str) -> int:

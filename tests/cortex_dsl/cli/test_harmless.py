@@ -17,8 +17,8 @@ from rich.text import Text
 
 from cortex_dsl import load
 from cortex_dsl.console import terminal
+from cortex_dsl.plain_text import harmless
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.snippet import harmless
 from engine.sampling import rows_at_once
 
 Command = Callable[..., Any]

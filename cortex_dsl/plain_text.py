@@ -1,0 +1,17 @@
+"""Texts of strangers, for a terminal: they show, and do nothing to it. Needs nothing else of the package."""
+
+import unicodedata
+
+
+def visible(text: str) -> str:
+    """A text whose control and direction characters show instead of acting on the terminal."""
+    if text.isprintable():
+        return text
+    return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
+
+
+def harmless(text: str) -> str:
+    """The same for a text of several lines."""
+    if text.isprintable():
+        return text
+    return "".join(c if c in "\n\t" else visible(c) for c in text)
