@@ -6,7 +6,8 @@ takes long is `@shared`: compiled once, called by all others. An `@inlined` func
 and counts no references: numba passes each array as seven or more words and counts references to it with atomic
 instructions, so a call that hands on a `RoadTables` costs tens of nanoseconds, and reading a field of a nested tuple of
 arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. Such a function may neither
-make arrays nor return them (numba refuses the former): it reads and writes what its caller owns.
+make arrays nor return them (numba refuses the former): it reads and writes what its caller owns. A kernel that it calls
+may: numba would have the callee count references only where the caller does, so each says what it does.
 
 The cache is named by contents: one compilation for a user, however many clones and environments there are. Any edit of
 a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
@@ -52,7 +53,7 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
-    return _compiled(function, {}, {})
+    return _compiled(function, {}, {"_nrt": True})
 
 
 def inlined(function: Function) -> Function:

@@ -8,12 +8,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.identity.subjects import MADE, MODES, Subjects, files, scenarios
+from tests.identity.subjects import MADE, Subjects, files, scenarios
 
 
 def every_subject(folder: Path) -> Subjects:
-    for mode in MODES:
-        yield from files(mode, scenarios())
+    yield from files(scenarios())
     for name, make in MADE.items():
         (folder / name).mkdir()
         yield from make(folder / name)

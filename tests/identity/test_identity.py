@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.identity.subjects import MADE, MODES, files, scenarios
+from tests.identity.subjects import MADE, files, scenarios
 
 EXPECTED = Path(__file__).parent / "expected"
-PARTS = 4
+PARTS = 8
 """The scenario files are judged in so many tests, which may run side by side."""
 
 
@@ -36,11 +36,10 @@ def _judge(name: str, subjects: Iterable[tuple[str, str]]) -> None:
     assert [subject for subject in set(found) ^ set(known) if "(" not in subject] == []
 
 
-@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("part", range(PARTS))
-def test_files(mode: str, part: int) -> None:
+def test_files(part: int) -> None:
     """Check, IR, compiled program and single run of every scenario of the repository."""
-    _judge(f"{mode}-{part}", files(mode, [path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]))
+    _judge(f"files-{part}", files([path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]))
 
 
 def judged_here() -> list[str]:

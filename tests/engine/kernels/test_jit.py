@@ -35,6 +35,22 @@ from engine.vocabulary import Command
 def outer(x):
     return inner(x) * Command.SPEED.value
 """
+MAKING = """
+import numpy as np
+from engine.kernels.jit import inlined, kernel
+
+@kernel
+def made(count):
+    return np.full(count, 2.0).sum()
+
+@inlined
+def between(count):
+    return made(count)
+
+@kernel
+def outer(x):
+    return between(int(x)) * 100.0
+"""
 PRELUDE = """
 import numba
 numba.njit(lambda x: x + 1.0)(1.0)
@@ -261,6 +277,12 @@ def test_folders_long_unused_are_removed(installation: Installation) -> None:
         os.utime(old, (1e9 - age, 1e9 - age))
     current = installation.run()[3]
     assert sorted(cache.iterdir()) == sorted([current, *(cache / f"numba-{age:016x}" for age in range(8))])
+
+
+def test_a_kernel_makes_arrays_whoever_calls_it_first(installation: Installation) -> None:
+    """Also where that is an inlined function, which counts no references."""
+    (installation.package / "kernels" / "outer.py").write_text(MAKING)
+    assert installation.run()[1] == 200.0
 
 
 def test_runs_without_compiler(installation: Installation) -> None:
