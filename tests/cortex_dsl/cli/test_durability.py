@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, redirect_stdout
+from contextlib import closing, contextmanager, redirect_stdout
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -79,6 +79,16 @@ def start(*arguments: object) -> "subprocess.Popen[bytes]":
     command = [*CORTEXC, *map(str, arguments)]
     null = subprocess.DEVNULL
     return subprocess.Popen(command, stdout=null, stderr=null, preexec_fn=hear_interrupts)
+
+
+@contextmanager
+def killed_in_the_end(*arguments: object) -> "Iterator[subprocess.Popen[bytes]]":
+    """A command that would go on for hours, and does not outlive a test that fails."""
+    with start(*arguments) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 PRELUDE = """
@@ -302,7 +312,7 @@ def test_a_folder_that_can_only_be_read(killed: Path, cortexc: Command) -> None:
 
 def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """While a search writes its run, or a resume does, nobody else may."""
-    with start(left_turn, "--ga", "--generations", 60000, "--out", tmp_path / "busy") as process:
+    with killed_in_the_end(left_turn, "--ga", "--generations", 60000, "--out", tmp_path / "busy") as process:
         while written(tmp_path / "busy") < 1:
             assert process.poll() is None
             time.sleep(0.01)
@@ -310,14 +320,12 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
         assert refused.code == 2
         assert "being written by another process" in refused.err
         assert "going on" not in refused.err
-        process.kill()
-    with start("resume", killed, "--generations", 60000) as process:
+    with killed_in_the_end("resume", killed, "--generations", 60000) as process:
         before = written(killed)
         while written(killed) <= before:
             assert process.poll() is None
             time.sleep(0.01)
         assert cortexc("resume", killed).code == 2
-        process.kill()
 
 
 @pytest.mark.parametrize(
