@@ -16,6 +16,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from engine.errors import Signal
+
 try:
     import fcntl
 except ImportError:  # Windows has no such locks: nothing is ever removed there
@@ -94,7 +96,7 @@ def write_one(path: Path, content: bytes) -> None:
             raise
 
 
-class TakenError(FileExistsError):
+class TakenError(FileExistsError, Signal):
     """Another process wrote a file meanwhile."""
 
 

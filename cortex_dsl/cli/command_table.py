@@ -63,9 +63,7 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "probability": Subcommand(
         "cortex_dsl.cli.analyse:PROBABILITY", "of a collision, with its confidence interval", "FILE"
     ),
-    "verify": Subcommand(
-        "cortex_dsl.cli.verify:VERIFY", "is a journal what was written; worst cases by a better model", "RUN"
-    ),
+    "verify": Subcommand("cortex_dsl.cli.verify:VERIFY", "is the journal intact; worst cases by a better model", "RUN"),
     "replay": Subcommand(
         "cortex_dsl.cli.replay:REPLAY", "one case again: in the terminal, as a page, as a film", "RUN|FILE"
     ),

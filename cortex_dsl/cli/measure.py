@@ -280,8 +280,8 @@ yaw, type, role, subtype), or
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA and CommonRoad are known by their columns, and read
 with their own units and conventions; leave their files beside one another."""
-USAGE = "FILE [--ego NAME] [--step S] [--to FORMATS] [options]"
-USAGE_OF_ALL = "FILE [--ego NAME | --all] [--step S] [--to FORMATS] [options]"
+USAGE = "FILE [--ego NAME] [--to FORMATS] [options]"
+USAGE_OF_ALL = "FILE [--ego NAME | --all] [--to FORMATS] [options]"
 
 
 def _command(reader: Reader, description: str, epilog: str = "") -> Command:

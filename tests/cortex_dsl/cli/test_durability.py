@@ -40,7 +40,7 @@ KILLS = (
     ("INSERT INTO individual", 17, 0),
     ("COMMIT", 3, 1),
     ("INSERT INTO simulation", 5, 1),
-    ("BEGIN", 5, 4),
+    ("BEGIN IMMEDIATE", 5, 4),
     ("INSERT INTO generation", 4, 7),
     ("INSERT INTO pace", 3, 9),
     ("COMMIT", 6, 13),

@@ -336,7 +336,10 @@ def test_size_is_bounded(table, monkeypatch: pytest.MonkeyPatch) -> None:
     crowd = "\n".join(["time,id,x,y", *(f"0,{n},{n},0" for n in range(1001))])
     found = table(crowd)
     assert len(found.recording.actors) == 200
-    assert any("of 1,001 actors the 199 are judged who come nearer than 200 m" in remark for remark in found.remarks)
+    assert any(
+        "of 1,001 actors, those are judged who come nearer than 200 m to the ego: 199" in remark
+        for remark in found.remarks
+    )
     with pytest.raises(InterchangeError, match="1,001 actors"):
         table("\n".join(["time,id,x,y", *(f"0,{n},{n / 10},0" for n in range(1001))]))
 
