@@ -6,7 +6,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -43,52 +43,58 @@ with contextlib.redirect_stdout(io.StringIO()):
 
 
 @pytest.fixture(scope="module")
-def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkServer]:
-    folder = tmp_path_factory.mktemp("started")
-    search = [str(ROOT / "examples" / "left_turn.scn"), "--ga", "--generations", "1", "--out", str(folder / "run")]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
-    with ForkServer(STARTED.format(search=search), folder, environment=environment) as server:
-        yield server
-
-
-@pytest.fixture
-def shell(tmp_path: Path) -> dict[str, str]:
+def shell(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """An environment in which `cortexc` is this checkout's."""
-    command = tmp_path / "bin" / "cortexc"
-    command.parent.mkdir()
+    command = tmp_path_factory.mktemp("bin") / "cortexc"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cortex_dsl "$@"\n', encoding="utf-8")
     command.chmod(0o755)
-    path = f"{command.parent}{os.pathsep}{os.environ['PATH']}"
+    path = os.pathsep.join([str(command.parent), str(Path(sys.executable).parent), os.environ["PATH"]])
     return os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
 
 
-def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str]) -> None:
+Follow = Callable[[list[str], Path], None]
+
+
+@pytest.fixture(scope="module")
+def follow(tmp_path_factory: pytest.TempPathFactory, shell: dict[str, str]) -> Iterator[Follow]:
+    """Run lines as in a shell that stands in a folder; every command ends well. A plain `cortexc` needs no shell."""
+    folder = tmp_path_factory.mktemp("started")
+    search = [str(ROOT / "examples" / "left_turn.scn"), "--ga", "--generations", "1", "--out", str(folder / "run")]
+    with ForkServer(STARTED.format(search=search), folder, environment=shell) as server:
+
+        def run(lines: list[str], home: Path) -> None:
+            for line in lines:
+                if OF_A_SHELL.search(line) or not line.startswith("cortexc "):
+                    in_shell(line, home, shell)
+                else:
+                    ended = server.run("sys.exit(main(sys.argv[1:]))", *shlex.split(line)[1:], at=home)
+                    assert ended.status == 0, f"{line}\n{ended.out}\n{ended.err}"
+
+        yield run
+
+
+def in_shell(text: str, home: Path, shell: dict[str, str]) -> None:
+    done = subprocess.run(["sh", "-ec", text], cwd=home, env=shell, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+
+
+def lines_of(page: Path) -> list[str]:
+    return [line for block in blocks(page, "sh") for line in block.splitlines()]
+
+
+def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str], follow: Follow) -> None:
     """The page from top to bottom in one folder: its commands in a shell, its Python as one script."""
     shutil.copytree(ROOT / "examples", tmp_path / "home" / "examples")
     page = DOCS / "how-to" / "test-your-own-driver.md"
-    shell = shell | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{shell['PATH']}"}
-    steps = [*blocks(page, "sh"), f"{sys.executable} - <<'PYTHON'\n{''.join(blocks(page, 'python'))}\nPYTHON"]
-    assert len(steps) > 5
-    for step in steps:
-        done = subprocess.run(
-            ["sh", "-ec", step], cwd=tmp_path / "home", env=shell, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
+    assert len(lines_of(page)) > 5
+    follow(lines_of(page), tmp_path / "home")
+    in_shell(f"python - <<'PYTHON'\n{''.join(blocks(page, 'python'))}\nPYTHON", tmp_path / "home", shell)
 
 
 @pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])
-def test_a_page_can_be_followed(name: str, tmp_path: Path, shell: dict[str, str], started: ForkServer) -> None:
-    """From top to bottom in a folder with the examples; every command ends well. A plain one needs no shell."""
-    home = tmp_path / "home"
-    shutil.copytree(ROOT / "examples", home / "examples")
-    steps = blocks(DOCS / "how-to" / name, "sh")
-    assert len(steps) >= 3
-    for step in steps:
-        if OF_A_SHELL.search(step):
-            done = subprocess.run(["sh", "-ec", step], cwd=home, env=shell, capture_output=True, text=True, check=False)
-            assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
-            continue
-        for line in step.splitlines():
-            command, *words = shlex.split(line)
-            ended = started.run("sys.exit(main(sys.argv[1:]))", *words, at=home)
-            assert (command, ended.status) == ("cortexc", 0), f"{line}\n{ended.out}\n{ended.err}"
+def test_a_page_can_be_followed(name: str, tmp_path: Path, follow: Follow) -> None:
+    """From top to bottom in a folder with the examples."""
+    shutil.copytree(ROOT / "examples", tmp_path / "home" / "examples")
+    lines = lines_of(DOCS / "how-to" / name)
+    assert len(lines) >= 3
+    follow(lines, tmp_path / "home")

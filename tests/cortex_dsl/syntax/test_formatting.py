@@ -78,7 +78,7 @@ def gap(found: str, depth: int, comma: bool, dice: random.Random) -> str:
     return dice.choice(GAPS[:-1] if depth else (" ", "  ", GAPS[-1])) if found or depth else found
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
+@settings(suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
 @given(st.data(), st.integers(0, 2**32), st.sampled_from(["\n", "\r\n"]), st.sampled_from(["", "\ufeff"]))
 def test_generated_programs(
     programs: st.SearchStrategy[nodes.Module], data: st.DataObject, seed: int, end: str, mark: str

@@ -28,7 +28,7 @@ def spans_nest(parent: nodes.Node) -> None:
             spans_nest(child)
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
+@settings(suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
 @given(st.data())
 def test_print_then_parse_gives_the_same_tree(programs: st.SearchStrategy[nodes.Module], data: st.DataObject) -> None:
     """What is written for a tree reads as that tree, and spans nest in what was read."""
