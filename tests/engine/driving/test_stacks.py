@@ -1,12 +1,14 @@
 """A driver in a process of its own: it drives as one in this process does, and what befalls it is told."""
 
 import os
+import random
 import shutil
 import sqlite3
 import subprocess
 import sys
 import time
 from contextlib import closing
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -131,12 +133,14 @@ def test_the_scene_over_which_it_crashes_is_found(scenario: cx.Scenario, tmp_pat
 
 
 def test_kills_at_random_moments_change_no_journal(scenario: cx.Scenario, tmp_path: Path) -> None:
-    """Whoever is killed now and then finds what he finds undisturbed: the same evaluations, the same actions."""
-    log = tmp_path / "kills"
-    log.touch()
-    kills = f"len(open({str(log)!r}).read())"
-    moment = f"({kills} == 0 and number == 3) or (os.urandom(1)[0] < 6 and {kills} < 10)"
-    hook = f"number > 0 and ({moment}) and (open({str(log)!r}, 'a').write('x'), os.kill(os.getpid(), 9))"
+    """Whoever is killed now and then finds what he finds undisturbed: the same evaluations, the same actions.
+
+    Between two kills the block is driven again to its end: a scene over which it dies again and again is lost.
+    """
+    dice, asked = random.Random(), str(tmp_path / "asked")
+    moments = list(accumulate((dice.randint(30, 50) for _ in range(10)), initial=4))
+    counted = f"(open({asked!r}, 'a').write('x'), len(open({asked!r}).read()))[1]"
+    hook = f"{counted} in {moments} and os.kill(os.getpid(), 9)"
     (tmp_path / "calm").mkdir()
     names = client(tmp_path / "calm"), client(tmp_path, hook)
     found = []
@@ -145,9 +149,8 @@ def test_kills_at_random_moments_change_no_journal(scenario: cx.Scenario, tmp_pa
         scenario.driven_by(name, block=4).search("ga", generations=4, population=16, seed=1, out=out)
         with closing(sqlite3.connect(out / "journal.sqlite")) as journal:
             found.append([list(journal.execute(f"SELECT * FROM {table} ORDER BY 1, 2")) for table in TABLES])
-    assert log.read_text()
-    assert "was ended by signal 9" in (tmp_path / "run1" / "controller.log").read_text()
-    assert found[0] == found[1]
+    assert (tmp_path / "run1" / "controller.log").read_text().count("was ended by signal 9") > 2
+    assert found[0] == found[1], moments
 
 
 def test_a_late_stack_is_killed(scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
