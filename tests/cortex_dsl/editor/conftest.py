@@ -2,7 +2,7 @@
 
 import asyncio
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,20 +15,29 @@ PATIENCE = 300.0
 
 
 class Client:
-    """One open file in a server process of its own."""
+    """A server process, and the one file that is open in it at a time."""
 
-    def __init__(self, path: Path) -> None:
-        self.uri, self.version, self.text = path.as_uri(), 0, ""
+    def __init__(self) -> None:
+        self.uri, self.version, self.text = "", 0, ""
         self.ls = LanguageClient("tests", "1")
         self.published: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
 
         @self.ls.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
         def published(params: types.PublishDiagnosticsParams) -> None:
-            self.published.put_nowait(params)
+            if params.uri == self.uri:
+                self.published.put_nowait(params)
 
-    async def start(self, encodings: list[str] | None = None) -> types.InitializeResult:
+    def turn_to(self, path: Path) -> None:
+        """Speak of this file from here on; what is still said of the one before is not heard."""
+        if self.uri:
+            self.ls.text_document_did_close(types.DidCloseTextDocumentParams(self.document))
+        self.uri, self.version, self.text = path.as_uri(), 0, ""
+        while not self.published.empty():
+            self.published.get_nowait()
+
+    async def start(self) -> types.InitializeResult:
         await self.ls.start_io(sys.executable, "-m", "cortex_dsl", "lsp", "--stdio")
-        general = types.GeneralClientCapabilities(position_encodings=encodings or ["utf-16"])
+        general = types.GeneralClientCapabilities(position_encodings=["utf-16"])
         capabilities = types.ClientCapabilities(general=general)
         started = await self.wait(self.ls.initialize_async(types.InitializeParams(capabilities=capabilities)))
         self.ls.initialized(types.InitializedParams())
@@ -79,18 +88,33 @@ class Client:
 Talk = Callable[[Client], Awaitable[None]]
 
 
+@pytest.fixture(scope="module")
+def server() -> Iterator[tuple[asyncio.Runner, Client]]:
+    """One server for all conversations of a module, which must end in order."""
+    with asyncio.Runner() as runner:
+
+        async def started() -> Client:
+            client = Client()
+            await client.start()
+            return client
+
+        client = runner.run(started())
+        yield runner, client
+        assert runner.run(client.stop()) == 0
+
+
 @pytest.fixture
-def talk(tmp_path: Path) -> Callable[[Talk], None]:
-    """Hold a conversation with a fresh server, which must end it in order."""
+def talk(server: tuple[asyncio.Runner, Client], tmp_path: Path) -> Callable[[Talk], None]:
+    """Hold a conversation about a file of its own."""
 
     def hold(conversation: Talk) -> None:
-        async def whole() -> None:
-            client = Client(tmp_path / "own.scn")
-            await client.start()
-            await conversation(client)
-            assert await client.stop() == 0
+        runner, client = server
 
-        asyncio.run(whole())
+        async def whole() -> None:
+            client.turn_to(tmp_path / "own.scn")
+            await conversation(client)
+
+        runner.run(whole())
 
     return hold
 
