@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, reading
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import Recording
@@ -111,15 +111,8 @@ def source_of(path: Path) -> Source:
 
 
 def _head(path: Path) -> bytes:
-    try:
-        if not path.is_file():
-            what = "this is no file" if path.exists() else "there is no such file"
-            raise InterchangeError(what, "name a recording", str(path))
-        with path.open("rb") as file:
-            return file.read(HEAD)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+    with reading(path), path.open("rb") as file:
+        return file.read(HEAD)
 
 
 def read_traffic(path: Path, rate: float | None = None) -> Tracks:

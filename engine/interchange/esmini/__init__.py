@@ -64,8 +64,16 @@ class Played:
     """When two entities were first seen to collide [s]."""
 
 
-def play(library: Path, files: Mapping[str, bytes], name: str, recording: Recording, instants: Floats) -> Played:
-    """Play the file of that name; the others are those that it needs.
+def play(
+    library: Path,
+    files: Mapping[str, bytes],
+    name: str,
+    recording: Recording,
+    instants: Floats,
+    trajectory_filter: str = "0",
+) -> Played:
+    """Play the file of that name; the others are those that it needs. `trajectory_filter`: esmini merges vertices that
+    are nearer than so much [m].
 
     Raises:
         InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is no esmini.
@@ -79,6 +87,7 @@ def play(library: Path, files: Mapping[str, bytes], name: str, recording: Record
             "file": str(Path(folder) / name),
             "names": names,
             "instants": instants.tolist(),
+            "filter": trajectory_filter,
             "memory": MEMORY,
             "seconds": int(PATIENCE),
         }

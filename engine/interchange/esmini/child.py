@@ -59,7 +59,7 @@ def play(library: Any, job: dict[str, Any]) -> dict[str, Any]:
     """Step from instant to instant, and note poses of outlines' middles and who collides with whom."""
     library.SE_LogToConsole(False)
     library.SE_SetLogFilePath(b"esmini.log")
-    library.SE_SetOptionValue(b"traj_filter", b"0")
+    library.SE_SetOptionValue(b"traj_filter", job["filter"].encode())
     library.SE_CollisionDetection(True)
     if library.SE_Init(os.fsencode(job["file"]), 0, 0, 0, 0) != 0:
         return {"refused": True}

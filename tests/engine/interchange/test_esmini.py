@@ -65,7 +65,7 @@ class Stub:
 
 
 def played(stub: Stub, instants: list[float]) -> dict[str, Any]:
-    return child.play(stub, {"file": "case.xosc", "names": NAMES, "instants": instants})
+    return child.play(stub, {"file": "case.xosc", "names": NAMES, "instants": instants, "filter": "0"})
 
 
 def judged(monkeypatch: pytest.MonkeyPatch, shown: Recording, mode: str = "trajectory") -> Certificate:
