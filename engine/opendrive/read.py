@@ -122,6 +122,12 @@ class OdrNetwork:
     """As `Recording.buildings`."""
     connections: tuple[OdrConnection, ...] = ()
     """Of all junctions."""
+    content: bytes | None = None
+    """The file itself, where it lay in another and is gone."""
+
+    def copy(self) -> bytes:
+        """The file, to be put beside another."""
+        return self.path.read_bytes() if self.content is None else self.content
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.

@@ -88,10 +88,8 @@ def play(
             "names": names,
             "instants": instants.tolist(),
             "filter": trajectory_filter,
-            "memory": MEMORY,
-            "seconds": int(PATIENCE),
         }
-        answer = _answer(job, Path(folder), name)
+        answer = answer_of(job, Path(folder), name)
     _refuse_other_layout(answer["sizes"], recording, names)
     missing = [float("nan")] * 3
     poses = np.array([[missing if pose is None else pose for pose in row] for row in answer["poses"]], dtype=np.float64)
@@ -101,12 +99,17 @@ def play(
     return Played(instants, poses.reshape(len(instants), len(names), 3), collisions)
 
 
-def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
-    result = folder / "result.json"
+def answer_of(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
+    """What `child.py` answers to a job; it works in this folder.
+
+    Raises:
+        InterchangeError: as `play`.
+    """
+    result, bounds = folder / "result.json", {"memory": MEMORY, "seconds": int(PATIENCE)}
     try:
         done = subprocess.run(  # noqa: S603 - our own script, by this very interpreter
             [sys.executable, "-I", str(CHILD), str(result)],
-            input=json.dumps(job).encode(),
+            input=json.dumps({**job, **bounds}).encode(),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             cwd=folder,
@@ -116,7 +119,7 @@ def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
     except subprocess.TimeoutExpired:
         raise InterchangeError(f"esmini hangs: no end after {PATIENCE:g} s", BY_HAND, name) from None
     answer: dict[str, Any] = json.loads(result.read_text(encoding="utf-8")) if result.exists() else {}
-    if "poses" in answer:
+    if "poses" in answer or "rows" in answer:
         return answer
     raise InterchangeError(_reason(answer, done.returncode, done.stderr), BY_HAND, name)
 

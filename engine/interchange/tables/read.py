@@ -73,13 +73,22 @@ def joined(one: Tracks, other: Tracks) -> Tracks:
     return Tracks(tuple(tracks), tuple(remarks), one.file, begin, one.numbered)
 
 
-def recording_of(tracks: Tracks, name: str, ego: str | None = None, step: float | None = None) -> Imported:
-    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants.
+Window = tuple[float, float]
+"""From and to so many seconds after the first row of a recording."""
+
+
+def recording_of(
+    tracks: Tracks, name: str, ego: str | None = None, step: float | None = None, window: Window | None = None
+) -> Imported:
+    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants; in a
+    window alone where one is asked for.
 
     Raises:
-        InterchangeError: no actor is called so, or even those whom it meets are too many.
+        InterchangeError: no actor is called so, or even those whom it meets are too many; the ego is not in the window.
     """
     ordered, chosen = _ego_first(tracks, ego)
+    if window is not None:
+        ordered = _within(ordered, window, tracks.file)
     kept, left_out = _whom_it_meets(ordered, tracks.file)
     time, remarks = _clock(kept, tracks)
     recording = Recording(
@@ -166,6 +175,16 @@ def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack
         f"of {len(tracks):,} actors, those are judged who come nearer than {NEARBY:g} m to the ego: {len(near) - 1:,}"
     )
     return near, (f"{message}; times count from its first, {first:.12g} s",)
+
+
+def _within(tracks: list[TableTrack], window: Window, file: str) -> list[TableTrack]:
+    """Who is there in a window, and what it does meanwhile; the ego stays the first."""
+    kept = [cut for track in tracks if (cut := _cut(track, *window))]
+    if not kept or kept[0].name != tracks[0].name:
+        ego = tracks[0]
+        there = f"name a window within {ego.time[0]:.6g} to {ego.time[-1]:.6g} s"
+        raise InterchangeError(f"{cited(ego.name)} is not there from {window[0]:g} to {window[1]:g} s", there, file)
+    return kept
 
 
 def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
