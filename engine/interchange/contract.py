@@ -2,7 +2,7 @@
 error that says what is wrong with a file from elsewhere, or with the wish to write one, and what to do.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -43,7 +43,7 @@ def cited(name: str) -> str:
 
 
 @contextmanager
-def reading(path: Path, wanted: str = "a recording") -> Iterator[None]:
+def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
     """Read a file inside of this block; what the system says against it becomes an InterchangeError."""
     try:
         if not path.is_file():
