@@ -246,12 +246,12 @@ MANY_EDGES = [
 
 @compiled
 @given(st.sampled_from([0, 1]), st.floats(-1.1, 1.1), st.floats(-1.1, 1.1), st.integers(0, 10**6), st.floats(-4.0, 4.0))
-def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
+def test_cells_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
     """For points everywhere, and for such as lie as high as a corner; for outlines, too."""
     network = MANY_EDGES[which]
     road = road_tables(network)
-    bare = road._replace(band_edges=np.zeros((0, 4)), band_start=np.zeros(1, dtype=np.int32), band_frame=np.zeros(0))
-    assert len(road.band_start) > 1
+    bare = road._replace(cell_start=np.zeros(1, dtype=np.int32))
+    assert len(road.cell_start) > 1
     ends = road.edges[: road.region_start[1]].reshape(-1, 2)
     (west, south), (east, north) = ends.min(axis=0), ends.max(axis=0)
     x, y = 0.5 * (west + east) + 0.5 * u * (east - west), 0.5 * (south + north) + 0.5 * v * (north - south)
@@ -265,11 +265,11 @@ def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, e
 
 
 def test_an_index_decides_nothing() -> None:
-    """A program with bands has the digest of one without."""
+    """A program with cells has the digest of one without."""
     road = road_tables(MANY_EDGES[0])
     none, whole = np.zeros(0), np.zeros(0, dtype=np.int32)
     space = ParamSpace((), (), whole, none, none, whole, np.zeros((0, 2)), none, (), ())
-    bare = road._replace(band_edges=np.zeros((0, 4)))
+    bare = road._replace(cell_edges=np.zeros((0, 4)))
     code = CodeTables._make(np.zeros(1) for _ in CodeTables._fields)
     one, other = (program_digest(space, code, each, Settings()) for each in (road, bare))
     assert one == other
