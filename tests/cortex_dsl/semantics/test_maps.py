@@ -141,6 +141,17 @@ def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
 
 
+def test_what_is_odd_about_a_file_is_said_once(tmp_path: Path) -> None:
+    """However many variants there are."""
+    text = (
+        (ROADS / "village.xodr")
+        .read_text()
+        .replace('elementType="road" elementId="', 'elementType="road" elementId="x', 1)
+    )
+    (tmp_path / "village.xodr").write_text(text)
+    assert codes(VILLAGE + "lane = Uniform(*network.lanes)\nego = new Car in lane.centerline\n", tmp_path) == ["SCN449"]
+
+
 def test_what_lies_at_a_point() -> None:
     """Scenic's `roadAt` and its like, of points and of objects whose lane is known; None where nothing is."""
     text = (

@@ -15,6 +15,7 @@ from engine.kernels.region import (
     region_box_distance,
     region_contains,
     region_contains_box,
+    region_depth,
     region_distance,
     region_sample,
 )
@@ -257,7 +258,8 @@ def test_cells_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, e
     x, y = 0.5 * (west + east) + 0.5 * u * (east - west), 0.5 * (south + north) + 0.5 * v * (north - south)
     corner = ends[edge % len(ends)]
     for place in ((x, y), (x, float(corner[1])), (float(corner[0]) + u, float(corner[1]) + v)):
-        assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
+        if abs(region_depth(bare, ROAD_REGION, *place)) > 1e-9:  # on the rim either answer is right
+            assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
         boxes = [region_contains_box(each, ROAD_REGION, *place, heading, 4.5, 1.8) for each in (road, bare)]
         assert boxes[0] == boxes[1]
     for place in ((math.nan, y), (x, math.nan), (math.inf, y), (x, -math.inf)):

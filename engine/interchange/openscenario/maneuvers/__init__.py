@@ -43,7 +43,7 @@ def write_maneuvers(
         raise InterchangeError("a scenario without actors has no maneuvers", "record a run first")
     version, shown = version_of(options), recording.from_zero()
     starts = {actor.name: actor.start for actor in plan.actors}
-    notation = Notation(version, plan.values, Places(road_map, starts))
+    notation = Notation(version, plan.values, Places(road_map, starts, plan.values))
     varied = _varied(plan, version)
     declared = [*(_declared(each, version) for each in varied), *_units(varied)]
     document = new_document(_without(shown, varied), version, road_file, declared)
