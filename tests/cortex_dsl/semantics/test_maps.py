@@ -1,6 +1,7 @@
 """`map`: lone roads and the roads of files, by the native line and by Scenic's."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -133,6 +134,16 @@ def test_scenic_files_read_their_map_where_it_is_there(tmp_path: Path) -> None:
     assert compiled(text, tmp_path).program.road_spec == RoadSpec()
     assert codes(text, tmp_path) == ["SCN442"]
     assert compiled(text.replace("\n", "\nmap road()\n", 1)).program.road_spec == LoneRoad()
+
+
+def test_maps_are_found_in_the_folders_of_a_variable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their names, whatever folder a line says; a file where the line says comes first."""
+    monkeypatch.setenv("CORTEXC_MAPS", f"{tmp_path}{os.pathsep}{ROADS}")
+    for line in (VILLAGE, VILLAGE.replace('"v', '"../maps/v'), "param map = localPath('../../CARLA/village.xodr')\n"):
+        spec = compiled(line + EGO, tmp_path).program.road_spec
+        assert isinstance(spec, MapFile)
+        assert Path(spec.path) == ROADS / "village.xodr"
+    assert codes('map opendrive("../roads/")\n' + EGO, tmp_path) == ["SCN438"]
 
 
 def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
