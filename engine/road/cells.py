@@ -32,7 +32,8 @@ def cells_of(edges: Floats) -> dict[str, Any]:
     if len(edges) < MANY:
         return {}
     low, high = edges.reshape(-1, 2).min(axis=0), edges.reshape(-1, 2).max(axis=0)
-    side = max(SIDE, math.sqrt(float(np.prod(high - low + 2.0 * SIDE)) / MOST_CELLS))
+    wide, deep = (high - low + 2.0 * SIDE).tolist()
+    side = max(SIDE, math.sqrt(wide * deep / MOST_CELLS))
     first, reach = _boxes(edges, low, side)
     while int(reach.prod(axis=1).sum()) > MOST_PAIRS:
         side *= 2.0
@@ -99,7 +100,8 @@ def _off(edges: Floats, x: Floats, y: Floats) -> Floats:
 def _inside(edges: Floats, places: Floats, y: Floats, row: Ints) -> Floats:
     """By the even-odd rule: how many edges cross the line of a point's row east of it."""
     low, high = edges[:, 1::2].min(axis=1), edges[:, 1::2].max(axis=1)
-    first, last = np.searchsorted(y, low), np.searchsorted(y, high)
+    first: Ints = np.searchsorted(y, low).astype(np.int64)
+    last: Ints = np.searchsorted(y, high).astype(np.int64)
     edge, number = _spread(last - first)
     line = first[edge] + number
     x1, y1, x2, y2 = edges[edge].T

@@ -178,8 +178,9 @@ def _file_place(links: Links, each: LanePlan) -> LanePlace:
     knots = _file_knots(links, each)
     way, (along, s) = 1.0 if lane.forward else -1.0, np.array(knots).T
     begins = [rows[part.section][0].start if lane.forward else rows[part.section][1] for part in parts]
-    changes = np.interp(way * np.array(begins), way * s, along).tolist()
-    numbers = tuple(zip(changes, (part.lane for part in parts), strict=True))
+    numbers = tuple(
+        (float(np.interp(way * begin, way * s, along)), part.lane) for begin, part in zip(begins, parts, strict=True)
+    )
     return LanePlace(lane.road, parts[0].lane, lane.forward, float(along[-1]), knots, numbers)
 
 
