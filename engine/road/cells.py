@@ -99,9 +99,9 @@ def _off(edges: Floats, x: Floats, y: Floats) -> Floats:
 
 def _inside(edges: Floats, places: Floats, y: Floats, row: Ints) -> Floats:
     """By the even-odd rule: how many edges cross the line of a point's row east of it."""
-    low, high = edges[:, 1::2].min(axis=1), edges[:, 1::2].max(axis=1)
-    first: Ints = np.searchsorted(y, low).astype(np.int64)
-    last: Ints = np.searchsorted(y, high).astype(np.int64)
+    low: Floats = edges[:, 1::2].min(axis=1)
+    high: Floats = edges[:, 1::2].max(axis=1)
+    first, last = np.searchsorted(y, low), np.searchsorted(y, high)
     edge, number = _spread(last - first)
     line = first[edge] + number
     x1, y1, x2, y2 = edges[edge].T

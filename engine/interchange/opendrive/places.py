@@ -176,7 +176,8 @@ def _file_place(links: Links, each: LanePlan) -> LanePlace:
     lane, rows = each.lane, links.sections[each.lane.road].rows
     parts = lane.parts if lane.forward else lane.parts[::-1]
     knots = _file_knots(links, each)
-    way, (along, s) = 1.0 if lane.forward else -1.0, np.array(knots).T
+    way, held = 1.0 if lane.forward else -1.0, np.array(knots, dtype=np.float64)
+    along, s = held[:, 0], held[:, 1]
     begins = [rows[part.section][0].start if lane.forward else rows[part.section][1] for part in parts]
     numbers = tuple(
         (float(np.interp(way * begin, way * s, along)), part.lane) for begin, part in zip(begins, parts, strict=True)
