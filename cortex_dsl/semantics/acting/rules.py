@@ -46,7 +46,7 @@ Column = tuple[str, Term, ir.Dimension]
 
 def keep_record(ev: Evaluator, node: nodes.Record) -> None:
     """A record, at a running moment."""
-    name = node.name or " ".join((node.when + " " + ev.file.source.slice(node.value.span)).split())
+    name = node.name or f"{node.when} {ev.file.source.words(node.value.span)}".lstrip()
     for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
@@ -120,7 +120,7 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
 
 
 def name_of(file: FileContext, node: nodes.Require) -> str:
-    return node.name or " ".join(file.source.slice(node.condition.span).split())
+    return node.name or file.source.words(node.condition.span)
 
 
 # -- all variants together --------------------------------------------------------------------------------------------
@@ -158,14 +158,14 @@ def _report(
         return  # what is pinned from outside is no mistake of the file
     elif formula is True:
         file.findings.add(TEMPORAL_HOLDS.at(span))
-    elif not any(is_dynamic(each) for each in _seen(node, conditions)):
+    elif not any(is_dynamic(each) for each in seen(node, conditions)):
         file.findings.add(NEVER_CHANGES.at(span))
     elif not has_end and (waiting := waiting_part(node.condition)) is not None:
         file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
 
-def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[Term]:
-    """Everything that a requirement looks at, in all variants."""
+def seen(node: nodes.Require | nodes.Expect, conditions: Conditions) -> Iterator[Term]:
+    """Everything that a requirement or an expectation looks at, in all variants."""
     keys = [(node.span, RuleKind.ABORT), *((atom.span, RuleKind.WATCH) for atom in atoms(node.condition))]
     return (each[key] for each in conditions for key in keys if key in each)
 
@@ -205,7 +205,7 @@ class Folder:
 
     def _atom(self, node: nodes.Expression) -> ir.Formula:
         span = node.span if _draws(node) else self.places.setdefault(node, node.span)
-        name = " ".join(self.file.source.slice(span).split())
+        name = self.file.source.words(span)
         return ir.Formula(TemporalOp.ATOM, watch=self.file.rule(span, name, RuleKind.WATCH))
 
 
