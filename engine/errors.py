@@ -6,6 +6,7 @@ from a worker's process to ours as it is. Where a name is unknown, the cure offe
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from functools import lru_cache
 from heapq import nlargest
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,13 @@ MOST_COMPARED = 300
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate that `word` was probably meant to be, or None if none is near."""
-    by_folded = {candidate.lower(): candidate for candidate in candidates}
+    return _nearest(word, frozenset(candidates))
+
+
+@lru_cache(maxsize=8)
+def _nearest(word: str, candidates: frozenset[str]) -> str | None:
+    """Of a few words kept: one mistake asks more than once, and among thousands of names each time takes long."""
+    by_folded = {candidate.lower(): candidate for candidate in sorted(candidates)}
     folded = word.lower()
     begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
     if begun:
