@@ -218,6 +218,8 @@ class Built:
     """The `mutate` statements of every scope."""
     mutated: set[tuple[Scope, str]] = field(default_factory=set)
     """Scopes and names of what carries noise."""
+    has_set_up: bool = False
+    """Whether a scenario with a setup was set up."""
     network: Network | None = None
     signals: SignalPlan | None = None
     environment: Environment | None = None
@@ -287,6 +289,8 @@ class VariantState:
     """The scenario that the run is, with the top level of the file."""
     compared: dict[Term, ir.Dimension | None] = field(default_factory=dict)
     """Dimension of what each comparison compares."""
+    redrawn: dict[Term, Callable[..., Value]] = field(default_factory=dict)
+    """Of each number that was drawn, what draws another like it."""
     assigning: str = ""
     """The name that is about to be assigned; it names objects and choices."""
 
