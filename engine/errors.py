@@ -60,7 +60,7 @@ def _nearest(word: str, candidates: frozenset[str]) -> str | None:
 def _most_alike(word: str, candidates: Iterable[str]) -> list[str]:
     """Those that share most neighbouring pairs of letters with a word, for whole words are compared in milliseconds."""
     pairs = {word[i : i + 2] for i in range(len(word) - 1)}
-    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(pair in each for pair in pairs), -len(each), each))
+    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(map(each.__contains__, pairs)), -len(each), each))
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected
