@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import caution, external, following, giving_way
+from cortex_dsl.semantics.acting import caution, external, following, giving_way, replaying
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
@@ -53,6 +53,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,
     "ExternalBehavior": external.drive_from_outside,
+    "ReplayBehavior": replaying.replay,
     "IdleBehavior": following.idle,
 }
 

@@ -246,6 +246,8 @@ _ROWS = (
                Parameter("trajectory", default="the lane it is on"),
                Parameter("actions", default='"pedals"'),
                Parameter("every", TIME, "each step", low=0.0), Parameter("delay", TIME, "0 s", low=0.0)),
+    _behaviour("ReplayBehavior", "Move as recorded, from where it stands, to the end of the track.",
+               Parameter("track"), Parameter("pace", PURE, "1", 0.01, 100.0)),
     _behaviour("IdleBehavior", "Do nothing, for ever: roll at constant speed."),
     # -- classes
     _class("Point", "A place."),
