@@ -1,6 +1,7 @@
 """`map`: lone roads and the roads of files, by the native line and by Scenic's."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -135,10 +136,31 @@ def test_scenic_files_read_their_map_where_it_is_there(tmp_path: Path) -> None:
     assert compiled(text.replace("\n", "\nmap road()\n", 1)).program.road_spec == LoneRoad()
 
 
+def test_maps_are_found_in_the_folders_of_a_variable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their names, whatever folder a line says; a file where the line says comes first."""
+    monkeypatch.setenv("CORTEXC_MAPS", f"{tmp_path}{os.pathsep}{ROADS}")
+    for line in (VILLAGE, VILLAGE.replace('"v', '"../maps/v'), "param map = localPath('../../CARLA/village.xodr')\n"):
+        spec = compiled(line + EGO, tmp_path).program.road_spec
+        assert isinstance(spec, MapFile)
+        assert Path(spec.path) == ROADS / "village.xodr"
+    assert codes('map opendrive("../roads/")\n' + EGO, tmp_path) == ["SCN438"]
+
+
 def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     """Nobody searches on another road than the one that lies there."""
     (tmp_path / "village.xodr").write_text("<OpenDRIVE>")
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
+
+
+def test_what_is_odd_about_a_file_is_said_once(tmp_path: Path) -> None:
+    """However many variants there are."""
+    text = (
+        (ROADS / "village.xodr")
+        .read_text()
+        .replace('elementType="road" elementId="', 'elementType="road" elementId="x', 1)
+    )
+    (tmp_path / "village.xodr").write_text(text)
+    assert codes(VILLAGE + "lane = Uniform(*network.lanes)\nego = new Car in lane.centerline\n", tmp_path) == ["SCN449"]
 
 
 def test_what_lies_at_a_point() -> None:
