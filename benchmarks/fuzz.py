@@ -16,11 +16,12 @@ import sys
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from benchmarks.sentences import Sentences
 from cortex_dsl.diagnostics import CompileError
@@ -33,6 +34,8 @@ TIME_LIMIT = 20
 MEMORY_LIMIT = 4 << 30
 """Address space of a process [bytes]."""
 CHUNK = 250
+SEEDS = 1_000_003
+"""How far apart the streams of two seeds begin."""
 SIGNS = ("\n", "\t", "    ", " ", "\\", "\x00", "\x0c", "é", "😀", "#", "'", '"', "'''", '"""', *"()[]{},:=<+-*/%@.")
 WORDS = """
 == <= ** 0 1 -1 1e999 5 m km/h deg 90 0.5 None True xyz Range Uniform Normal speed Car ego self intersection
@@ -41,6 +44,8 @@ by offset along distance from to if elif else while lambda not and or is monitor
 record mutate always eventually choose shuffle override signals map precondition invariant
 """
 TOKENS = (*SIGNS, *WORDS.split())
+
+Found = TypeVar("Found")
 
 
 class TooLong(Exception):  # noqa: N818 - what happened
@@ -234,22 +239,38 @@ def run_chunk(seed: int, count: int) -> Part:
     return Part(outcomes, broken, slowest, slowest_text, memory)
 
 
+def spread(
+    work: Callable[..., Found], inputs: int, chunk: int, seed: int, jobs: int, *more: Sequence[int]
+) -> list[Found]:
+    """`work(seed, count, …)` for chunks of so many inputs, in so many processes; `more`: a number for each chunk."""
+    sizes = chunks(inputs, chunk)
+    seeds = [seed + number for number in range(len(sizes))]
+    if jobs == 1:
+        return list(map(work, seeds, sizes, *more))
+    with ProcessPoolExecutor(jobs) as pool:
+        return list(pool.map(work, seeds, sizes, *more))
+
+
+def chunks(inputs: int, chunk: int) -> list[int]:
+    """How many inputs each chunk has."""
+    return [min(chunk, inputs - first) for first in range(0, inputs, chunk)]
+
+
+def write_down(broken: Sequence[Broken], keep: Path) -> None:
+    """Each text in a file, and its trace beside it."""
+    keep.mkdir(parents=True, exist_ok=True)
+    for number, each in enumerate(broken):
+        (keep / f"{number:04d}-{each.kind}.scn").write_bytes(each.text)
+        (keep / f"{number:04d}-{each.kind}.txt").write_text(each.trace, encoding="utf-8")
+
+
 def fuzz(inputs: int, seed: int = 0, jobs: int = 1, keep: Path | None = None) -> Fuzzed:
     """Judge that many texts; those that break something are written to `keep`."""
     start = time.perf_counter()
-    sizes = [min(CHUNK, inputs - first) for first in range(0, inputs, CHUNK)]
-    seeds = [seed * 1_000_003 + number for number in range(len(sizes))]
-    if jobs == 1:
-        parts = list(map(run_chunk, seeds, sizes))
-    else:
-        with ProcessPoolExecutor(jobs) as pool:
-            parts = list(pool.map(run_chunk, seeds, sizes))
+    parts = spread(run_chunk, inputs, CHUNK, seed * SEEDS, jobs)
     broken = [each for part in parts for each in part.broken]
     if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
-        for number, each in enumerate(broken):
-            (keep / f"{number:04d}-{each.kind}.scn").write_bytes(each.text)
-            (keep / f"{number:04d}-{each.kind}.txt").write_text(each.trace, encoding="utf-8")
+        write_down(broken, keep)
         (keep / "slowest.scn").write_bytes(max((part.slowest, part.slowest_text) for part in parts)[1])
     return Fuzzed(
         inputs=inputs,

@@ -22,7 +22,6 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -105,17 +104,11 @@ def run_chunk(seed: int, count: int, runs: int) -> Part:
 
 def texts(count: int, runs: int, seed: int, jobs: int, keep: Path | None) -> Counter[str]:
     """What became of so many texts."""
-    sizes = [min(CHUNK, count - first) for first in range(0, count, CHUNK)]
-    seeds = [seed * 1_000_003 + 500_000 + number for number in range(len(sizes))]
-    each = [-(-runs * size // count) for size in sizes]
-    with ProcessPoolExecutor(jobs) as pool:
-        parts = list(pool.map(run_chunk, seeds, sizes, each))
+    each = [-(-runs * size // count) for size in fuzz.chunks(count, CHUNK)]
+    parts = fuzz.spread(run_chunk, count, CHUNK, seed * fuzz.SEEDS + 500_000, jobs, each)
     broken = [one for part in parts for one in part.broken]
     if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
-        for number, one in enumerate(broken):
-            (keep / f"{number:04d}-{one.kind}.scn").write_bytes(one.text)
-            (keep / f"{number:04d}-{one.kind}.txt").write_text(one.trace, encoding="utf-8")
+        fuzz.write_down(broken, keep)
     return sum((part.outcomes for part in parts), Counter[str]())
 
 

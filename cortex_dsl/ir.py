@@ -147,6 +147,15 @@ class HoldSpeed(Act):
 
 
 @frozen
+class Replay(Act):
+    """Move as recorded to the end of a track. `track`: its place in the pool; `clock`: a local of its own."""
+
+    track: int
+    pace: Expr
+    clock: int
+
+
+@frozen
 class Branch(Act):
     condition: Expr
     then: "Block"

@@ -1,6 +1,7 @@
 """Texts of strangers, for a terminal: they show, and do nothing to it. Needs nothing else of the package."""
 
 import unicodedata
+from pathlib import Path
 
 
 def visible(text: str) -> str:
@@ -15,3 +16,8 @@ def harmless(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c in "\n\t" else visible(c) for c in text)
+
+
+def as_argument(path: Path) -> str:
+    """A path as a word of a command line, where one that begins with `-` would be an option."""
+    return f"./{path}" if str(path).startswith("-") else str(path)

@@ -96,3 +96,7 @@ class Source:
 
     def slice(self, span: Span) -> str:
         return self.whole[span.start : span.end]
+
+    def words(self, span: Span) -> str:
+        """The text of a span on one line, its words one space apart."""
+        return " ".join(self.slice(span).split())

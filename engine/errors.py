@@ -46,6 +46,8 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
     if begun:
         return by_folded[min(begun, key=len)]
     few = by_folded if len(by_folded) <= MOST_COMPARED else _most_alike(folded, by_folded)
+    if len(folded) > 2 and (swapped := [each for each in few if sorted(each) == sorted(folded)]):
+        return by_folded[min(swapped)]
     matches = get_close_matches(folded, few, n=1, cutoff=0.6)
     return by_folded[matches[0]] if matches else None
 

@@ -158,3 +158,6 @@ class Op(IntEnum):
     """End of a segment of pure code (a requirement, a termination rule, scene outputs)."""
     SPAWN = 92
     """Actor a (integer), absent until now, takes part from this sample on."""
+    REPLAY = 93
+    """One step along the recorded track at pool[a] (an integer, see `kernels.replay`), whose time passes b times as
+    fast as that of the run; dst keeps how far it has come. At its end: mark the route done and go to row c."""

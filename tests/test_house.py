@@ -12,7 +12,7 @@ PACKAGES = ("cortex_dsl", "engine")
 LONGEST = 350
 """Lines of a file."""
 LONGER = {
-    "cortex_dsl/ir.py": 480,
+    "cortex_dsl/ir.py": 490,
     "cortex_dsl/syntax/nodes.py": 820,
     "cortex_dsl/syntax/expressions.py": 450,
 }

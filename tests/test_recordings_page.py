@@ -40,11 +40,12 @@ def test_the_page_can_be_followed(
     """Every command prints what is shown below it, and its Python runs."""
     monkeypatch.setattr("sys.stderr", sys.stdout)
     steps = [step for text in blocks("console") for step in commands(text)]
-    assert len(steps) == 2
+    assert len(steps) == 3
     for command, shown in steps:
         assert main(command.split()[1:]) == 0
         printed = capsys.readouterr().out
         assert pattern(shown).fullmatch(printed), f"{command}\n{printed}"
+    assert cx.load(folder / "traffic.scn").program.space.names[0] == "EGO_AHEAD"
     assert (folder / "pairs.csv").read_text().startswith("rank,one,other,")
     page = (folder / "pairs.html").read_text()
     assert page.count("<polygon") == 2 * len(cx.measure_all("traffic.csv", near=20.0))

@@ -11,23 +11,22 @@ Build it from https://github.com/esmini/esmini without its viewer, which takes n
 """
 
 import argparse
-import ctypes
 from collections.abc import Iterator, Sequence
-from ctypes import c_double, c_int, c_uint32
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import ClassVar
 
 import numpy as np
 
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases
 from cortex_dsl.interchange.cases import ExportCase
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
+from engine.interchange.esmini import Played, play
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.document import entity_names
 from engine.interchange.recording import Recording
+from engine.tables import Floats
 from engine.vocabulary import State
 
 FINE = 0.001
@@ -37,54 +36,18 @@ ONWARD = 0.2
 ROAD = "road.xodr"
 
 
-class ObjectState(ctypes.Structure):
-    """`SE_ScenarioObjectState` of esminiLib.hpp, esmini 3.6.0."""
-
-    _fields_: ClassVar = [
-        *((name, c_int) for name in ("id", "model_id", "ctrl_type")),
-        *((name, c_double) for name in ("timestamp", "x", "y", "z", "h", "p", "r")),
-        *((name, c_uint32) for name in ("road", "junction")),
-        ("t", c_double),
-        ("lane", c_int),
-        *((name, c_double) for name in ("lane_offset", "s", "speed", "ahead", "aside", "above")),
-        *((name, c_double) for name in ("width", "length", "height")),
-        *((name, c_int) for name in ("type", "category")),
-        *((name, c_double) for name in ("wheel_angle", "wheel_rotation")),
-        ("visibility", c_int),
-    ]
-
-    def center(self) -> tuple[float, float]:
-        """Of the bounding box [m]."""
-        x = self.x + self.ahead * np.cos(self.h) - self.aside * np.sin(self.h)
-        return x, self.y + self.ahead * np.sin(self.h) + self.aside * np.cos(self.h)
-
-
+@dataclass(frozen=True)
 class Player:
-    """esmini without a window; one scenario at a time."""
+    """esmini as it is asked here."""
 
-    def __init__(self, library: Path, trajectory_filter: str) -> None:
-        self.library = ctypes.CDLL(str(library))
-        self.library.SE_StepDT.argtypes = [c_double]
-        self.library.SE_GetSimulationTime.restype = c_double
-        self.trajectory_filter = trajectory_filter
+    library: Path
+    trajectory_filter: str
 
-    def open(self, file: Path) -> None:
-        self.library.SE_LogToConsole(False)
-        self.library.SE_SetLogFilePath(str(file.with_suffix(".log")).encode())
-        self.library.SE_SetOptionValue(b"traj_filter", self.trajectory_filter.encode())
-        self.library.SE_CollisionDetection(True)
-        if self.library.SE_Init(str(file).encode(), 0, 0, 0, 0) != 0:
-            raise SystemExit(f"esmini does not open {file}")
-
-    def state(self, name: str) -> ObjectState | None:
-        """None while the entity is not there."""
-        state, entity = ObjectState(), self.library.SE_GetIdByName(name.encode())
-        known = entity >= 0 and self.library.SE_GetObjectState(entity, ctypes.byref(state)) == 0
-        return state if known else None
-
-    def collides(self, name: str) -> bool:
-        entity = self.library.SE_GetIdByName(name.encode())
-        return entity >= 0 and self.library.SE_GetObjectNumberOfCollisions(entity) > 0
+    def play(self, recording: Recording, road: bytes, osc: str, instants: Floats) -> Played:
+        """The file of a recording in one version of OpenSCENARIO, at these instants."""
+        export = write_trajectories(recording, "case", ExportOptions(osc=osc), ROAD)
+        files = {ROAD: road, **{name: str(text).encode() for name, text in export.files.items()}}
+        return play(self.library, files, "case.xosc", recording, instants, self.trajectory_filter)
 
 
 @dataclass(frozen=True)
@@ -103,17 +66,13 @@ class Replay:
     """esmini's collision after our contact [s]; None without contact, infinite if it sees none."""
 
 
-def replayed(player: Player, recording: Recording, folder: Path, osc: str) -> Replay:
+def replayed(player: Player, recording: Recording, road: bytes, osc: str) -> Replay:
     """Plays a recording in one version of OpenSCENARIO, and looks for its contact."""
-    player.open(_written(recording, folder, osc))
-    off, turned, absent = _deviations(player, recording)
-    player.library.SE_Close()
+    off, turned, absent = _deviations(player.play(recording, road, osc, recording.time), recording)
     scored = recording.scored_samples()
     late = None
     if recording.contact is not None:
-        player.open(_written(onward(recording), folder, osc))
-        late = _collision(player, recording) - recording.contact.time
-        player.library.SE_Close()
+        late = _collision(player, onward(recording), road, osc) - recording.contact.time
     return Replay(off[:scored].max(), off[scored:].max(initial=0.0), turned[:scored].max(), absent, late)
 
 
@@ -129,46 +88,28 @@ def onward(recording: Recording) -> Recording:
     return replace(recording, time=time, states=np.append(recording.states[: last + 1], states[np.newaxis], axis=0))
 
 
-def _written(recording: Recording, folder: Path, osc: str) -> Path:
-    (content,) = write_trajectories(recording, "case", ExportOptions(osc=osc), ROAD).files.values()
-    file = folder / "case.xosc"
-    file.write_text(str(content), encoding="utf-8")
-    return file
-
-
-def _deviations(player: Player, recording: Recording) -> tuple[np.ndarray, np.ndarray, int]:
+def _deviations(played: Played, recording: Recording) -> tuple[Floats, Floats, int]:
     """(samples,) of the worst actor [m], [rad], and how often one is there for one side only."""
-    off, turned, absent = np.zeros(len(recording)), np.zeros(len(recording)), 0
-    for sample, step in enumerate(np.diff(recording.time, prepend=0.0)):
-        if sample:
-            player.library.SE_StepDT(float(step))
-        for actor, name in enumerate(entity_names(recording)):
-            ours, theirs = recording.states[sample, actor], player.state(name)
-            if theirs is None or not ours[State.PRESENT]:
-                absent += (theirs is not None) != bool(ours[State.PRESENT])
-                continue
-            distance = float(np.hypot(*(np.array(theirs.center()) - ours[[State.X, State.Y]])))
-            angle = abs((theirs.h - ours[State.HEADING] + np.pi) % (2 * np.pi) - np.pi)
-            off[sample], turned[sample] = max(off[sample], distance), max(turned[sample], angle)
-    return off, turned, absent
+    ours, theirs = recording.states, played.poses
+    there, seen = ours[:, :, State.PRESENT] != 0.0, np.isfinite(theirs[:, :, 0])
+    off = np.hypot(*np.moveaxis(theirs[:, :, :2] - ours[:, :, [State.X, State.Y]], 2, 0))
+    turned = np.abs((theirs[:, :, 2] - ours[:, :, State.HEADING] + np.pi) % (2 * np.pi) - np.pi)
+    worst = (np.where(there & seen, each, 0.0).max(axis=1) for each in (off, turned))
+    return *worst, int(np.count_nonzero(there != seen))
 
 
-def _collision(player: Player, recording: Recording) -> float:
+def _collision(player: Player, recording: Recording, road: bytes, osc: str) -> float:
     assert recording.contact is not None
     names = entity_names(recording)
-    pair = [names[actor] for actor in recording.contact.actors]
-    while player.library.SE_GetSimulationTime() < recording.contact.time + ONWARD:
-        player.library.SE_StepDT(FINE)
-        if all(player.collides(name) for name in pair):
-            return player.library.SE_GetSimulationTime()
-    return float("inf")
+    pair = frozenset(names[actor] for actor in recording.contact.actors)
+    instants = np.arange(0.0, recording.contact.time + ONWARD, FINE)
+    return player.play(recording, road, osc, instants).collisions.get(pair, float("inf"))
 
 
-def _played(player: Player, found: Sequence[ExportCase], folder: Path) -> Iterator[Replay]:
+def _played(player: Player, found: Sequence[ExportCase]) -> Iterator[Replay]:
     for case in found:
         road = write_opendrive(case.scenario.program.road_spec, case.recording.signals, "road", case.road_provenance)
-        (folder / ROAD).write_text(road, encoding="utf-8")
-        yield from (replayed(player, case.recording, folder, osc) for osc in OSC_VERSIONS)
+        yield from (replayed(player, case.recording, road.encode(), osc) for osc in OSC_VERSIONS)
 
 
 def main() -> None:
@@ -184,7 +125,7 @@ def main() -> None:
     for file in [*EXAMPLES, *CONSTRUCTS]:
         with TemporaryDirectory() as folder:
             found = cases(file, Path(folder) / "run", arguments.top, arguments.others)
-            all_of_it = list(_played(player, found, Path(folder)))
+            all_of_it = list(_played(player, found))
         if all_of_it:
             print(_line(file.stem, all_of_it), flush=True)
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -40,9 +41,12 @@ def whole(name: str, value: object, least: int) -> int:
         ArgumentKindError: it is none.
         ArgumentError: it is below `least`.
     """
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
+    try:
+        number = None if isinstance(value, bool) else index(value)  # type: ignore[arg-type]
+    except TypeError:  # an array of several has the method, too
+        number = None
+    if number is None:
         raise ArgumentKindError(f"{name}: expected a whole number, got {value!r}", LEFT_OUT)
-    number = int(value.__index__())  # type: ignore[attr-defined]
     if number < least:
         raise ArgumentError(f"{name}: expected {least} or more, got {number}", LEFT_OUT)
     return number

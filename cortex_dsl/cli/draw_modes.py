@@ -20,7 +20,7 @@ from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
-from cortex_dsl.report.terminal.progress import told
+from cortex_dsl.report.terminal.progress import with_progress
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.sample_view import sample_view
 from engine.config import SimulationConfig
@@ -31,6 +31,9 @@ from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
+
+CROWD = 300
+"""Actors from which a command says that it takes long."""
 
 
 def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
@@ -85,8 +88,6 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 
 # -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
-CROWD = 300
-"""Actors from which a command says that it takes long."""
 CHUNK = 20_000
 """Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
 
@@ -105,7 +106,7 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     _warm_up(program, config)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
-        for scenes in told(terminal.err, samples, _chunks(program, run, samples, config)):
+        for scenes in with_progress(terminal.err, samples, _chunks(program, run, samples, config)):
             tally = tally.plus(scenes)
             if (mistake := _undefined(scenario, scenes)) is not None:
                 show(compiled.source, [mistake], request, terminal, failed=True)

@@ -59,6 +59,8 @@ def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], t
 
 
 def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
+    if strange := next(filter(_is_no_text, arguments), None):
+        raise UsageError(f"`{strange}` is not UTF-8", "give the file a name of letters that are")
     check_engine()
     from cortex_dsl.cli import command_table
     from cortex_dsl.cli.file_options import build_parser, to_request
@@ -80,6 +82,11 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(import_module("cortex_dsl.cli.search").method_list())
         return Exit.FINE
     return command_table.execute(to_request(options, arguments), terminal)
+
+
+def _is_no_text(word: str) -> bool:
+    """Whether a word has bytes that are no letters: neither journals nor pages nor JSON can name such a file."""
+    return any("\ud800" <= letter <= "\udfff" for letter in word)
 
 
 def _how_much(error: MemoryError) -> str:

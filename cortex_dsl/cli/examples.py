@@ -8,12 +8,14 @@ import ast
 from collections.abc import Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from shlex import join
 from textwrap import wrap
 
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_bytes
 from cortex_dsl.installation import resource
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.spelling import nearest
 
 SUFFIX = ".scn"
@@ -142,7 +144,8 @@ def _new(options: argparse.Namespace, terminal: Terminal) -> Exit:
     path = options.file if options.file.suffix == SUFFIX else options.file.with_name(options.file.name + SUFFIX)
     _insist_on_new(path)
     write_bytes(path, TEMPLATE.encode())
-    terminal.out.print(f"{path}: written; `cortexc {path}` runs it, `cortexc {path} --ga` searches it", soft_wrap=True)
+    command = join(("cortexc", as_argument(path)))
+    terminal.out.print(f"{path}: written; `{command}` runs it, `{command} --ga` searches it", soft_wrap=True)
     return Exit.FINE
 
 

@@ -4,7 +4,7 @@
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
-from cortex_dsl.cli.measure_all import check_options, options_of_all, rank
+from cortex_dsl.cli.measure_all import check_options, esmini_of, options_of_all, rank
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -125,7 +125,14 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
 def _read(options: argparse.Namespace) -> "Imported":
     from engine.interchange.sources import read_recording
 
-    return read_recording(options.file, ego=options.ego, step=options.step, rate=options.rate)
+    return read_recording(
+        options.file,
+        ego=options.ego,
+        step=options.step,
+        rate=options.rate,
+        window=options.window,
+        esmini=esmini_of(options),
+    )
 
 
 def _again(reader: Reader, options: argparse.Namespace) -> str:
@@ -133,6 +140,7 @@ def _again(reader: Reader, options: argparse.Namespace) -> str:
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
+    words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
     words += [] if options.profile == "paper" else ["--profile", options.profile]
     return join(words)
 
@@ -182,6 +190,16 @@ def _rate(text: str) -> float:
     return value
 
 
+def _window(text: str) -> tuple[float, float]:
+    try:
+        begin, end = (float(part.removesuffix("s")) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be two times, as in 12.4,18, not `{text}`") from None
+    if not 0.0 <= begin < end < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a time from 0 on and a later one, not `{text}`")
+    return begin, end
+
+
 def _options(reader: Reader, parser: Parser) -> None:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
@@ -194,8 +212,12 @@ def _options(reader: Reader, parser: Parser) -> None:
     else:
         parser.set_defaults(rate=None)
     parser.add_argument(
+        "--window", type=_window, metavar="S,S", help="a part of it: from and to so many seconds after its first row"
+    )
+    parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
+    parser.add_argument("--esmini", type=Path, metavar="PATH", help="plays an xosc that has to be (CORTEXC_ESMINI)")
     parser.add_argument("--to", type=_formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"of an xosc, the version: {', '.join(OSC_VERSIONS)} (1.2)"
@@ -251,19 +273,36 @@ def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator
         if FORMATS[name].of_recording:
             yield recording_writer_of(name)(report.recording, options.file.stem)
         else:
-            yield _openscenario(report, options.file.stem, options.osc)
+            yield _with_road(report, _scenario if name == "scn" else _openscenario, options)
 
 
-def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
-    """The `.xosc`, and beside it a copy of the road that was read."""
-    from engine.interchange.contract import Export, ExportOptions
+def _with_road(
+    report: "MeasuredReport",
+    write: "Callable[[MeasuredReport, str | None, argparse.Namespace], Export]",
+    options: argparse.Namespace,
+) -> "Export":
+    """What is written on the road that was read, and beside it a copy of that."""
+    from engine.interchange.contract import Export
+
+    road = report.road
+    export = write(report, None if road is None else road.path.name, options)
+    copy = {} if road is None else {road.path.name: road.copy()}
+    return Export({**export.files, **copy}, export.remarks)
+
+
+def _openscenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
+    from engine.interchange.contract import ExportOptions
     from engine.interchange.openscenario import write_trajectories
 
-    road = None if report.road is None else Path(report.road.path)
-    how = ExportOptions() if osc is None else ExportOptions(osc)
-    export = write_trajectories(report.recording, stem, how, None if road is None else road.name)
-    copy = {} if road is None else {road.name: road.read_bytes()}
-    return Export({**export.files, **copy}, export.remarks)
+    how = ExportOptions() if options.osc is None else ExportOptions(options.osc)
+    return write_trajectories(report.recording, options.file.stem, how, road)
+
+
+def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Namespace) -> "Export":
+    """Everybody replayed, and params around the start of the ego and of the one who decides the risk."""
+    from cortex_dsl.interchange.recorded_scn import write_recorded
+
+    return write_recorded(report.recording, options.file.stem, road, report.pair + 1)
 
 
 # -- the two commands --------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files
+from cortex_dsl.interchange.formats import SCENARIO
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.ranking_report import RankedReport
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 NEAREST, FARTHEST = 1.0, 1000.0
 ASKED = Asked("--table or --page", "--force")
 OF_ALL = ("near", "top", "table", "page")
-NOT_OF_ALL = ("ego", "to")
+NOT_OF_ALL = ("ego", "to", "window")
 
 
 def options_of_all(parser: Parser, *, offered: bool) -> None:
@@ -74,7 +75,7 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
     from engine.interchange.every_pair import NEAR, rank_pairs
     from engine.interchange.sources import read_traffic
 
-    tracks = read_traffic(options.file, options.rate)
+    tracks = read_traffic(options.file, options.rate, esmini_of(options))
     announce_compilation(terminal)
     near = NEAR if options.near is None else options.near
     ranked = rank_pairs(tracks, near=near, step=options.step, profile=options.profile)
@@ -86,6 +87,26 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
     _write(report, tracks, options)
     _show(report, options, terminal)
     return Exit.FINE
+
+
+def esmini_of(options: argparse.Namespace) -> Path | None:
+    """The library of esmini for an `.xosc` that has to be played; None where nobody names one.
+
+    Raises:
+        UsageError: it is not there, or nothing could be played.
+    """
+    from engine.interchange.contract import InterchangeError
+    from engine.interchange.esmini import VARIABLE, esmini_library
+
+    plays = options.file.suffix.lower() == SCENARIO
+    if options.esmini is not None and not plays:
+        raise UsageError("--esmini has no effect on a file that is no .xosc", "leave --esmini out")
+    if options.esmini is None and not (plays and os.environ.get(VARIABLE)):
+        return None
+    try:
+        return esmini_library(options.esmini)
+    except InterchangeError as error:
+        raise UsageError(error.message, error.cure) from None
 
 
 def _write(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace) -> None:

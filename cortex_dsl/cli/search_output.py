@@ -17,6 +17,7 @@ from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
@@ -77,7 +78,7 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
         _show(scenario.program, found, terminal, ours=mistake is None)
         for each in found:
             if each.campaign.stopped and each.folder.is_dir():
-                terminal.err.print(f"to go on: cortexc resume {shlex.quote(str(each.folder))}", soft_wrap=True)
+                terminal.err.print(f"to go on: cortexc resume {shlex.quote(as_argument(each.folder))}", soft_wrap=True)
     for each in found:
         if each.failure is not None:
             raise UsageError(each.failure.message, each.failure.cure)

@@ -16,6 +16,7 @@ from cortex_dsl.report.documents import document, plain
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
+from engine.study.database import is_study, read_evaluations, read_study
 
 BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"
 
@@ -32,6 +33,8 @@ def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
     """The journal itself."""
+    if is_study(options.run):
+        return _study(options, terminal)
     run = opened_run(options.run, options.ego)
     check_past(run, terminal)
     compile_kernels(run.scenario, terminal)
@@ -44,6 +47,23 @@ def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
         terminal.out.print(line, soft_wrap=True)
     for remark in proof.remarks:
         terminal.err.print(remark, style="quiet", soft_wrap=True)
+    return Exit.FINE
+
+
+def _study(options: argparse.Namespace, terminal: Terminal) -> int:
+    """All runs of a study, and their evaluations, against its seal."""
+    if options.sample is not None:
+        raise UsageError("--sample goes with a run", "leave it out: of a study the seal is checked")
+    with usage_errors():
+        study = read_study(options.run)
+        evaluations = sum(len(read_evaluations(study, record.address)) for record in study.records)
+    content = {"folder": str(study.folder), "proved": study.proved, "runs": len(study.records)}
+    if options.json:
+        terminal.write(document("proof", {**content, "evaluations": evaluations}))
+        return Exit.FINE
+    size = f"{counted(len(study.records), 'run')}, {counted(evaluations, 'evaluation')}"
+    seal = f"the seal holds: {size} as they were written" if study.proved else f"{size}, unproved"
+    terminal.out.print(f"{study.folder}\n  {seal}", soft_wrap=True)
     return Exit.FINE
 
 
@@ -89,11 +109,12 @@ def _options(parser: Parser) -> None:
 
 VERIFY = Command(
     name="verify",
-    usage="RUN [--sample N] [--jobs N] [--json]\nRUN --model dynamic [--worst N] [--jobs N] [--json]",
+    usage="RUN|STUDY [--sample N] [--jobs N] [--json]\nRUN --model dynamic [--worst N] [--jobs N] [--json]",
     description="""\
 Is the journal of a run what its search wrote? Checks the digests of all that
 it holds, and runs a sample of its simulations again: each must come to the
-same, bit for bit. Ends with 0 unless the journal is damaged.
+same, bit for bit. Of a study: are all runs and evaluations as they were
+written? Ends with 0 unless something is damaged.
 
 With --model dynamic: the worst cases again, their cars driven by a model
 whose tyres slip: which survive, which differ, and which are artefacts of the

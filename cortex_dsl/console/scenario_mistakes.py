@@ -267,5 +267,5 @@ def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
 
 
 def _shortened(source: Source, span: Span, width: int = 40) -> str:
-    text = " ".join(source.slice(span).split())
+    text = source.words(span)
     return text if len(text) <= width else text[: width - 3] + "..."

@@ -16,6 +16,7 @@ from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.story import Moment, aftermath, end_of
@@ -217,7 +218,7 @@ def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Seque
 
 def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> str:
     """The command with everything that decides the run."""
-    words = ["cortexc", str(request.file), *(["--scenario", request.scenario] if request.scenario else [])]
+    words = ["cortexc", as_argument(request.file), *(["--scenario", request.scenario] if request.scenario else [])]
     words += [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
     pinned = scenario.program.settings.stream is not None and run.seed is None
     words += [] if pinned else ["--seed", str(run.seed or 0)]

@@ -107,15 +107,19 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
-    """Write what a command makes to the place that the user named, which may be a pipe or a device.
+    """Write what a command makes to the place that the user named: a file whole or not at all, or a pipe or a device.
 
     Raises:
-        UsageError: it cannot be written.
+        UsageError: it cannot be written; a file that was there is as it was.
     """
-    from engine.atomic import leads_nowhere
+    from engine.atomic import leads_nowhere, write_one
 
+    content = content.encode("utf-8") if isinstance(content, str) else content
     try:
-        path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+        if path.is_file() or not os.path.lexists(path):
+            write_one(path, content)
+        else:
+            path.write_bytes(content)
     except OSError as error:
         if leads_nowhere(path):
             raise UsageError(

@@ -155,7 +155,7 @@ class _Collector:
 
     def line(self, span: Span) -> str:
         """A stretch of text on one line."""
-        return " ".join(self.source.slice(span).split())
+        return self.source.words(span)
 
 
 def visible(symbols: Sequence[Symbol], offset: int) -> dict[str, Symbol]:

@@ -46,7 +46,8 @@ class Format:
     writer: str = ""
     """The same of its `Writer`."""
     of_recording: str = ""
-    """In its place, `module:function` of a recording and a stem, where nothing else of the case is written."""
+    """`module:function` of a recording and a stem: in its place where nothing else of the case is written, and for
+    recordings from elsewhere."""
     needs: str = ""
     """What a recording from elsewhere lacks, so that it cannot be turned into this."""
     package: str = ""
@@ -123,9 +124,10 @@ FORMATS: Mapping[str, Format] = {
     ),
     "parquet": Format(
         suffixes=(".parquet",),
-        summary="the same as a Parquet table",
+        summary="the same as a Parquet table, and the road in its metadata",
         readers="pandas, polars, DuckDB",
         opened="cortexc measure {file}",
+        writer=f"{_HERE}.writing:parquet",
         of_recording=f"{_ENGINE}.tables:write_parquet",
         checker=f"{_ENGINE}.tables.read:check_table",
         checked=_MOTION,
@@ -151,7 +153,6 @@ FORMATS: Mapping[str, Format] = {
         writer=f"{_HERE}.scn:write_scn",
         checker=f"{_HERE}.scn:check_scn",
         checked="compiled and run again: every state and every metric, bit for bit",
-        needs=_SCENARIO,
     ),
 }
 """By the name that `--to` takes."""

@@ -4,6 +4,7 @@ needs more of a case than its recording.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import PurePath
 
 from cortex_dsl.api.concrete import map_copies
 from cortex_dsl.interchange.cases import ExportCase, road_name
@@ -116,6 +117,21 @@ def opendrive(case: ExportCase, _stem: str, options: ExportOptions) -> Export:
     place = SOMEWHERE if options.player == "carla" else ""
     text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance, place)
     return Export({f"{name}.xodr": text})
+
+
+def parquet(case: ExportCase, stem: str, options: ExportOptions) -> Export:
+    """The table of trajectories, and in its metadata the road, as omega-prime keeps it.
+
+    Raises:
+        InterchangeError: pyarrow is not installed.
+    """
+    from engine.interchange.tables import write_parquet
+
+    ((name, road),) = opendrive(case, stem, options).files.items()
+    text = road if isinstance(road, str) else road.decode("utf-8", "replace")
+    replay = shown_after_contact(case.replay, options.after_contact or "physics")
+    export = write_parquet(replay, stem, (PurePath(name).stem, text))
+    return Export(export.files, (*case.left_out, *export.remarks))
 
 
 def scenic(case: ExportCase, stem: str, options: ExportOptions) -> Export:

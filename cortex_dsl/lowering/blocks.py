@@ -4,8 +4,7 @@ A block is a stretch of behaviour that keeps its own place: the main line of an 
 its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
 its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
 are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
-later clauses win, may interrupt earlier handlers, and those then resume. Monitors, and the scenarios that a `compose`
-runs, are such code without an actor.
+later clauses win, may interrupt earlier ones, which then resume. Monitors and `compose` are such code without an actor.
 """
 
 from collections.abc import Callable, Sequence
@@ -165,8 +164,10 @@ class BehaviourWriter:
                 self._yield()
             case ir.Follow():
                 self._follow(act)
-            case ir.HoldSpeed(target_speed=target_speed):
-                self._hold_speed(target_speed)
+            case ir.HoldSpeed():
+                self._hold_speed(act.target_speed)
+            case ir.Replay():
+                self._replay(act)
             case ir.Branch():
                 self._branch(act)
             case ir.Loop():
@@ -202,8 +203,7 @@ class BehaviourWriter:
         self._yield()
 
     def _follow(self, act: ir.Follow) -> None:
-        again, done = Target(), Target()
-        progress = LocalRegister(act.progress)
+        again, done, progress = Target(), Target(), LocalRegister(act.progress)
         self.buffer.emit(Op.MOVE, progress, self.expressions.constants.add(-1.0))
         self.buffer.place(again)
         writer = self.expressions.branch()
@@ -215,10 +215,17 @@ class BehaviourWriter:
         self.buffer.place(done)
 
     def _hold_speed(self, target_speed: ir.Expr) -> None:
-        again = Target()
-        self.buffer.place(again)
+        self.buffer.place(again := Target())
         self.buffer.emit(Op.HOLD_SPEED, None, self.expressions.branch().register(target_speed))
         self._turn_then(again)
+
+    def _replay(self, act: ir.Replay) -> None:
+        again, done, clock = Target(), Target(), LocalRegister(act.clock)
+        self.buffer.emit(Op.MOVE, clock, self.expressions.constants.add(0.0))
+        self.buffer.place(again)
+        self.buffer.emit(Op.REPLAY, clock, act.track, self.expressions.branch().register(act.pace), done)
+        self._turn_then(again)
+        self.buffer.place(done)
 
     def _turn_then(self, target: Target) -> None:
         self._yield()

@@ -36,6 +36,7 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.YIELD: (0,),
     Op.COMMAND: (0,),
     Op.FOLLOW: (3,),
+    Op.REPLAY: (0, 2),
     Op.TERMINATE: (0,),
 }
 """Which of the operands a, b, c, d are numbers and not registers."""
@@ -49,7 +50,7 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
     **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT, Op.REGION_DEPTH), 3),
-    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES, Op.CROSSING), 3),
+    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES, Op.CROSSING, Op.REPLAY), 3),
     **dict.fromkeys((Op.FOLLOW, Op.SEES, Op.TTC), 4),
 }
 """Operands that an instruction reads; 2 where it is not named here."""
@@ -59,7 +60,7 @@ OF_ACTORS = frozenset(
 )
 """Their plain operands are actors (of STATE the first)."""
 
-WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)
+WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op not in (Op.FOLLOW, Op.REPLAY))
 
 
 def format_program(program: Program) -> str:

@@ -146,10 +146,15 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
             yield "require", name
         case nodes.Expect(name=str(name)) | nodes.Optimize(name=str(name)):
             yield "objective", name
-        case nodes.Require() | nodes.RequireMonitor() | nodes.TerminateWhen() | nodes.Record():
-            yield "text", " ".join(source.slice(statement.span).split())
-        case nodes.Expect() | nodes.Optimize():
-            yield "text", " ".join(source.slice(statement.span).split())
+        case (
+            nodes.Require()
+            | nodes.RequireMonitor()
+            | nodes.TerminateWhen()
+            | nodes.Record()
+            | nodes.Expect()
+            | nodes.Optimize()
+        ):
+            yield "text", source.words(statement.span)
 
 
 def called(key: Key) -> str:

@@ -94,6 +94,8 @@ class Printer:
                 yield f"follow path {self.text(act.path)} at {speed}, lateral {lateral}, progress local{act.progress}"
             case ir.HoldSpeed(target_speed=speed):
                 yield f"hold speed {self.text(speed)}"
+            case ir.Replay(track=track, pace=pace, clock=clock):
+                yield f"replay track {track} at pace {self.text(pace)}, clock local{clock}"
             case ir.Branch(condition=condition, then=then, otherwise=otherwise):
                 yield f"if {self.text(condition)}"
                 yield from self._inner(then)

@@ -2,9 +2,11 @@
 error that says what is wrong with a file from elsewhere, or with the wish to write one, and what to do.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 
 from engine.errors import CortexError, nearest
 
@@ -33,6 +35,24 @@ def quoted(text: str) -> str:
     """Return a text from another tool's file in quotes, cut to the length of a message, without control characters."""
     cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
     return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
+
+
+def cited(name: str) -> str:
+    """Return a name from another tool's file between backquotes, cut and cleaned as `quoted` does."""
+    return f"`{quoted(name)[1:-1]}`"
+
+
+@contextmanager
+def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
+    """Read a file inside of this block; what the system says against it becomes an InterchangeError."""
+    try:
+        if not path.is_file():
+            what = "this is no file" if path.exists() else "there is no such file"
+            raise InterchangeError(what, f"name {wanted}", str(path))
+        yield
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
 def near_name(word: str, names: Iterable[str]) -> str | None:

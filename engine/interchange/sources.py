@@ -5,19 +5,22 @@ function from a path to `Tracks`, a row here, and a sample in its test.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, reading
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
-from engine.interchange.recording import Recording
-from engine.interchange.tables.read import read_tracks, recording_of
+from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.tables.parquet import embedded_road
+from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.opendrive.read import read_opendrive
 from engine.vocabulary import State
 
 HEAD = 4096
@@ -111,25 +114,19 @@ def source_of(path: Path) -> Source:
 
 
 def _head(path: Path) -> bytes:
-    try:
-        if not path.is_file():
-            what = "this is no file" if path.exists() else "there is no such file"
-            raise InterchangeError(what, "name a recording", str(path))
-        with path.open("rb") as file:
-            return file.read(HEAD)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
+    with reading(path), path.open("rb") as file:
+        return file.read(HEAD)
 
 
-def read_traffic(path: Path, rate: float | None = None) -> Tracks:
-    """All road users of a recording, each with its own track; `rate`: samples a second, where the time is their count.
+def read_traffic(path: Path, rate: float | None = None, esmini: Path | None = None) -> Tracks:
+    """All road users of a recording, each with its own track; `rate`: samples a second, where the time is their count;
+    `esmini`: the library that plays an `.xosc` which only a simulator can work out.
 
     Raises:
         InterchangeError: unreadable, or no recording of a kind that is read.
     """
     if path.suffix.lower() == SCENARIO:
-        read = openscenario.read_openscenario(path)
+        read = read_recording(path, esmini=esmini)
         return tracks_of_recording(read.recording, path.name, read.remarks)
     source = source_of(path)
     if not source.reader:
@@ -140,12 +137,65 @@ def read_traffic(path: Path, rate: float | None = None) -> Tracks:
 
 
 def read_recording(
-    path: Path, ego: str | None = None, step: float | None = None, rate: float | None = None
+    path: Path,
+    ego: str | None = None,
+    step: float | None = None,
+    rate: float | None = None,
+    window: Window | None = None,
+    esmini: Path | None = None,
 ) -> Imported:
-    """The recording of an ego and of whom it meets, from a file of any kind; as `read_traffic`."""
-    if path.suffix.lower() == SCENARIO:
+    """The recording of an ego and of whom it meets, from a file of any kind, or a part of it; as `read_traffic`."""
+    if path.suffix.lower() != SCENARIO:
+        return _with_road(recording_of(read_traffic(path, rate), path.stem, ego, step, window), path)
+    read = _scenario(path, ego, step, esmini)
+    return read if window is None else replace(read, recording=_within(read.recording, window, path.name))
+
+
+def _with_road(read: Imported, path: Path) -> Imported:
+    """The same on the road that a Parquet file holds, if it holds one."""
+    found = embedded_road(path) if path.suffix.lower() == ".parquet" else None
+    if found is None:
+        return read
+    name, content = found
+    try:
+        with TemporaryDirectory() as folder:
+            place = Path(folder) / name
+            place.write_bytes(content)
+            road = replace(read_opendrive(place), content=content)
+    except InterchangeError as error:
+        return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
+    recording = replace(read.recording, buildings=road.buildings)
+    return Imported(recording, road, (*read.remarks, *road.remarks))
+
+
+def _scenario(path: Path, ego: str | None, step: float | None, esmini: Path | None) -> Imported:
+    """An `.xosc` as it stands, or else as esmini plays it.
+
+    Raises:
+        InterchangeError: of the file as it stands, unless esmini is known, and opens it.
+    """
+    try:
         return openscenario.read_openscenario(path, ego=ego, step=step)
-    return recording_of(read_traffic(path, rate), path.stem, ego, step)
+    except InterchangeError as refused:
+        if esmini is None:
+            raise
+        from engine.interchange.esmini.recorded import play_and_record
+
+        played = recording_of(play_and_record(esmini, path, step), path.stem, ego, step)
+        return replace(played, remarks=(f"played by esmini, as it cannot be read alone: {refused}", *played.remarks))
+
+
+def _within(recording: Recording, window: Window, file: str) -> Recording:
+    """The samples of a window, and the contact where it lies in it."""
+    since = recording.time - recording.time[0]
+    kept = (since >= window[0] - SAME_INSTANT) & (since <= window[1] + SAME_INSTANT)
+    if not recording.there[kept, 0].any():
+        message = f"the ego is not there from {window[0]:g} to {window[1]:g} s"
+        raise InterchangeError(message, f"name a window within 0 to {since[-1]:.6g} s", file)
+    contact, time = recording.contact, recording.time[kept]
+    inside = contact is not None and time[0] <= contact.time <= time[-1]
+    part = replace(recording, time=time, states=recording.states[kept], contact=contact if inside else None)
+    return part.from_zero()
 
 
 def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...] = ()) -> Tracks:

@@ -24,6 +24,7 @@ from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.region import region_contains
+from engine.kernels.replay import follow_track
 from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
@@ -114,6 +115,10 @@ END_OF_ROAD = 0.01
 """A path ends with the road where there is road so far before its end, and none so far behind it [m]."""
 YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
 """How a turn ended."""
+COMMANDED = tuple(
+    int(slot) for slot in (Slot.THROTTLE, Slot.BRAKE, Slot.STEER, Slot.SET_SPEED, Slot.REVERSE, Slot.OFFSET)
+)
+"""What each `Command` sets."""
 
 
 class Turn(NamedTuple):
@@ -188,6 +193,10 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.FOLLOW:
             if _follow(plan, run, _now(run), _me(run), row - 1):
                 row = int(code[row - 1, 5])
+                arrivals += 1
+        elif op == Op.REPLAY:
+            if follow_track(plan, run, _me(run), row - 1):
+                row = int(code[row - 1, 4])
                 arrivals += 1
         elif op == Op.HOLD_SPEED:
             _hold_speed(plan, run, _now(run), _me(run), registers[a])
@@ -267,18 +276,8 @@ def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
 
 @inlined
 def _command(run: Run, actor: int, command: int, value: float) -> None:
-    if command == Command.THROTTLE:
-        run.actors[actor, Slot.THROTTLE] = value
-    elif command == Command.BRAKE:
-        run.actors[actor, Slot.BRAKE] = value
-    elif command == Command.STEER:
-        run.actors[actor, Slot.STEER] = value
-    elif command == Command.REVERSE:
-        run.actors[actor, Slot.REVERSE] = 1.0 if abs(value) > 0.0 else 0.0  # NaN is not true
-    elif command == Command.OFFSET:
-        run.actors[actor, Slot.OFFSET] = value
-    else:
-        run.actors[actor, Slot.SET_SPEED] = value
+    kept = (1.0 if abs(value) > 0.0 else 0.0) if command == Command.REVERSE else value  # NaN is not true
+    run.actors[actor, COMMANDED[command]] = kept
 
 
 @inlined

@@ -8,6 +8,7 @@ from engine.kernels.jit import inlined
 from engine.kernels.loose import step_loose
 from engine.kernels.pedals import Pushed, heads, push
 from engine.kernels.region import region_contains
+from engine.kernels.replay import move_along_track
 from engine.kernels.stage import LOOSE, NO_SPEED, Plan, Run, Slot, Status, column_of, vehicle_of
 from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, Column, State
@@ -29,7 +30,10 @@ def step(plan: Plan, run: Run) -> None:
             run.states[sample + 1, actor, State.PRESENT] = 0.0
             continue
         _watch_road(plan, run, sample, actor)
-        _move(plan, run, sample, actor)
+        if run.actors[actor, Slot.TRACK] != 0.0:
+            move_along_track(plan, run, sample, actor)
+        else:
+            _move(plan, run, sample, actor)
 
 
 @inlined

@@ -139,6 +139,11 @@ class Slot(IntEnum):
     """How far left of its path an actor is to follow it in this step [m]."""
     PATH = 20
     """1 more than the path that its driver followed last; 0: none."""
+    TRACK = 21
+    """1 more than the place in the pool of the recorded track that it moves along in this turn; 0: none …"""
+    TRACK_TIME = 22
+    """… the time of the track at the beginning of the turn [s], and how many times as fast that passes."""
+    PACE = 23
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, name_cure, quoted
+from engine.interchange.contract import InterchangeError, cited, name_cure, quoted
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.curves import Piece, Pose, read_piece
 from engine.opendrive.links import OdrConnection, OdrEnd, connections, lane_end, road_end
@@ -122,6 +122,12 @@ class OdrNetwork:
     """As `Recording.buildings`."""
     connections: tuple[OdrConnection, ...] = ()
     """Of all junctions."""
+    content: bytes | None = None
+    """The file itself, where it lay in another and is gone."""
+
+    def copy(self) -> bytes:
+        """The file, to be put beside another."""
+        return self.path.read_bytes() if self.content is None else self.content
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.
@@ -272,7 +278,7 @@ def _read_building(node: Node, road: OdrRoad) -> list[tuple[float, ...]]:
 def _on_buildings(unread: Sequence[str]) -> Iterator[str]:
     """On those that are left out, by the first."""
     if unread:
-        first = f"`{quoted(unread[0])[1:-1]}` and {len(unread) - 1} more" if unread[1:] else quoted(unread[0])
+        first = f"{cited(unread[0])} and {len(unread) - 1} more" if unread[1:] else quoted(unread[0])
         yield f"buildings are left out that are no rectangles, or have no place: {first}"
 
 

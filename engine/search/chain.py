@@ -89,7 +89,7 @@ def seal(connection: sqlite3.Connection, actions: bytes = NO_ACTIONS) -> None:
     were added, or taken away.
     """
     (old,) = connection.execute("SELECT seal FROM status").fetchone()
-    added = _either(old[-PART:], actions)
+    added = either(old[-PART:], actions)
     connection.execute("UPDATE status SET seal = ?", (parts(connection, added),))
 
 
@@ -97,11 +97,12 @@ def actions_digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
     """Of actions in any order: what is added and what is taken away change it by the same."""
     total = NO_ACTIONS
     for row in rows:
-        total = _either(total, _digest([row]))
+        total = either(total, _digest([row]))
     return total
 
 
-def _either(first: bytes, second: bytes) -> bytes:
+def either(first: bytes, second: bytes) -> bytes:
+    """The sum of two digests, in any order."""
     return bytes(a ^ b for a, b in zip(first, second, strict=True))
 
 

@@ -10,6 +10,7 @@ the plan, in whatever order they ended; what they took (`pace`) lies in a table 
 | run         | finished run: its figures as JSON, their course over the generations as float64       |
 | evaluations | finished run: every evaluation, see `engine.study.run_records`                            |
 | pace        | finished run: seconds                                                                 |
+| seal        | one row: a digest of all of these, and of each block by the digest beside it          |
 
 `StudyStore` writes it; `read_study` reads it back, its plan with the compiled scenarios and its records, and
 `read_evaluations` any run's evaluations.
@@ -38,6 +39,7 @@ from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
+from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seal_of
 
 STUDY = "study.sqlite"
 PROGRAMS = "programs"
@@ -45,15 +47,17 @@ STREAMS = "streams"
 """Fact about a study: numbers of those methods in the stream keys that are numbered by their name."""
 APPLICATION_ID = 0x43525354
 """Marks the file as ours ("CRST")."""
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Rises with every change of the tables, of `RunFigures` or of `Assessment`."""
+WITHOUT_SEAL = 2  # read and gone on with as before there was one, and nothing is proved of it
 _KEY = "scenario INTEGER NOT NULL, method TEXT NOT NULL, run INTEGER NOT NULL"
 _SCHEMA = f"""
 CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE scenario (number INTEGER PRIMARY KEY, name TEXT, file TEXT, manifest TEXT, digest TEXT);
 CREATE TABLE run ({_KEY}, figures TEXT NOT NULL, course BLOB NOT NULL, PRIMARY KEY (scenario, method, run));
-CREATE TABLE evaluations ({_KEY}, block BLOB NOT NULL, PRIMARY KEY (scenario, method, run));
+CREATE TABLE evaluations ({_KEY}, block BLOB NOT NULL, digest BLOB NOT NULL, PRIMARY KEY (scenario, method, run));
 CREATE TABLE pace ({_KEY}, seconds REAL NOT NULL, PRIMARY KEY (scenario, method, run));
+CREATE TABLE seal (value BLOB NOT NULL);
 PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """
@@ -88,6 +92,7 @@ class StudyStore:
             with connection:
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
                 connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
+                connection.execute("INSERT INTO seal VALUES (?)", (seal_of(connection),))
         return cls(path, connection)
 
     @classmethod
@@ -111,13 +116,17 @@ class StudyStore:
         insist_on(self.path, self._inode)
         record = finished.record
         figures = json.dumps(finite(flat(record.figures)), allow_nan=False)
+        course, where, seconds = record.course.astype("<f8").tobytes(), tuple(record.address), float(record.seconds)
         with store_errors(self.path), self._connection as connection:
-            connection.execute(
-                "INSERT INTO run VALUES (?, ?, ?, ?, ?)",
-                (*record.address, figures, record.course.astype("<f8").tobytes()),
-            )
-            connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?)", (*record.address, finished.block))
-            connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*record.address, record.seconds))
+            sealed = has_seal(connection)
+            connection.execute("INSERT INTO run VALUES (?, ?, ?, ?, ?)", (*where, figures, course))
+            connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*where, seconds))
+            if sealed:
+                digest = digest_of(finished.block)
+                connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?, ?)", (*where, finished.block, digest))
+                add_to_seal(connection, (*where, figures, course, seconds, digest))
+            else:
+                connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?)", (*where, finished.block))
 
     def close(self) -> None:
         """Leave one plain file behind; two more beside it where another process reads, or the disk is full."""
@@ -194,6 +203,8 @@ class Study:
     manifest: dict[str, Any]
     edited: tuple[str, ...]
     """Files that say something else now; the study goes by what they said when it was begun."""
+    proved: bool
+    """Whether the seal holds: all that was read is what was written. False of a study from before there were seals."""
 
     def driven_by(self, ego: object) -> "Study":
         """Return the study with who drives in it, named again.
@@ -228,8 +239,10 @@ def read_study(folder: Path) -> Study:
         )
     path = folder / STUDY
     with store_errors(path), closing(opened(path, "ro")) as connection:
-        _check(path, connection)
+        proved = _check(path, connection)
         try:
+            if proved and broken_seal(connection):
+                raise ValueError("it is not what was written: its seal is broken")
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
             if not plan.subjects or not plan.methods:
@@ -238,7 +251,7 @@ def read_study(folder: Path) -> Study:
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
-    return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
+    return Study(folder, plan, ordered, manifest, tuple(_edited(plan)), proved)
 
 
 def read_evaluations(study: Study, address: Address) -> Evaluations:
@@ -249,15 +262,19 @@ def read_evaluations(study: Study, address: Address) -> Evaluations:
     """
     path = study.folder / STUDY
     with store_errors(path), closing(opened(path, "ro")) as connection:
-        query = "SELECT block FROM evaluations WHERE (scenario, method, run) = (?, ?, ?)"
+        query = "SELECT * FROM evaluations WHERE (scenario, method, run) = (?, ?, ?)"
         row = connection.execute(query, tuple(address)).fetchone()
     if row is None:
         raise StoreError(
             f"`{study.folder}` holds no finished run {address.run} of {address.method}", "go on with the study"
         )
+    block = row[len(address)]
+    if study.proved and digest_of(block) != row[-1]:
+        which = f"run {address.run} of {address.method}"
+        raise _damaged(study.folder, f"the evaluations of {which} are not what was written")
     search = study.plan.subjects[address.scenario].config.search
     try:
-        return unpack(row[0], search.seed, _number(study, address.method), address.run, search.aggregate)
+        return unpack(block, search.seed, _number(study, address.method), address.run, search.aggregate)
     except DamagedBlock as error:
         raise _damaged(study.folder, str(error)) from error
 
@@ -267,15 +284,19 @@ def _number(study: Study, method: str) -> int:
     return study.manifest.get(STREAMS, {}).get(method, old_number(method))
 
 
-def _check(path: Path, connection: sqlite3.Connection) -> None:
+def _check(path: Path, connection: sqlite3.Connection) -> bool:
+    """Whether there is a seal to be held against."""
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a study")
     found = connection.execute("PRAGMA user_version").fetchone()[0]
-    if found != SCHEMA_VERSION:
+    if found not in (SCHEMA_VERSION, WITHOUT_SEAL):
         raise StoreError(
-            f"`{path}` has version {found} of a study, this program reads {SCHEMA_VERSION}",
+            f"`{path}` has version {found} of a study, this program reads {WITHOUT_SEAL} and {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
+    if has_seal(connection) != (found == SCHEMA_VERSION):
+        raise _damaged(path.parent, "its version is not that of its tables")
+    return found == SCHEMA_VERSION
 
 
 def _damaged(folder: Path, why: str) -> StoreError:

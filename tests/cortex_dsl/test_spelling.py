@@ -16,6 +16,11 @@ def test_nearest(word: str, meant: str | None) -> None:
     assert nearest(word, TURNS) == meant
 
 
+def test_letters_that_changed_places() -> None:
+    """The same letters in another order come before other letters."""
+    assert nearest("eog", ("log", "ego", "egg")) == "ego"
+
+
 def test_of_several_beginnings_the_shortest() -> None:
     """What was nearly finished is meant."""
     assert nearest("lane", ("laneToLeft", "lanes", "laneSection")) == "lanes"

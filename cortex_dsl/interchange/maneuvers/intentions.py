@@ -247,6 +247,7 @@ NAMES: dict[type[ir.Act], str] = {
     ir.Wait: "`wait`",
     ir.Follow: "following a path",
     ir.HoldSpeed: "holding a speed",
+    ir.Replay: "a recorded track",
     ir.Branch: "`if`",
     ir.Loop: "a loop",
     ir.Leave: "`break`, `continue` or `return`",

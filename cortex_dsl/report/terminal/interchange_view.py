@@ -71,11 +71,16 @@ def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = Fals
         parts.append(section("Its params", columns(left(), left(wrap=True), rows=rows)))
     if report.road is not None:
         parts.append(section("Road", Text(report.road.summary()), report.road.file))
-    if report.remarks:
-        parts.append(section("Taken for granted, or left out", remarks_view(report.remarks)))
-    if report.written:
-        parts.append(section("Written", Text("\n").join(map(Text, report.written))))
-    return Group(*parts, section("Again", Text(report.again)))
+    return Group(*parts, *ending(report.remarks, report.written, report.again))
+
+
+def ending(remarks: Sequence[str], written: Sequence[str], again: str) -> Iterator[RenderableType]:
+    """The last sections of what is said of a recording."""
+    if remarks:
+        yield section("Taken for granted, or left out", remarks_view(remarks))
+    if written:
+        yield section("Written", Text("\n").join(map(Text, written)))
+    yield section("Again", Text(again))
 
 
 def _headline(report: MeasuredReport) -> Text:

@@ -68,7 +68,7 @@ class SearchProgress:
         return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
 
 
-def told(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
+def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> Iterator["Scenes"]:
     """Pass blocks of scenes on. On a terminal a line says how many of all are drawn; elsewhere nothing does."""
     if not console.is_terminal:
         yield from blocks

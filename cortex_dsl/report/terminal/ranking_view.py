@@ -9,7 +9,7 @@ from rich.text import Text
 from cortex_dsl.report.findings.interchange_report import one_line
 from cortex_dsl.report.findings.ranking_report import RankedReport, Window, windows
 from cortex_dsl.report.findings.readable import counted, fixed
-from cortex_dsl.report.terminal.interchange_view import remarks_view
+from cortex_dsl.report.terminal.interchange_view import ending
 from cortex_dsl.report.terminal.theme import columns, heading, left, right, section
 
 MOST_PAIRS = 5
@@ -30,11 +30,7 @@ def ranking_view(report: RankedReport) -> RenderableType:
         parts.append(Text("  * one of the two had touched a third before", "quiet"))
     if ranked.overlapping:
         parts.append(section("Set aside", Text(overlapping_text(report))))
-    if report.remarks:
-        parts.append(section("Taken for granted, or left out", remarks_view(report.remarks)))
-    if report.written:
-        parts.append(section("Written", Text("\n").join(map(Text, report.written))))
-    return Group(*parts, section("Again", Text(report.again)))
+    return Group(*parts, *ending(report.remarks, report.written, report.again))
 
 
 def overlapping_text(report: RankedReport) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from shlex import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from rich.console import Group, RenderableType
 from rich.table import Column
 from rich.text import Text
 
+from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.analysis_report import AVOIDANCES
 from cortex_dsl.report.findings.cases_found import CaseFound
 from cortex_dsl.report.findings.failures import finds_of
@@ -159,7 +161,7 @@ def worst_files(report: SearchReport) -> RenderableType | None:
     if not report.worst_files:
         return None
     first, last = report.worst_files[0], report.worst_files[-1]
-    text = str(first) if first == last else f"{first} .. {last.name}"
+    text = quote(as_argument(first)) + ("" if first == last else f" .. {last.name}")
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}")
 
 

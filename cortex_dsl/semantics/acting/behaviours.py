@@ -17,6 +17,7 @@ from cortex_dsl.semantics.acting import (
     external,
     following,
     giving_way,
+    replaying,
     safety_models,
 )
 from cortex_dsl.semantics.acting.acts import ACTS
@@ -65,6 +66,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "ConstantThrottleBehavior": following.constant_throttle,
     "BrakeBehavior": following.brake,
     "ExternalBehavior": external.drive_from_outside,
+    "ReplayBehavior": replaying.replay,
     "IdleBehavior": following.idle,
 }
 

@@ -59,7 +59,7 @@ def tested_guards(
         except Mistake as mistake:
             ev.report(mistake)
             continue
-        rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {source_of(ev, guard.condition)}")
+        rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {ev.file.source.words(guard.condition.span)}")
         if closed_value(holds) == 0.0:
             where = (Label(call, "started here"),)
             ev.report(GUARD_NEVER.at(guard.condition.span, secondary=where, guard=kind, name=name))
@@ -69,11 +69,6 @@ def tested_guards(
 
 def abort_rule(ev: Evaluator, span: Span, name: str) -> int:
     return ev.file.rule(span, name, RuleKind.ABORT)
-
-
-def source_of(ev: Evaluator, node: nodes.Node) -> str:
-    """The text of a node on one line."""
-    return " ".join(ev.file.source.slice(node.span).split())
 
 
 def demand(
@@ -86,7 +81,7 @@ def demand(
     if isinstance(holds, ir.Literal) and holds.value:
         return ()
     word = "assert" if isinstance(node, nodes.Assert) else "require"
-    name = node.name or f"{word} in {owner}: {source_of(ev, node.condition)}"
+    name = node.name or f"{word} in {owner}: {ev.file.source.words(node.condition.span)}"
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 

@@ -75,7 +75,7 @@ def _name_of(file: FileContext, node: nodes.Expect | nodes.Optimize, said: nodes
 
 def _in_words(file: FileContext, said: nodes.Expression) -> str:
     """An expression as it is written, on one line."""
-    return " ".join(file.source.slice(said.span).split())
+    return file.source.words(said.span)
 
 
 def _behind(atom: nodes.Expression) -> Span:

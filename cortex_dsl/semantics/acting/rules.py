@@ -46,7 +46,7 @@ Column = tuple[str, Term, ir.Dimension]
 
 def keep_record(ev: Evaluator, node: nodes.Record) -> None:
     """A record, at a running moment."""
-    name = node.name or " ".join((node.when + " " + ev.file.source.slice(node.value.span)).split())
+    name = node.name or f"{node.when} {ev.file.source.words(node.value.span)}".lstrip()
     for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
@@ -120,7 +120,7 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
 
 
 def name_of(file: FileContext, node: nodes.Require) -> str:
-    return node.name or " ".join(file.source.slice(node.condition.span).split())
+    return node.name or file.source.words(node.condition.span)
 
 
 # -- all variants together --------------------------------------------------------------------------------------------
@@ -205,7 +205,7 @@ class Folder:
 
     def _atom(self, node: nodes.Expression) -> ir.Formula:
         span = node.span if _draws(node) else self.places.setdefault(node, node.span)
-        name = " ".join(self.file.source.slice(span).split())
+        name = self.file.source.words(span)
         return ir.Formula(TemporalOp.ATOM, watch=self.file.rule(span, name, RuleKind.WATCH))
 
 

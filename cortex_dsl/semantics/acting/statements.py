@@ -204,7 +204,7 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
         return  # it speaks of the run
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
+    name = node.name or ev.file.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
     unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
     ev.run.built.requirements.append(
@@ -240,7 +240,7 @@ def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     ev.run.built.rule_conditions[node.span, RuleKind.TERMINATE] = condition
-    ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
+    ev.file.rule(node.span, node.name or ev.file.source.words(node.condition.span))
     if closed_value(condition) not in (None, 0.0):
         ev.report(NEVER_RUNS.at(node.condition.span))
 

@@ -9,7 +9,7 @@ from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.source import Span
 from engine.opcodes import Op
 
-TURN_ENDS = (ir.Take, ir.Wait, ir.Follow, ir.HoldSpeed, ir.Terminate)
+TURN_ENDS = (ir.Take, ir.Wait, ir.Follow, ir.HoldSpeed, ir.Replay, ir.Terminate)
 """A `Demand` is none: it ends the run only where it fails."""
 WAYS_OUT = (ir.Leave, ir.Abort)
 

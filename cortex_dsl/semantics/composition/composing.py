@@ -91,7 +91,7 @@ class Coroutine:
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
-            name = statement.name or bodies.source_of(body.ev, statement.condition)
+            name = statement.name or body.ev.file.source.words(statement.condition.span)
             yield holds, bodies.abort_rule(body.ev, statement.span, name)
 
     def _refuse(self, body: Body, statement: nodes.Statement, word: str, reason: str, cure: str) -> None:
@@ -141,7 +141,7 @@ class Coroutine:
         """`terminate when` ends the scenario, `terminate simulation when` the run."""
         if not node.simulation:
             return ir.Abort(node.span)
-        name = node.name or bodies.source_of(body.ev, node.condition)
+        name = node.name or body.ev.file.source.words(node.condition.span)
         return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
 
     def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> Term:

@@ -327,3 +327,17 @@ LIST_TOO_LONG = Problem(
         "x = list(range(900)) + list(range(900))\nego = new Car on road, with speed len(x) / 1e4\n",
     ),
 )
+BAD_TRACK = Problem(
+    "SCN449",
+    "this track cannot be replayed: {reason}",
+    cure="{cure}",
+    page=Page(
+        "track that cannot be replayed",
+        "A track is a text: the line `time,x,y,heading,speed`, then a row of five numbers for each sample, in SI units "
+        "and radians, in the order of time.",
+        'TRACK = """\ntime,x,y,heading,speed\n0,0,0,0,10\n"""\n'
+        "ego = new Car on road, with behavior ReplayBehavior(TRACK)\n",
+        'TRACK = """\ntime,x,y,heading,speed\n0,0,0,0,10\n1,10,0,0,10\n"""\n'
+        "ego = new Car on road, with behavior ReplayBehavior(TRACK)\n",
+    ),
+)

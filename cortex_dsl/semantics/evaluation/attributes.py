@@ -221,6 +221,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
+    if isinstance(value, Area) and name in _NETWORK:
+        cure = f"a region is where one may stand; the map is asked by `network.{name}`"
     raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
 
 

@@ -43,7 +43,7 @@ def reduced(ev: Evaluator, reducer: str, node: nodes.Call) -> Value:
     value = argument.value
     value = Quantity(value.expr, PURE) if isinstance(value, Truth) else value
     number = numbers.quantity(value, argument.span, f"the argument of `{reducer}`")
-    name = " ".join(ev.file.source.slice(argument.span).split())
+    name = ev.file.source.words(argument.span)
     rule = ev.file.rule(argument.span, name, RuleKind.WATCH)
     ev.run.built.rule_conditions[argument.span, RuleKind.WATCH] = number.expr
     kind = Reducer[reducer.upper()]

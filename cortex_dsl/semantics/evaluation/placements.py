@@ -88,7 +88,7 @@ def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
 
 
 def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
-    words = " ".join(ev.file.source.slice(span).split())
+    words = ev.file.source.words(span)
     ev.run.built.requirements.append(ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span)))
 
 

@@ -139,7 +139,7 @@ def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
 
 
 def shortened(ev: Evaluator, span: Span, width: int = 60) -> str:
-    text = " ".join(ev.file.source.slice(span).split())
+    text = ev.file.source.words(span)
     return text if len(text) <= width else text[: width - 3] + "..."
 
 

@@ -121,33 +121,29 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
 
 
 def _union(one: Area, other: Area) -> Area:
-    """A place in both comes up twice as often, so that only each second of those counts."""
+    joined = Area(
+        "a union of regions",
+        lambda point: one.contains(point) | other.contains(point),
+        distance=_least(one.distance, other.distance),
+    )
+    first, second, first_weight, second_weight = one.draw, other.draw, one.weight, other.weight
+    if first is None or second is None or first_weight is None or second_weight is None:
+        return joined
+    weight = first_weight + second_weight
 
     def draw(uniform: Draw) -> Spot:
-        assert one.draw is not None
-        assert other.draw is not None
-        assert one.weight is not None
-        assert other.weight is not None
-        first = uniform() * (one.weight + other.weight) < one.weight
-        left, right = one.draw(uniform), other.draw(uniform)
-        point = Vector(where(first, left.point.x, right.point.x), where(first, left.point.y, right.point.y))
+        """A place in both comes up twice as often, so that only each second of those counts."""
+        of_first = uniform() * weight < first_weight
+        left, right = first(uniform), second(uniform)
+        point = Vector(where(of_first, left.point.x, right.point.x), where(of_first, left.point.y, right.point.y))
         kept = (uniform() < 0.5) | ~(one.contains(point) & other.contains(point))
         if left.kept is not None or right.kept is not None:
             always = kept.algebra.truth(True)
             of_each = (always if each.kept is None else each.kept for each in (left, right))
-            kept = kept & where(first, *of_each)
+            kept = kept & where(of_first, *of_each)
         return Spot(point, None, kept)
 
-    drawn = draw if one.draw and other.draw and one.weight is not None and other.weight is not None else None
-    weight = one.weight + other.weight if one.weight is not None and other.weight is not None else None
-    nearest = _least(one.distance, other.distance)
-    return Area(
-        "a union of regions",
-        lambda point: one.contains(point) | other.contains(point),
-        draw=drawn,
-        weight=weight,
-        distance=nearest,
-    )
+    return replace(joined, draw=draw, weight=weight)
 
 
 def _least(

@@ -247,7 +247,7 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) 
             )
         )
     condition = by <= available
-    text = " ".join(ev.file.source.slice(node.span).split())
+    text = ev.file.source.words(node.span)
     ev.run.built.requirements.append(
         ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span))
     )

@@ -6,7 +6,6 @@ What they look at must be known when the file is compiled; each round costs step
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting.bodies import source_of
 from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
@@ -85,6 +84,6 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
         if not condition.value:
             raise ASSERTION.mistake(node.condition.span, reason=node.name)
         return
-    name = node.name or source_of(ev, node.condition)
+    name = node.name or ev.file.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
     ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(node.span), *margin))

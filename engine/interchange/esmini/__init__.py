@@ -64,8 +64,16 @@ class Played:
     """When two entities were first seen to collide [s]."""
 
 
-def play(library: Path, files: Mapping[str, bytes], name: str, recording: Recording, instants: Floats) -> Played:
-    """Play the file of that name; the others are those that it needs.
+def play(
+    library: Path,
+    files: Mapping[str, bytes],
+    name: str,
+    recording: Recording,
+    instants: Floats,
+    trajectory_filter: str = "0",
+) -> Played:
+    """Play the file of that name; the others are those that it needs. `trajectory_filter`: esmini merges vertices that
+    are nearer than so much [m].
 
     Raises:
         InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is no esmini.
@@ -79,10 +87,9 @@ def play(library: Path, files: Mapping[str, bytes], name: str, recording: Record
             "file": str(Path(folder) / name),
             "names": names,
             "instants": instants.tolist(),
-            "memory": MEMORY,
-            "seconds": int(PATIENCE),
+            "filter": trajectory_filter,
         }
-        answer = _answer(job, Path(folder), name)
+        answer = answer_of(job, Path(folder), name)
     _refuse_other_layout(answer["sizes"], recording, names)
     missing = [float("nan")] * 3
     poses = np.array([[missing if pose is None else pose for pose in row] for row in answer["poses"]], dtype=np.float64)
@@ -92,12 +99,17 @@ def play(library: Path, files: Mapping[str, bytes], name: str, recording: Record
     return Played(instants, poses.reshape(len(instants), len(names), 3), collisions)
 
 
-def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
-    result = folder / "result.json"
+def answer_of(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
+    """What `child.py` answers to a job; it works in this folder.
+
+    Raises:
+        InterchangeError: as `play`.
+    """
+    result, bounds = folder / "result.json", {"memory": MEMORY, "seconds": int(PATIENCE)}
     try:
         done = subprocess.run(  # noqa: S603 - our own script, by this very interpreter
             [sys.executable, "-I", str(CHILD), str(result)],
-            input=json.dumps(job).encode(),
+            input=json.dumps({**job, **bounds}).encode(),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             cwd=folder,
@@ -107,7 +119,7 @@ def _answer(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
     except subprocess.TimeoutExpired:
         raise InterchangeError(f"esmini hangs: no end after {PATIENCE:g} s", BY_HAND, name) from None
     answer: dict[str, Any] = json.loads(result.read_text(encoding="utf-8")) if result.exists() else {}
-    if "poses" in answer:
+    if "poses" in answer or "rows" in answer:
         return answer
     raise InterchangeError(_reason(answer, done.returncode, done.stderr), BY_HAND, name)
 

@@ -27,6 +27,7 @@ class ObjectState(ctypes.Structure):
         ("lane", c_int),
         *((name, c_double) for name in ("lane_offset", "s", "speed", "ahead", "aside", "above")),
         *((name, c_double) for name in ("width", "length", "height")),
+        *((name, c_int) for name in ("kind", "category")),
         ("later", c_double * 64),
     ]
 
@@ -52,16 +53,44 @@ def opened(path: str) -> Any:
     library.SE_LogToConsole.argtypes = [c_bool]
     library.SE_SetLogFilePath.argtypes = [c_char_p]
     library.SE_GetIdByName.argtypes = [c_char_p]
+    library.SE_GetObjectName.restype = c_char_p
     return library
+
+
+def started(library: Any, job: dict[str, Any]) -> bool:
+    """Whether it opens the file of a job."""
+    library.SE_LogToConsole(False)
+    library.SE_SetLogFilePath(b"esmini.log")
+    library.SE_SetOptionValue(b"traj_filter", job.get("filter", "0").encode())
+    library.SE_CollisionDetection(True)
+    return library.SE_Init(os.fsencode(job["file"]), 0, 0, 0, 0) == 0
+
+
+def record(library: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Step evenly until the scenario stops, and note who is where: time, name, middle of the outline, heading, speed,
+    length, width, type and category. Ghosts, by which esmini looks ahead, are none of them.
+    """
+    if not started(library, job):
+        return {"refused": True}
+    rows: list[list[Any]] = []
+    count, ended = 0, False
+    while not ended and count * job["step"] <= job["until"]:
+        for index in range(library.SE_GetNumberOfObjects()):
+            number = library.SE_GetId(index)
+            name, state = os.fsdecode(library.SE_GetObjectName(number) or b""), _state(library, number)
+            if state is not None and not name.endswith("_ghost"):
+                body = [state.speed, state.length, state.width, state.kind, state.category]
+                rows.append([count * job["step"], name, *_middle(state), *body])
+        library.SE_StepDT(job["step"])
+        count += 1
+        ended = library.SE_GetQuitFlag() != 0
+    library.SE_Close()
+    return {"rows": rows}
 
 
 def play(library: Any, job: dict[str, Any]) -> dict[str, Any]:
     """Step from instant to instant, and note poses of outlines' middles and who collides with whom."""
-    library.SE_LogToConsole(False)
-    library.SE_SetLogFilePath(b"esmini.log")
-    library.SE_SetOptionValue(b"traj_filter", b"0")
-    library.SE_CollisionDetection(True)
-    if library.SE_Init(os.fsencode(job["file"]), 0, 0, 0, 0) != 0:
+    if not started(library, job):
         return {"refused": True}
     names = job["names"]
     poses: list[list[list[float] | None]] = []
@@ -110,7 +139,7 @@ def main() -> None:
     job = json.load(sys.stdin)
     limit(job["memory"], job["seconds"])
     try:
-        answer = play(opened(job["library"]), job)
+        answer = (play if "instants" in job else record)(opened(job["library"]), job)
     except OSError as error:
         answer = {"missing": str(error)}
     except AttributeError as error:

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
+from engine.interchange.openscenario.carla import BLUEPRINTS
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.tracks import Tracks
 from engine.vocabulary import ActorKind
@@ -21,9 +22,12 @@ MOST_BYTES = 1_000_000_000
 CENTIMETRE = 0.01
 VEHICLE, WALKER = "1", "2"
 """Types of actors in the recorder; others are lights, signs and sensors."""
-BICYCLES = ("crossbike", "omafiets", "century")
-TRUCKS = ("carlacola", "firetruck", "european_hgv", "cybertruck")
-BUSES = ("fusorosa",)
+CARS = {car.name for car in BLUEPRINTS[ActorKind.CAR]}
+BODIES = {
+    kind: tuple(each.name.rpartition(".")[2] for each in BLUEPRINTS[kind] if each.name not in CARS)
+    for kind in (ActorKind.BICYCLE, ActorKind.BUS, ActorKind.TRUCK)
+}
+"""Words in the names of blueprints that are no cars."""
 LAYOUT = Layout(
     name="CARLA's recorder",
     known_by=(),
@@ -59,14 +63,15 @@ class _Actor:
     def kind(self) -> ActorKind:
         if self.is_walker:
             return ActorKind.PEDESTRIAN
-        said, name = self.attributes.get("base_type", "").lower(), self.blueprint
-        if "bicycle" in said or any(word in name for word in BICYCLES):
+        if self._is(ActorKind.BICYCLE):
             return ActorKind.BICYCLE
         if self.attributes.get("number_of_wheels") == "2":
             return ActorKind.MOTORCYCLE
-        if "bus" in said or any(word in name for word in BUSES):
-            return ActorKind.BUS
-        return ActorKind.TRUCK if "truck" in said or any(word in name for word in TRUCKS) else ActorKind.CAR
+        return next((kind for kind in (ActorKind.BUS, ActorKind.TRUCK) if self._is(kind)), ActorKind.CAR)
+
+    def _is(self, kind: ActorKind) -> bool:
+        said = self.attributes.get("base_type", "").lower()
+        return kind.name.lower() in said or any(word in self.blueprint for word in BODIES[kind])
 
 
 @dataclass
@@ -91,16 +96,13 @@ def read_recorder(path: Path) -> Tracks:
 
 
 def _read(path: Path) -> _Log:
-    try:
+    with reading(path):
         if path.stat().st_size > MOST_BYTES:
             raise InterchangeError("the file is larger than 1 GB", "record a part of it", path.name)
         with path.open(encoding="utf-8", errors="replace") as file:
             log = _Log()
             _gather(log, file)
             return log
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
 def _gather(log: _Log, lines: Iterator[str]) -> None:

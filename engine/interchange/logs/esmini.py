@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.cells import CsvRows
 from engine.interchange.tables.layouts import Layout, Point
@@ -43,11 +43,8 @@ MOST_PREAMBLE = 100
 def read_esmini_log(path: Path) -> Tracks:
     """Raises InterchangeError: unreadable, or a column is missing or holds no number."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        with reading(path), path.open(encoding="utf-8-sig", newline="") as file:
             return tracks_of_rows(path, LAYOUT, KEYS, _rows(csv.reader(file), path.name))
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InterchangeError(f"this is no log of esmini: {error}", "let esmini write it again", path.name) from None
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from engine.extras import MissingExtraError, needed
-from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.mcap.write import ACTORS
 from engine.interchange.tables.tracks import TableTrack, Tracks
 from engine.vehicles import MODELS
@@ -30,11 +30,8 @@ def read_mcap(path: Path) -> Tracks:
     except MissingExtraError as missing:
         raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None
     try:
-        with path.open("rb") as file:
+        with reading(path), path.open("rb") as file:
             return _tracks(reader.make_reader(file, validate_crcs=True), path.name)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
     except (broken.McapError, ValueError, KeyError, IndexError, TypeError) as error:
         reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
         message = f"this is no MCAP of ours that can be read: {quoted(reason)[1:-1]}"

@@ -17,9 +17,6 @@ import numpy as np
 
 from engine.interchange.contract import Export, ExportOptions
 from engine.interchange.openscenario.document import (
-    add_entities,
-    entity_names,
-    new_document,
     plain_name,
     start_speed,
     stop_trigger,
@@ -27,16 +24,14 @@ from engine.interchange.openscenario.document import (
     time_trigger,
 )
 from engine.interchange.openscenario.surroundings import add_environment
-from engine.interchange.openscenario.versions import Version, version_of
+from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import (
     Stretch,
     add_group,
-    add_signals,
+    begin_replay,
     follow_trajectory,
-    general_remarks,
     stretches,
 )
-from engine.interchange.own_metadata import of_samples
 from engine.interchange.recording import RecordedActor, Recording
 from engine.interchange.xml import Element, child, number, xml_text
 from engine.vocabulary import ActorKind, State
@@ -213,18 +208,10 @@ def write_for_carla(recording: Recording, stem: str, options: ExportOptions, roa
     Raises:
         InterchangeError: the recording is empty or broken, or the ego takes no part.
     """
-    recording.refuse_broken()
-    recording = recording.taking_part()
-    version, shown = version_of(options), recording.from_zero()
-    names = entity_names(shown)
-    document = new_document(shown, version, road_file, title=plain_name(stem))
-    add_signals(document.network, shown)
-    carried = [of_samples(shown, actor) for actor in range(len(names))]
-    models = [blueprint_of(actor).name for actor in shown.actors]
-    add_entities(document.root, shown, names, version, carried, models)
-    add_storyboard(document.root, shown, names, version)
-    remarks = (*general_remarks(recording, names, road_file), *_remarks(recording))
-    return Export({f"{stem}.xosc": xml_text(document.root), MODULE: controller_text()}, remarks)
+    begun = begin_replay(recording, options, road_file, plain_name(stem), lambda actor: blueprint_of(actor).name)
+    add_storyboard(begun.root, begun.shown, begun.names, begun.version)
+    remarks = (*begun.remarks, *_remarks(begun.shown))
+    return Export({f"{stem}.xosc": xml_text(begun.root), MODULE: controller_text()}, remarks)
 
 
 def controller_text() -> str:

@@ -4,8 +4,9 @@ Each stretch of an actor's motion is a timed polyline; the storyboard says where
 comes, how it moves and when it goes.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from engine.interchange.openscenario.document import (
 from engine.interchange.openscenario.surroundings import add_environment, remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.own_metadata import of_samples
-from engine.interchange.recording import MOST_ACTORS, Recording, SignalTimes
+from engine.interchange.recording import MOST_ACTORS, RecordedActor, Recording, SignalTimes
 from engine.interchange.xml import LIMITS, MEGABYTE, Element, child, xml_text
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -234,23 +235,51 @@ def write_trajectories(recording: Recording, stem: str, options: ExportOptions, 
     Raises:
         InterchangeError: the recording is empty or broken, or the ego takes no part.
     """
+    begun = begin_replay(recording, options, road_file)
+    add_storyboard(begun.root, begun.shown, begun.names, begun.version)
+    text = xml_text(begun.root)
+    remarks = (
+        *begun.remarks,
+        *_remarks_on_players(begun.shown, begun.version),
+        *_remarks_on_size(begun.shown, text),
+    )
+    return Export({f"{stem}.xosc": text}, remarks)
+
+
+class Begun(NamedTuple):
+    """A replay up to its storyboard."""
+
+    root: Element
+    shown: Recording
+    """Those who take part, from time 0."""
+    names: tuple[str, ...]
+    version: Version
+    remarks: tuple[str, ...]
+
+
+def begin_replay(
+    recording: Recording,
+    options: ExportOptions,
+    road_file: str | None,
+    title: str = "",
+    model_of: Callable[[RecordedActor], str] | None = None,
+) -> Begun:
+    """Head, road, lights and who takes part; `model_of`: the name of a body of the player's.
+
+    Raises:
+        InterchangeError: the recording is empty or broken, or the ego takes no part.
+    """
     recording.refuse_broken()
     recording = recording.taking_part()
     version, shown = version_of(options), recording.from_zero()
     names = entity_names(shown)
-    document = new_document(shown, version, road_file)
+    document = new_document(shown, version, road_file, title=title)
     if road_file is not None:
         add_signals(document.network, shown)
     carried = [of_samples(shown, actor) for actor in range(len(names))]
-    add_entities(document.root, shown, names, version, carried)
-    add_storyboard(document.root, shown, names, version)
-    text = xml_text(document.root)
-    remarks = (
-        *general_remarks(recording, names, road_file),
-        *_remarks_on_players(recording, version),
-        *_remarks_on_size(recording, text),
-    )
-    return Export({f"{stem}.xosc": text}, remarks)
+    models = () if model_of is None else [model_of(actor) for actor in shown.actors]
+    add_entities(document.root, shown, names, version, carried, models)
+    return Begun(document.root, shown, names, version, tuple(general_remarks(recording, names, road_file)))
 
 
 def general_remarks(recording: Recording, names: tuple[str, ...], road_file: str | None) -> Iterator[str]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from engine.interchange.contract import InterchangeError, name_cure, near_name, quoted
+from engine.interchange.contract import InterchangeError, cited, name_cure, near_name, quoted
 from engine.interchange.tables.layouts import Layout
 from engine.tables import Floats, Ints
 
@@ -165,7 +165,7 @@ def _plain(names: Sequence[str], place: str, rate: float | None) -> dict[str, Co
     for index, name in enumerate(names):
         meaning, unit = _meaning(name, place)
         if meaning in found and meaning != "frame":
-            message = f"{_cited(found[meaning].name)} and {_cited(name)} are both its {meaning}"
+            message = f"{cited(found[meaning].name)} and {cited(name)} are both its {meaning}"
             raise InterchangeError(message, "leave one of them out, or rename it", place)
         if meaning:
             found.setdefault(meaning, Column(index, name, _units(meaning)[unit] if unit else 1.0, unit))
@@ -181,7 +181,7 @@ def _with_counted_time(found: dict[str, Column], place: str, rate: float | None)
         return {**found, "time": Column(counted.index, counted.name, 1.0 / rate, FRAMES)}
     if frame is not None and "time" not in found:
         cure = "say how many there are in a second, as in --rate 25, or add a column `time` in seconds"
-        raise InterchangeError(f"{_cited(frame.name)} counts samples, and is no time", cure, place)
+        raise InterchangeError(f"{cited(frame.name)} counts samples, and is no time", cure, place)
     return found
 
 
@@ -189,7 +189,7 @@ def unread_remark(unread: Sequence[str]) -> str:
     """What is to be said of columns that are not read; "" without any."""
     if not unread:
         return ""
-    named, more = ", ".join(map(_cited, unread[:MOST_NAMED])), len(unread) - MOST_NAMED
+    named, more = ", ".join(map(cited, unread[:MOST_NAMED])), len(unread) - MOST_NAMED
     return f"columns that are not read: {named}" + (f" and {more:,} more" if more > 0 else "")
 
 
@@ -211,8 +211,8 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     free = [name.strip() for index, name in enumerate(header[:MOST_COMPARED]) if index not in taken]
     words = {missing[0]} if chosen.omega_prime else {*PLAIN[missing[0]]}
     near = next((name for name in free if near_name(name, words)), "")
-    cure = f"is it {_cited(near)}? call that column `{missing[0]}`" if near else f"name a column `{missing[0]}`"
-    there = ", ".join(map(_cited, (name.strip() for name in header[:12])))
+    cure = f"is it {cited(near)}? call that column `{missing[0]}`" if near else f"name a column `{missing[0]}`"
+    there = ", ".join(map(cited, (name.strip() for name in header[:12])))
     also = f", nor {', '.join(f'`{name}`' for name in missing[1:])}" if missing[1:] else ""
     message = f"there is no column `{missing[0]}`{also}; there are {there}"
     raise InterchangeError(message, cure, f"{file}, line 1" if file.endswith(".csv") else file)
@@ -228,7 +228,7 @@ def _meaning(name: str, place: str) -> tuple[str, str]:
         return meaning, ""
     if unit and unit not in _units(meaning):
         cure = name_cure(unit, _units(meaning))
-        raise InterchangeError(f"{_cited(name)}: no unit of its {meaning} is called {quoted(unit)}", cure, place)
+        raise InterchangeError(f"{cited(name)}: no unit of its {meaning} is called {quoted(unit)}", cure, place)
     return meaning, unit
 
 
@@ -250,7 +250,3 @@ def _split(name: str) -> tuple[str, str]:
 
 def _word(text: str) -> str:
     return re.sub(r"[\s.\-]+", "_", text.strip())
-
-
-def _cited(name: str) -> str:
-    return f"`{quoted(name)[1:-1]}`"

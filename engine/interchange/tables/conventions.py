@@ -8,12 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.contract import InterchangeError, cited, quoted
 from engine.interchange.tables.columns import Cells
 from engine.interchange.tables.layouts import LAYOUTS, Beside, Layout, Point
-from engine.tables import Floats
 
 FASTEST = 100_000.0
 """Frames a second; no camera or simulator counts more."""
@@ -152,21 +149,10 @@ def _described(cells: Cells, layout: Layout, path: Path) -> Mapping[str, Sequenc
     unknown = next((actor for actor in dict.fromkeys(cells.texts["actor"]) if actor not in said), None)
     if unknown is not None:
         cure = f"take both files of one recording: `{path.name}` and `{file.name}`"
-        raise InterchangeError(f"it has no row for `{quoted(unknown)[1:-1]}`", cure, file.name)
+        raise InterchangeError(f"it has no row for {cited(unknown)}", cure, file.name)
     return {key: [said[actor][place].strip() for actor in cells.texts["actor"]] for place, key in enumerate(keys)}
 
 
 def ahead(point: Point, length: float, rear_to_center: float) -> float:
     """How far ahead of an actor's centre its position lies [m]."""
     return {Point.FRONT: length / 2.0, Point.REAR_AXLE: -rear_to_center}.get(point, 0.0)
-
-
-def directions(velocity: Floats, slowest: float) -> Floats | None:
-    """(samples,) where velocities point, not wrapped, while they are faster than `slowest`; else as before, or as the
-    first time. None where they never are.
-    """
-    moving = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > slowest)
-    if not len(moving):
-        return None
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(velocity)), "right") - 1, 0)]
-    return np.unwrap(np.arctan2(velocity[last, 1], velocity[last, 0]))

@@ -13,6 +13,8 @@ from engine.interchange.contract import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
 """Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
+ROAD, ROAD_NAME = b"xodr", b"xodr_name"
+"""Metadata by omega-prime's own keys: the road as OpenDRIVE, and what it is called."""
 LONGEST_NAMES = 1_000_000
 LARGEST_COLUMN = 300_000_000
 """Bytes of one column once it is unpacked; a million rows of twenty digits take a fifteenth of it."""
@@ -22,17 +24,33 @@ TEXT_TYPES = ("string", "large_string", "string_view")
 """Types that hold texts, as pyarrow calls them."""
 
 
-def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str]) -> bytes:
-    """A Parquet file of columns; `names` by idx, the ego's first.
+def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str], road: tuple[str, str] | None = None) -> bytes:
+    """A Parquet file of columns; `names` by idx, the ego's first; `road`: name and OpenDRIVE of the road.
 
     Raises:
         InterchangeError: pyarrow is not installed.
     """
     arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
     metadata = {EGO: b"0", NAMES: json.dumps(list(names), ensure_ascii=False).encode()}
+    if road is not None:
+        metadata |= dict(zip((ROAD_NAME, ROAD), (text.encode() for text in road), strict=True))
     out = BytesIO()
     parquet.write_table(arrow.table(dict(table)).replace_schema_metadata(metadata), out)
     return out.getvalue()
+
+
+def embedded_road(path: Path) -> tuple[str, bytes] | None:
+    """File name and OpenDRIVE of the road in a Parquet file; None where it has none.
+
+    Raises:
+        InterchangeError: pyarrow is not installed, or this is no Parquet.
+    """
+    said = ParquetFile(path).metadata
+    if not said.get(ROAD):
+        return None
+    called = said.get(ROAD_NAME, b"").decode("utf-8", "replace")
+    plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in called)[:60]
+    return f"{plain or 'road'}.xodr", said[ROAD]
 
 
 class ParquetFile:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.interchange.contract import quoted
+from engine.interchange.contract import cited
 from engine.tables import Floats
 
 STANDING = 1e-6
@@ -53,12 +53,19 @@ def headings_of(positions: Floats) -> Floats:
     """
     count = len(positions)
     before, after = np.maximum(np.arange(count) - 1, 0), np.minimum(np.arange(count) + 1, count - 1)
-    way = positions[after] - positions[before]
-    moving = np.flatnonzero(np.hypot(way[:, 0], way[:, 1]) > STANDING)
-    if len(moving) == 0:
-        return np.zeros(count)
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(count), "right") - 1, 0)]
-    return np.unwrap(np.arctan2(way[last, 1], way[last, 0]))
+    found = directions(positions[after] - positions[before], STANDING)
+    return np.zeros(count) if found is None else found
+
+
+def directions(velocity: Floats, slowest: float) -> Floats | None:
+    """(samples,) where velocities point, not wrapped, while they are faster than `slowest`; else as before, or as the
+    first time. None where they never are.
+    """
+    moving = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > slowest)
+    if not len(moving):
+        return None
+    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(velocity)), "right") - 1, 0)]
+    return np.unwrap(np.arctan2(velocity[last, 1], velocity[last, 0]))
 
 
 # -- headings and speeds held against positions ------------------------------------------------------------------------
@@ -109,9 +116,9 @@ def held_headings(who: str, time: Floats, positions: Floats, heading: Floats, *,
     fits = int(np.count_nonzero(_apart(np.radians(heading[shown]), direction[shown]) < NEAR))
     degrees = not unit_said and 2 * fits > len(shown)
     if 2 * across > len(shown):
-        message = f"headings of {_quoted_name(who)} lie across its motion at {across:,} of {len(shown):,} samples"
+        message = f"headings of {cited(who)} lie across its motion at {across:,} of {len(shown):,} samples"
         return Held(headings_of(positions), f"{message}: they are taken from motion", degrees)
-    return Held(heading, f"{_quoted_name(who)} drives backwards, unless its headings are degrees" if degrees else "")
+    return Held(heading, f"{cited(who)} drives backwards, unless its headings are degrees" if degrees else "")
 
 
 def _directions(time: Floats, positions: Floats) -> Floats:
@@ -143,10 +150,10 @@ def held_speeds(who: str, column: str, time: Floats, positions: Floats, velocity
         return Held(moved, remark)
     wrong = _misfits(positions, velocity, steps, near)
     if 2 * np.count_nonzero(wrong) > len(time):
-        return Held(moved, f"speeds of {_quoted_name(who)} do not fit its positions: they are taken from motion")
+        return Held(moved, f"speeds of {cited(who)} do not fit its positions: they are taken from motion")
     if not wrong.any():
         return Held(velocity)
-    message = f"{np.count_nonzero(wrong):,} of {len(time):,} speeds of {_quoted_name(who)} do not fit its positions"
+    message = f"{np.count_nonzero(wrong):,} of {len(time):,} speeds of {cited(who)} do not fit its positions"
     return Held(np.where(wrong[:, np.newaxis], moved, velocity), f"{message}: those are taken from motion")
 
 
@@ -177,14 +184,10 @@ def _contradiction(who: str, column: str, time: Floats, moved: Floats, velocity:
         return ""
     is_kmh = not factor and abs(said / max(seen, NOISE) - KMH) < 0.5
     asked = f"; is it km/h? call it `{column} [km/h]`" if is_kmh else ""
-    found = f"column {_quoted_name(column)}: {said / (factor or 1.0):.3g}, but the positions of {_quoted_name(who)}"
+    found = f"column {cited(column)}: {said / (factor or 1.0):.3g}, but the positions of {cited(who)}"
     return f"{found} move at {seen:.3g} m/s: speeds are taken from motion{asked}"
 
 
 def along_heading(velocity: Floats, heading: Floats) -> Floats:
     """(samples,) the part of velocities ahead."""
     return (velocity * along(heading)).sum(axis=1)
-
-
-def _quoted_name(text: str) -> str:
-    return f"`{quoted(text)[1:-1]}`"

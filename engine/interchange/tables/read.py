@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from engine.host import MAX_SAMPLES
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError, name_cure, quoted
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
@@ -73,13 +73,22 @@ def joined(one: Tracks, other: Tracks) -> Tracks:
     return Tracks(tuple(tracks), tuple(remarks), one.file, begin, one.numbered)
 
 
-def recording_of(tracks: Tracks, name: str, ego: str | None = None, step: float | None = None) -> Imported:
-    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants.
+Window = tuple[float, float]
+"""From and to so many seconds after the first row of a recording."""
+
+
+def recording_of(
+    tracks: Tracks, name: str, ego: str | None = None, step: float | None = None, window: Window | None = None
+) -> Imported:
+    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants; in a
+    window alone where one is asked for.
 
     Raises:
-        InterchangeError: no actor is called so, or even those whom it meets are too many.
+        InterchangeError: no actor is called so, or even those whom it meets are too many; the ego is not in the window.
     """
     ordered, chosen = _ego_first(tracks, ego)
+    if window is not None:
+        ordered = _within(ordered, window, tracks.file)
     kept, left_out = _whom_it_meets(ordered, tracks.file)
     time, remarks = _clock(kept, tracks)
     recording = Recording(
@@ -90,7 +99,7 @@ def recording_of(tracks: Tracks, name: str, ego: str | None = None, step: float 
         step=usual_step(time) if step is None else step,
         commands=False,
     )
-    gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in kept if len(gaps_of(t.time)))
+    gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_of(t.time)))
     return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *remarks, *gaps))
 
 
@@ -98,10 +107,7 @@ def _cells(path: Path, rate: float | None = None) -> Cells:
     """Raises InterchangeError where there is no such file, or none of a kind that is read."""
     if path.suffix.lower() not in (".csv", ".parquet"):
         raise InterchangeError("this is no table", "name a file that ends in .csv or .parquet", path.name)
-    try:
-        if not path.is_file():
-            what = "this is no file" if path.exists() else "there is no such file"
-            raise InterchangeError(what, "name a table of trajectories", str(path))
+    with reading(path, "a table of trajectories"):
         if (size := path.stat().st_size) > MOST_BYTES:
             message = f"the file has {size / 1e6:,.0f} MB"
             raise InterchangeError(
@@ -109,9 +115,6 @@ def _cells(path: Path, rate: float | None = None) -> Cells:
             )
         read = read_csv_cells if path.suffix.lower() == ".csv" else read_parquet_cells
         return read(path, rate)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
 def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[str, ...]]:
@@ -119,7 +122,7 @@ def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[
     tracks = found.tracks
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
-        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", name_cure(ego, names), found.file)
+        raise InterchangeError(f"no actor is called {cited(ego)}", name_cure(ego, names), found.file)
     remarks: tuple[str, ...] = ()
     if ego is not None:
         first = names.index(ego)
@@ -129,7 +132,7 @@ def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[
         labels = [track.label for track in tracks]
         first = labels.index("0") if found.numbered and "0" in labels else 0
         why = "the table does not say which idx is the ego's" if found.numbered else "no actor is called ego"
-        remarks = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
+        remarks = (f"{why}: {cited(names[first])} is taken; name another with --ego",)
     return [tracks[first], *tracks[:first], *tracks[first + 1 :]], remarks
 
 
@@ -172,6 +175,16 @@ def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack
         f"of {len(tracks):,} actors, those are judged who come nearer than {NEARBY:g} m to the ego: {len(near) - 1:,}"
     )
     return near, (f"{message}; times count from its first, {first:.12g} s",)
+
+
+def _within(tracks: list[TableTrack], window: Window, file: str) -> list[TableTrack]:
+    """Who is there in a window, and what it does meanwhile; the ego stays the first."""
+    kept = [cut for track in tracks if (cut := _cut(track, *window))]
+    if not kept or kept[0].name != tracks[0].name:
+        ego = tracks[0]
+        there = f"name a window within {ego.time[0]:.6g} to {ego.time[-1]:.6g} s"
+        raise InterchangeError(f"{cited(ego.name)} is not there from {window[0]:g} to {window[1]:g} s", there, file)
+    return kept
 
 
 def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
@@ -218,7 +231,7 @@ def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
     others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > FEWEST]
     others = [(name, own) for name, own in others if abs(own - step) > MIXED * step]
     if others:
-        named = ", ".join(f"`{quoted(name)[1:-1]}` every {own:.4g} s" for name, own in others[:3])
+        named = ", ".join(f"{cited(name)} every {own:.4g} s" for name, own in others[:3])
         more = f" and {len(others) - 3:,} more" if len(others) > 3 else ""
         cure = "record all at one rate if that matters"
         yield f"rates are mixed: rows every {step:.4g} s, of {named}{more}; between them motion is linear: {cure}"

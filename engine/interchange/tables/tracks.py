@@ -9,15 +9,16 @@ from typing import NoReturn
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.contract import InterchangeError, cited, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
 from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
-from engine.interchange.tables.conventions import ahead, directions
+from engine.interchange.tables.conventions import ahead
 from engine.interchange.tables.plausible import (
     MOVING,
     across,
     along,
     along_heading,
+    directions,
     driven,
     headings_of,
     held_headings,
@@ -119,7 +120,7 @@ def _read_as(cells: Cells) -> Iterator[str]:
         yield f"read as a table of {cells.layout.name}: {cells.layout.said}"
     time = cells.columns.get("time")
     if time is not None and time.unit == FRAMES:
-        yield f"`{quoted(time.name)[1:-1]}` counts {1.0 / time.factor:g} frames a second"
+        yield f"{cited(time.name)} counts {1.0 / time.factor:g} frames a second"
     if remark := unread_remark(cells.unread):
         yield remark
     if "width" in cells.columns and "length" not in cells.columns and "height" in map(str.casefold, cells.unread):
@@ -143,7 +144,7 @@ def _assumed_units(cells: Cells) -> Iterator[str]:
     """What is to be said of columns that say no unit."""
     silent = [(key, column) for key, column in cells.columns.items() if key in SI_UNITS and not column.unit]
     if silent:
-        columns = ", ".join(f"`{quoted(column.name)[1:-1]}` [{SI_UNITS[key]}]" for key, column in silent)
+        columns = ", ".join(f"{cited(column.name)} [{SI_UNITS[key]}]" for key, column in silent)
         yield f"no unit is said: {columns} are taken for granted; another stands in a name, as in `speed [km/h]`"
 
 
@@ -168,7 +169,7 @@ class _Gathered:
         cells, own = self.cells, time[rows]
         if len(same := np.flatnonzero(np.diff(own) <= 0.0)):
             one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
-            message = f"`{quoted(label)[1:-1]}` has two rows at one time, the other on line {cells.lines[one]}"
+            message = f"{cited(label)} has two rows at one time, the other on line {cells.lines[one]}"
             raise InterchangeError(message, "leave one of them out", cells.place(two))
         name, kind = self._name(label, rows), self._kind(label, rows)
         length, width = (self._size(quantity, kind, rows, name) for quantity in ("length", "width"))
@@ -210,7 +211,7 @@ class _Gathered:
         if "type" not in self.cells.columns and "type" not in self.cells.texts:
             self.remarks.append("the table has no types: everybody is taken for a car")
         elif found is None:
-            self.remarks.append(f"`{quoted(label)[1:-1]}` has {said}: taken for a car")
+            self.remarks.append(f"{cited(label)} has {said}: taken for a car")
         return ActorKind.CAR if found is None else found
 
     def _code(self, column: str, rows: Ints) -> int:
@@ -230,7 +231,7 @@ class _Gathered:
             cure = "write metres" if self.cells.omega_prime else f"if it is in mm, call the column `{quantity} [mm]`"
             raise InterchangeError(f"a {quantity} of {sizes.max():g} m is above {LONGEST:g} m", cure, place)
         if np.ptp(sizes) > SAME_PLACE:
-            self.remarks.append(f"the {quantity} of `{quoted(name)[1:-1]}` changes; its median is taken")
+            self.remarks.append(f"the {quantity} of {cited(name)} changes; its median is taken")
         return float(np.median(sizes))
 
     def _usual_size(self, quantity: str, kind: ActorKind, found: str) -> float:

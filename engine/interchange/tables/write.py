@@ -73,14 +73,16 @@ def write_csv(recording: Recording, stem: str) -> Export:
     return Export({f"{stem}.csv": "\n".join(lines) + "\n"}, _remarks(recording))
 
 
-def write_parquet(recording: Recording, stem: str) -> Export:
-    """`<stem>.parquet`: the same table; which idx is the ego's, and the names, stand in the file's metadata.
+def write_parquet(recording: Recording, stem: str, road: tuple[str, str] | None = None) -> Export:
+    """`<stem>.parquet`: the same table; which idx is the ego's, the names, and the `road`, by name and as OpenDRIVE,
+    where it is known, stand in the file's metadata.
 
     Raises:
         InterchangeError: pyarrow is not installed; two samples share a nanosecond.
     """
     names = [actor.name for actor in recording.actors]
-    return Export({f"{stem}.parquet": parquet_bytes(omega_prime_table(recording), names)}, _remarks(recording))
+    content = parquet_bytes(omega_prime_table(recording), names, road)
+    return Export({f"{stem}.parquet": content}, _remarks(recording, has_road=road is not None))
 
 
 def omega_prime_table(recording: Recording) -> Table:
@@ -187,9 +189,10 @@ def wrapped(heading: Floats) -> Floats:
 # -- remarks ----------------------------------------------------------------------------------------------------------
 
 
-def _remarks(recording: Recording) -> tuple[str, ...]:
-    """What these columns cannot hold."""
-    remarks = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
+def _remarks(recording: Recording, *, has_road: bool = False) -> tuple[str, ...]:
+    """What these columns cannot hold, and, without the road in its metadata, the file."""
+    road = "" if has_road else ", and nothing of the road"
+    remarks = [f"omega-prime's columns hold neither steering angles nor pedals{road}"]
     if again := _those_who_come_back(recording):
         names = ", ".join(again)
         remarks.append(f"omega-prime's own check wants no gap in an actor's rows; {names} comes back after one")

@@ -164,6 +164,7 @@ def test_columns_have_names_and_units(scenario: Scenario) -> None:
 SLIPS: dict[str, tuple[Callable[[Any], object], type[Exception], str]] = {
     "count": (lambda s: s.sample(-1), ValueError, "count: expected 0 or more, got -1"),
     "no count": (lambda s: s.sample(2.5), TypeError, "count: expected a whole number, got 2.5"),
+    "several counts": (lambda s: s.sample(np.array([1, 2])), TypeError, "count: expected a whole number, got array"),
     "seed": (lambda s: s.scene_of_seed("a"), TypeError, "seed: expected a whole number"),
     "genome": (lambda s: s.sample(1, genome=[1, 2]), ValueError, "expected a value for each of EGO_INIT_DIST, "),
     "key": (lambda s: s.scene_of(np.zeros(7), (1, 2)), ValueError, "key: expected seed, method, run"),

@@ -132,6 +132,7 @@ def test_a_subcommand_is_a_row(name: str) -> None:
         (["--engine", "fast"], "--engine: invalid choice"),
         (["-p", "SPEED"], "--param: must be NAME=VALUE"),
         (["-p", "=5"], "cannot be the name of a param"),
+        (["bad\udcff.scn", "--ga"], "is not UTF-8"),
         (["-p", "A=1", "-p", "A=2"], "-p A is given twice"),
         (["--popluation", "5"], "unknown option `--popluation`; did you mean `--population`"),
         (["b.scn"], "unexpected argument `b.scn`"),

@@ -69,6 +69,15 @@ def test_new_begins_a_scenario(cortexc: Command, tmp_path: Path, monkeypatch: py
     assert cortexc("first.scn", "--json").document["verdict"] == "valid"
 
 
+def test_what_is_shown_can_be_typed(cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name that looks like an option, or that a shell would take apart, is shown as it has to be written."""
+    monkeypatch.chdir(tmp_path)
+    assert "`cortexc ./-x.scn` runs it" in cortexc("new", "./-x.scn").out
+    assert "`cortexc 'a b.scn'` runs it" in cortexc("new", "a b.scn").out
+    assert "cortexc ./-x.scn --seed 0" in cortexc("./-x.scn").out
+    assert "cortexc './-o p/worst/01.scn'" in cortexc("a b.scn", "--random", "--generations", 1, "--out", "./-o p").out
+
+
 def test_new_writes_over_nothing(cortexc: Command, tmp_path: Path) -> None:
     """Not over a file, and not over a link that leads nowhere."""
     there, link = tmp_path / "there.scn", tmp_path / "link.scn"

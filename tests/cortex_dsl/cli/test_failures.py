@@ -1,6 +1,8 @@
 """What the command does when something goes wrong: a slip, a path, a bug of ours, a reader that leaves."""
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -8,7 +10,7 @@ import pytest
 import cortex_dsl.cli.command_table
 from cortex_dsl.cli import main
 from cortex_dsl.console.terminal import Terminal, UsageError
-from cortex_dsl.console.user_files import read_source
+from cortex_dsl.console.user_files import read_source, write_output
 
 
 def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,3 +129,19 @@ def test_json_writes_one_document_only(monkeypatch: pytest.MonkeyPatch, capsys: 
     monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", late)
     assert main(["a.scn", "--json"]) == 2
     assert json.loads(capsys.readouterr().out) == {}
+
+
+def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disk an older page stays whole, and no half of a new one is left."""
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    old, new = tmp_path / "old.html", tmp_path / "new.html"
+    old.write_text("before")
+    monkeypatch.setattr("engine.atomic.os.fsync", full)
+    for page in (old, new):
+        with pytest.raises(UsageError, match="the disk is full"):
+            write_output(page, "after")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"old.html": "before"}
+    write_output(Path(os.devnull), "after")

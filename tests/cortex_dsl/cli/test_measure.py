@@ -195,7 +195,7 @@ def test_a_missing_package_is_reported_with_its_extra(
         (("head_on.csv", "--to", "parkett"), Exit.USAGE, "did you mean `parquet`?"),
         (("head_on.csv", "--step", "0"), Exit.USAGE, "seconds"),
         (("head_on.csv", "--to", "commonroad"), Exit.USAGE, "a road made by `map`; a recording can become xosc, csv"),
-        (("head_on.csv", "--to", "scn"), Exit.USAGE, "scn needs the scenario"),
+        (("head_on.csv", "--to", "scenic"), Exit.USAGE, "scenic needs the scenario"),
         (("head_on.csv", "--out", "x"), Exit.USAGE, "without --to"),
         (("head_on.csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
         (("head_on.csv", "--to", "csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),

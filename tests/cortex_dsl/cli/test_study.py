@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl.console.terminal import Exit
+from tests.journals import reseal
 
 from .conftest import hear_interrupts
 
@@ -95,6 +96,7 @@ def test_runs_on_a_cluster_are_the_same(cortexc: Callable[..., Any], left_turn: 
     with closing(sqlite3.connect(tmp_path / "there" / "study.sqlite")) as connection, connection:
         for table in ("run", "evaluations", "pace"):
             connection.execute(f"DELETE FROM {table} WHERE run = 1")
+        reseal(connection)
     assert cortexc("resume", tmp_path / "there", "--jobs", 1, "--dask", "local").code == 0
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
 
@@ -224,7 +226,9 @@ def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Pa
     cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     with sqlite3.connect(tmp_path / "s" / "study.sqlite") as connection:
         connection.execute("UPDATE manifest SET value = '\"older\"' WHERE field = 'engine'")
-        connection.execute("DELETE FROM run WHERE run = 1")
+        for table in ("run", "evaluations", "pace"):
+            connection.execute(f"DELETE FROM {table} WHERE run = 1")
+        reseal(connection)
     result = cortexc("study", "--resume", tmp_path / "s")
     assert result.code == Exit.USAGE
     assert "another version of the engine" in result.err

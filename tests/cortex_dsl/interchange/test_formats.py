@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.cli import main
 from cortex_dsl.interchange import formats
 from cortex_dsl.interchange.cases import ExportCase
 from cortex_dsl.interchange.formats import FORMATS, checker_of, missing_extra, writer_of
 from cortex_dsl.interchange.writing import gather
 from engine.extras import installing
 from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions, InterchangeError
+from engine.interchange.sources import read_recording
 
 INSTALLED = [name for name in FORMATS if not missing_extra(name)]
 EVERY_FORMAT = pytest.mark.parametrize("name", INSTALLED)
@@ -109,3 +111,19 @@ def test_a_missing_package_stops_its_own_format_only(worst: ExportCase, monkeypa
     assert list(gathered.refused) == ["mcap"]
     assert "no_such_package" in str(gathered.refused["mcap"])
     assert set(gathered.formats.values()) == {"csv"}
+
+
+@pytest.mark.skipif("parquet" not in INSTALLED, reason="pyarrow is not installed")
+def test_a_parquet_table_has_the_road(worst: ExportCase, tmp_path: Path) -> None:
+    """In its metadata; what is read is the `.xodr` that is exported, and goes along with what is made of the table."""
+    (road,) = writer_of("xodr")(worst, "case", ExportOptions()).files.values()
+    export = writer_of("parquet")(worst, "case", ExportOptions())
+    (content,) = export.files.values()
+    assert not any("of the road" in remark for remark in export.remarks)
+    (tmp_path / "case.parquet").write_bytes(content if isinstance(content, bytes) else b"")
+    read = read_recording(tmp_path / "case.parquet")
+    assert read.road is not None
+    assert (read.road.path.name, read.road.copy().decode()) == ("left_turn.xodr", road)
+    assert main(["measure", str(tmp_path / "case.parquet"), "--to", "xosc,scn", "--json"]) == 0
+    assert (tmp_path / "left_turn.xodr").read_text() == road
+    assert 'map opendrive("left_turn.xodr")' in (tmp_path / "case.scn").read_text()

@@ -63,6 +63,7 @@ def test_what_is_used_twice_has_a_name() -> None:
         (ir.Take(HERE, ((Command.THROTTLE, A), (Command.BRAKE, ONE))), ["take throttle draw0, brake 1.0"]),
         (ir.Follow(HERE, ONE, A, B, 5), ["follow path 1.0 at draw0, lateral gene1, progress local5"]),
         (ir.HoldSpeed(HERE, A), ["hold speed draw0"]),
+        (ir.Replay(HERE, 7, A, 3), ["replay track 7 at pace draw0, clock local3"]),
         (ir.Branch(HERE, A, WAIT, ()), ["if draw0", "  wait", "else", "  (nothing)"]),
         (ir.Loop(HERE, A, WAIT), ["while draw0", "  wait"]),
         (ir.Scope(HERE, "B", 4, WAIT, ((A, 7),)), ["scope 4 B", "  invariant draw0, else rule 7", "  wait"]),

@@ -15,10 +15,12 @@ import pytest
 from engine.interchange import esmini
 from engine.interchange.after_contact import shown_after_contact
 from engine.interchange.contract import ExportOptions, InterchangeError
-from engine.interchange.esmini import Played, child, esmini_library, fidelity
+from engine.interchange.esmini import Played, child, esmini_library, fidelity, recorded
 from engine.interchange.esmini.fidelity import Certificate, certified
 from engine.interchange.recording import RecordedCase, Recording, states_at
-from engine.vocabulary import State
+from engine.interchange.sources import read_recording, read_traffic
+from engine.vocabulary import ActorKind, State
+from tests.engine.interchange.openscenario.read.files import scenario, teleport, vehicle, world
 from tests.engine.interchange.test_after_contact import TOUCH, crash
 
 CASE = RecordedCase(crash(), cast("Any", None), "paper")
@@ -47,11 +49,24 @@ class Stub:
     def SE_GetIdByName(self, name: bytes) -> int:  # noqa: N802
         return NAMES.index(name.decode())
 
+    def SE_GetNumberOfObjects(self) -> int:  # noqa: N802
+        return len(NAMES)
+
+    def SE_GetId(self, index: int) -> int:  # noqa: N802
+        return index
+
+    def SE_GetObjectName(self, number: int) -> bytes:  # noqa: N802
+        return NAMES[number].encode()
+
+    def SE_GetQuitFlag(self) -> int:  # noqa: N802
+        return int(self.time > self.recording.time[-1] - 0.5)
+
     def SE_GetObjectState(self, number: int, reference: Any) -> int:  # noqa: N802
         state, actor = reference._obj, self.recording.actors[number]
         pose = states_at(self.recording, np.array([self.time]))[0, number]
         state.x, state.y, state.h = pose[State.X] - actor.rear_to_center, pose[State.Y], pose[State.HEADING]
         state.ahead, state.length, state.width = actor.rear_to_center, actor.length, actor.width
+        state.speed, state.kind, state.category = pose[State.SPEED], 1, 2 * number
         return 0
 
     def SE_GetObjectNumberOfCollisions(self, _: int) -> int:  # noqa: N802
@@ -65,7 +80,7 @@ class Stub:
 
 
 def played(stub: Stub, instants: list[float]) -> dict[str, Any]:
-    return child.play(stub, {"file": "case.xosc", "names": NAMES, "instants": instants})
+    return child.play(stub, {"file": "case.xosc", "names": NAMES, "instants": instants, "filter": "0"})
 
 
 def judged(monkeypatch: pytest.MonkeyPatch, shown: Recording, mode: str = "trajectory") -> Certificate:
@@ -179,3 +194,26 @@ def test_what_is_no_library_is_told(tmp_path: Path) -> None:
     (tmp_path / "lib").write_text("nothing", encoding="utf-8")
     with pytest.raises(InterchangeError, match="no library of esmini"):
         esmini.play(tmp_path / "lib", {}, "case.xosc", crash(), np.array([0.0]))
+
+
+# -- files that only a simulator can work out --------------------------------------------------------------------------
+
+DRIVEN = scenario([vehicle("ego"), vehicle("other")], [(name, teleport(world(0, 0, 0))) for name in NAMES])
+
+
+def test_a_file_that_has_to_be_played_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until it stops, in even steps: middles of outlines, sizes and kinds; what the file lacks alone is remarked."""
+    shown = shown_after_contact(crash(), "through")
+    monkeypatch.setattr(recorded, "answer_of", lambda job, *_: child.record(Stub(shown), job))
+    file = tmp_path / "driven.xosc"
+    file.write_text(DRIVEN)
+    with pytest.raises(InterchangeError):
+        read_recording(file)
+    found = read_recording(file, esmini=Path("lib"))
+    assert found.remarks[0].startswith("played by esmini, as it cannot be read alone: driven.xosc")
+    assert [actor.name for actor in found.recording.actors] == NAMES
+    assert [actor.kind for actor in found.recording.actors] == [ActorKind.CAR, ActorKind.TRUCK]
+    wanted = states_at(shown, found.recording.time)
+    assert found.recording.states[:, :, [State.X, State.Y]] == pytest.approx(wanted[:, :, [State.X, State.Y]])
+    assert len(read_traffic(file, esmini=Path("lib")).tracks) == 2
+    assert child.record(Stub(shown, opens=False), {"file": "a.xosc"}) == {"refused": True}

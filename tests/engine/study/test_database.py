@@ -1,5 +1,6 @@
 """A study on disk is the study in memory, whatever carried it out and however often it was interrupted."""
 
+import shutil
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
@@ -17,6 +18,7 @@ from engine.study.execution import perform, perform_all
 from engine.study.plan import Address, Plan, check
 from engine.study.run_records import DamagedBlock, pack, unpack
 from engine.vocabulary import Method
+from tests.journals import reseal
 
 
 def contents(folder: Path) -> list[tuple]:
@@ -131,6 +133,7 @@ def test_a_study_without_its_scenarios_is_reported(plan: Plan, carry_out: Callab
     study = carry_out(replace(plan, runs=1, methods=("random",)), tmp_path / "a")
     with closing(sqlite3.connect(study.folder / STUDY)) as connection:
         connection.execute("DELETE FROM scenario")
+        reseal(connection)
         connection.commit()
     with pytest.raises(StoreError, match="damaged: it has lost"):
         read_study(study.folder)
@@ -181,3 +184,64 @@ def test_a_study_that_is_taken_away_is_reported(plan: Plan, tmp_path: Path) -> N
     with pytest.raises(StoreError, match="was removed"):
         store.write(done)
     store.close()
+
+
+# -- the seal ----------------------------------------------------------------------------------------------------------
+
+OLD = Path(__file__).parent / "version_2"
+"""Kept from before there was a seal: two methods, two runs of two generations of four."""
+CHANGES = (
+    "UPDATE manifest SET value = '\"paper-mm\"' WHERE field = 'profile'",
+    "UPDATE scenario SET file = 'other.scn' WHERE number = 0",
+    "UPDATE run SET figures = replace(figures, '1', '2') WHERE run = 1",
+    "UPDATE run SET course = zeroblob(length(course)) WHERE run = 2",
+    "UPDATE pace SET seconds = seconds + 1 WHERE run = 0",
+    "DELETE FROM pace WHERE run = 1",
+    "DELETE FROM run WHERE run = 2",
+    "UPDATE evaluations SET digest = zeroblob(32) WHERE run = 1",
+    "UPDATE seal SET value = zeroblob(16)",
+    "DELETE FROM seal",
+    "DROP TABLE seal",
+    "PRAGMA user_version = 2",
+)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_what_was_changed_is_told(study: Study, change: str, tmp_path: Path) -> None:
+    """No row, and no number of it, can be another without a word."""
+    folder = Path(shutil.copytree(study.folder, tmp_path / "study"))
+    assert read_study(folder).proved
+    with closing(sqlite3.connect(folder / STUDY)) as connection, connection:
+        connection.execute(change)
+    with pytest.raises(StoreError, match="damaged"):
+        read_study(folder)
+
+
+def test_changed_evaluations_are_told_when_they_are_read(study: Study, tmp_path: Path) -> None:
+    """A block is as large as all else together: the study opens without it."""
+    folder = Path(shutil.copytree(study.folder, tmp_path / "study"))
+    with closing(sqlite3.connect(folder / STUDY)) as connection, connection:
+        connection.execute("UPDATE evaluations SET block = (SELECT block FROM evaluations WHERE run = 0) WHERE run = 1")
+    changed = read_study(folder)
+    read_evaluations(changed, changed.records[0].address)
+    address = next(record.address for record in changed.records if record.address.run == 1)
+    with pytest.raises(StoreError, match="are not what was written"):
+        read_evaluations(changed, address)
+
+
+def test_a_kept_study_of_version_2(tmp_path: Path) -> None:
+    """It reads as it did and is gone on with, as one that nothing is proved of; so does its program."""
+    folder = Path(shutil.copytree(OLD, tmp_path / "old"))
+    study = read_study(folder)
+    assert (study.proved, len(study.records), study.plan.methods, study.plan.runs) == (False, 4, ("random", "ga"), 2)
+    assert [len(read_evaluations(study, record.address)) for record in study.records] == [8] * 4
+    last = study.records[-1].address
+    with closing(sqlite3.connect(folder / STUDY)) as connection, connection:
+        for table in ("run", "pace", "evaluations"):
+            connection.execute(f"DELETE FROM {table} WHERE (scenario, method, run) = (?, ?, ?)", tuple(last))
+    half = read_study(folder)
+    store = StudyStore.reopen(folder)
+    perform_all(half.plan, store.write, done=[record.address for record in half.records])
+    store.close()
+    again, old = read_study(folder).records[-1], study.records[-1]
+    assert (repr(again.figures), again.course.tobytes()) == (repr(old.figures), old.course.tobytes())

@@ -17,6 +17,7 @@ from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
     TimedAction,
     condition_name,
+    is_steered,
     read_path,
     stop_time,
     timed_actions,
@@ -67,7 +68,7 @@ class _Stage:
         time, action = timed.time, timed.action
         match action.tag:
             case "FollowTrajectoryAction":
-                path = read_path(action, time, self.around(time), self.catalogs)
+                path = read_path(action, time, self._speed(timed.entity), self.around(time), self.catalogs)
                 return _kept(track, action, time).with_leg(path)
             case "TeleportAction":
                 return _kept(track, action, time).with_leg(self._placed(action, timed))
@@ -77,6 +78,11 @@ class _Stage:
                 return track.leaves(time)
             case _:
                 return self._at_speed(track, timed)
+
+    def _speed(self, entity: str) -> float:
+        """At which it begins what comes next."""
+        last = self.tracks[entity].legs[-1:]
+        return last[0].end_speed if last and isinstance(last[0], Polyline) else self.speeds.get(entity, 0.0)
 
     def _placed(self, action: Node, timed: TimedAction) -> Coast:
         placed = place(action.need("Position"), self.around(timed.time))
@@ -125,16 +131,11 @@ def read_tracks(
         else:
             stage.track(timed.entity, timed.action)
     remarks = _of_others(stage, [timed for timed in actions if not timed.is_read])
-    steered = dict.fromkeys(timed.entity for timed in actions if _is_steered(timed.action))
+    steered = dict.fromkeys(timed.entity for timed in actions if is_steered(timed.action))
     remarks += [f"{name} may steer along its trajectory (mode `follow`); here it is on it exactly" for name in steered]
     for entity in entities:
         remarks += _of_track(entity, stage.tracks[entity.node.text("name")])
     return list(stage.tracks.values()), remarks
-
-
-def _is_steered(action: Node) -> bool:
-    mode = action.find("TrajectoryFollowingMode")
-    return mode is not None and mode.text("followingMode") == "follow"
 
 
 def _of_others(stage: _Stage, actions: Sequence[TimedAction]) -> list[str]:

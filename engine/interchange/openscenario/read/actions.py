@@ -10,13 +10,20 @@ stands in the action itself, later in a `TrajectoryRef`.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, islice
 
 import numpy as np
 
-from engine.interchange.openscenario.read.motion import Polyline, Surroundings, along_polyline, final_speed, place
+from engine.interchange.openscenario.read.motion import (
+    COARSE,
+    SAME_PLACE,
+    STANDING,
+    Polyline,
+    Surroundings,
+    place,
+)
 from engine.interchange.openscenario.read.parameters import Catalogs
 from engine.interchange.xml import Node
 from engine.tables import Floats
@@ -187,8 +194,8 @@ TOO_NEAR = 1e-10
 TIMED = 'only a timed polyline is replayed: <Polyline> with time="…" on each vertex'
 
 
-def read_path(action: Node, start: float, around: Surroundings, catalogs: Catalogs) -> Polyline:
-    """The path of an action that starts at a time [s].
+def read_path(action: Node, start: float, speed: float, around: Surroundings, catalogs: Catalogs) -> Polyline:
+    """The path of an action that starts at a time [s] and a speed [m/s].
 
     Raises:
         InterchangeError: not a polyline, without times, fewer than one vertex, times that do not ascend.
@@ -207,7 +214,17 @@ def read_path(action: Node, start: float, around: Surroundings, catalogs: Catalo
         raise polyline.error("the polyline has no vertex", "write <Vertex> elements into it")
     times = (start if relative else 0.0) + offset + scale * np.array([_time(vertex) for vertex in vertices])
     _check_order(times, vertices)
-    return _path(start, times, vertices, around)
+    path = _path(start, times, vertices, around)
+    if not is_steered(action) or speed < 0.0 or len(times) < 2 or np.median(np.diff(times)) <= COARSE:
+        return path
+    paces = steady_paces(path.times, path.poses, speed)
+    return replace(path, paces=paces, end_speed=float(paces[-1, 0]))
+
+
+def is_steered(action: Node) -> bool:
+    """Whether an actor follows its trajectory as a vehicle does, and not as a picture of one."""
+    mode = action.find("TrajectoryFollowingMode")
+    return mode is not None and mode.text("followingMode") == "follow"
 
 
 def _path(start: float, times: Floats, vertices: Sequence[Node], around: Surroundings) -> Polyline:
@@ -260,3 +277,50 @@ def _check_order(times: Floats, vertices: Sequence[Node]) -> None:
         here = int(wrong[0])
         said = f"{times[here + 1]:g} s after {times[here]:g} s"
         raise vertices[here + 1].error(f"times must ascend, and this vertex comes at {said}", "sort the vertices")
+
+
+# -- vertices as a way -------------------------------------------------------------------------------------------------
+
+
+def along_polyline(poses: Floats, given: Sequence[bool], node: Node) -> Floats:
+    """Poses whose missing headings are those of the way to the next vertex elsewhere, as esmini has it.
+
+    Given ones are turned by whole turns to be next to the one before.
+    """
+    ways = np.diff(poses[:, :2], axis=0)
+    moving = np.flatnonzero(np.hypot(ways[:, 0], ways[:, 1]) > SAME_PLACE)
+    if not len(moving) and not all(given):
+        raise node.error("a trajectory at one place has no direction", "write a heading into each vertex")
+    headings = poses[:, 2].copy()
+    for vertex in np.flatnonzero(~np.asarray(given, dtype=bool)).tolist():
+        way = ways[moving[min(int(np.searchsorted(moving, vertex)), len(moving) - 1)]]
+        headings[vertex] = math.atan2(way[1], way[0])
+    return np.column_stack([poses[:, :2], np.unwrap(headings)])
+
+
+def steady_paces(times: Floats, poses: Floats, speed: float) -> Floats:
+    """(vertices, 2): who begins at a speed goes from each vertex to the next at the acceleration that brings it there
+    in time; or, where that would take it back, at the one with which it stops there earlier.
+
+    Source: esmini 3.6.0, `PolyLineShape::CalculatePolyLine`, following mode `follow`.
+    """
+    paces: list[tuple[float, float]] = []
+    for way, span in zip(np.hypot(*np.diff(poses[:, :2], axis=0).T).tolist(), np.diff(times).tolist(), strict=True):
+        acceleration, after = 0.0, 0.0
+        if way > SAME_PLACE:
+            acceleration = 2.0 * (way - speed * span) / (span * span)
+            after = speed + acceleration * span
+            if after < 0.0:
+                acceleration, after = -speed * speed / (2.0 * way), 0.0
+        paces.append((speed, acceleration))
+        speed = after
+    return np.array([*paces, (speed, 0.0)])
+
+
+def final_speed(times: Floats, poses: Floats) -> float:
+    """Signed speed over the last segment; 0 for a single vertex or at standstill."""
+    if len(times) < 2:
+        return 0.0
+    way = poses[-1, :2] - poses[-2, :2]
+    speed = float(way @ [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]) / float(times[-1] - times[-2])
+    return speed if abs(speed) > STANDING else 0.0

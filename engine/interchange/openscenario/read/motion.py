@@ -1,14 +1,15 @@
 """Where an entity's reference point is: a `Position` of OpenSCENARIO as a pose, and its motion as legs over time.
 
 A leg is a timed polyline, or coasting: on along the lane where that is known, else straight on, at a constant speed.
-Between two vertices position and heading run linearly (esmini's mode `segment`). Metres, seconds, radians.
+Between two vertices position and heading run linearly (esmini's mode `segment`); in the following mode `follow`, where
+vertices stand far apart, at a constant acceleration, as in esmini 3.6. Metres, seconds, radians.
 
 Source: ASAM OpenSCENARIO XML 1.2, classes WorldPosition, LanePosition, RoadPosition and their relatives.
 """
 
 import bisect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -164,6 +165,8 @@ KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
 
 # -- tracks ------------------------------------------------------------------------------------------------------------
 
+COARSE = 0.2
+"""Vertices further apart than this [s] get samples in between, and their mode matters."""
 STANDING = 0.05
 """An entity that is slower than this stands after its trajectory [m/s]."""
 SAME_PLACE = 1e-6
@@ -222,6 +225,8 @@ class Polyline:
     poses: Floats
     """(vertices, 3), headings unwrapped."""
     end_speed: float
+    paces: Floats | None = None
+    """(vertices, 2) speed at each and acceleration up to the next; None: from one to the next at a constant speed."""
 
     @property
     def _coast(self) -> Coast:
@@ -232,11 +237,24 @@ class Polyline:
 
     def at(self, times: Floats) -> Floats:
         """(times, 3) poses."""
-        poses: Floats = np.column_stack([np.interp(times, self.times, self.poses[:, n]) for n in range(3)])
+        even = times if self.paces is None else self._evened(times, self.paces)
+        poses: Floats = np.column_stack([np.interp(even, self.times, self.poses[:, n]) for n in range(3)])
         after = times > self.times[-1]
         if self.end_speed and after.any():
             poses[after] = self._coast.at(times[after])
         return poses
+
+    def _evened(self, times: Floats, paces: Floats) -> Floats:
+        """When it would be where it is, at a constant speed from each vertex to the next."""
+        vertex = np.clip(np.searchsorted(self.times, times, "right") - 1, 0, len(self.times) - 2)
+        span, (speed, acceleration) = np.diff(self.times)[vertex], paces[vertex].T
+        since = np.clip(times - self.times[vertex], 0.0, span)
+        until = np.where(acceleration < 0.0, -speed / np.minimum(acceleration, -1e-12), np.inf)
+        since = np.minimum(since, until)  # it stops early
+        way = np.hypot(*np.diff(self.poses[:, :2], axis=0).T)[vertex]
+        part = (speed * since + 0.5 * acceleration * since * since) / np.maximum(way, SAME_PLACE)
+        inside = (times >= self.times[0]) & (times <= self.times[-1])
+        return np.where(inside, self.times[vertex] + np.clip(part, 0.0, 1.0) * span, times)
 
 
 @dataclass(frozen=True)
@@ -295,28 +313,3 @@ class Track:
             if distance > JUMP and not put_again and leg.begin not in entries:
                 found.append((leg.begin, distance))
         return found
-
-
-def along_polyline(poses: Floats, given: Sequence[bool], node: Node) -> Floats:
-    """Poses whose missing headings are those of the way to the next vertex elsewhere, as esmini has it.
-
-    Given ones are turned by whole turns to be next to the one before.
-    """
-    ways = np.diff(poses[:, :2], axis=0)
-    moving = np.flatnonzero(np.hypot(ways[:, 0], ways[:, 1]) > SAME_PLACE)
-    if not len(moving) and not all(given):
-        raise node.error("a trajectory at one place has no direction", "write a heading into each vertex")
-    headings = poses[:, 2].copy()
-    for vertex in np.flatnonzero(~np.asarray(given, dtype=bool)).tolist():
-        way = ways[moving[min(int(np.searchsorted(moving, vertex)), len(moving) - 1)]]
-        headings[vertex] = math.atan2(way[1], way[0])
-    return np.column_stack([poses[:, :2], np.unwrap(headings)])
-
-
-def final_speed(times: Floats, poses: Floats) -> float:
-    """Signed speed over the last segment; 0 for a single vertex or at standstill."""
-    if len(times) < 2:
-        return 0.0
-    way = poses[-1, :2] - poses[-2, :2]
-    speed = float(way @ [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]) / float(times[-1] - times[-2])
-    return speed if abs(speed) > STANDING else 0.0

@@ -9,15 +9,14 @@ import numpy as np
 
 from engine.interchange.contract import InterchangeError
 from engine.interchange.openscenario.read.entities import Entity
-from engine.interchange.openscenario.read.motion import Polyline, Track
+from engine.interchange.openscenario.read.motion import COARSE, Polyline, Track
 from engine.interchange.own_metadata import Carried, near, read_carried, step_in
 from engine.interchange.recording import SAME_INSTANT
 from engine.tables import Floats
 from engine.vocabulary import State
 
-COARSE = 0.2
-"""Vertices further apart than this [s] get samples in between, every `FINE`."""
 FINE = 0.05
+"""From one sample to the next where vertices are further apart than `COARSE` [s]."""
 SOON = 0.002
 """A trigger this close before a sample means that sample [s]: 1.0 can only say "later than a moment before"."""
 FEW = 5

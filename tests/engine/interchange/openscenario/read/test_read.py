@@ -335,3 +335,23 @@ def test_a_trajectory_that_may_be_steered_is_reported(tmp_path: Path) -> None:
     """In mode `follow` a simulator stays near the trajectory only."""
     text = simple().replace('followingMode="position"', 'followingMode="follow"')
     assert any("mode `follow`" in remark for remark in read(tmp_path, text).remarks)
+
+
+def test_sparse_vertices_are_followed_at_constant_accelerations(tmp_path: Path) -> None:
+    """In mode `follow`, as esmini 3.6 does it: from 5 m/s 20 m in 2 s take 5 m/s^2; 15 m/s are too fast for 24 m in
+    4 s, so that it stops there 0.8 s earlier. In mode `position` it is even from one vertex to the next.
+    """
+    way = polyline((0.0, world(0, 0, 0)), (2.0, world(20, 0, 0)), (6.0, world(44, 0, 0)))
+    start = teleport(world(0, 0, 0)) + speed(5.0)
+    text = scenario([vehicle("Ego")], [("Ego", start)], [event("Ego", follow(way), at_time(0))])
+    even = read(tmp_path, text).recording
+    recording = read(tmp_path, text.replace('followingMode="position"', 'followingMode="follow"')).recording
+    offset = even.states[0, 0, State.X]
+
+    def at(time: float) -> int:
+        return int(np.flatnonzero(np.abs(recording.time - time) < 1e-9)[0])
+
+    x = recording.states[:, 0, State.X] - offset
+    assert x[[at(1.0), at(2.0), at(4.0), at(5.2), at(6.0)]] == pytest.approx([7.5, 20.0, 40.625, 44.0, 44.0])
+    assert recording.states[at(1.0), 0, State.SPEED] == pytest.approx(10.0)
+    assert even.states[at(1.0), 0, State.X] - offset == pytest.approx(10.0)
