@@ -12,6 +12,17 @@ from cortex_dsl.syntax.reading import read_source
 SUFFIXES = (".scn", ".scenic")
 
 
+MAPS = "CORTEXC_MAPS"
+"""Environment variable: folders of maps, in which those are found that do not lie where a scenario says."""
+
+
+def map_among_others(path: str) -> str | None:
+    """A map of that name in the first folder of `$CORTEXC_MAPS` that has one."""
+    folders = [folder for folder in os.environ.get(MAPS, "").split(os.pathsep) if folder]
+    name = path.replace("\\", "/").rpartition("/")[2]
+    return next((str(place) for folder in folders if name and _is_file(place := Path(folder) / name)), None)
+
+
 class Files(Protocol):
     """Answers for the files beside a file. Names are those that messages show."""
 

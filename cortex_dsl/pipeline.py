@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.files import DISK, Files
+from cortex_dsl.files import DISK, Files, map_among_others
 from cortex_dsl.lowering import lower
 from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.names.linking import link
@@ -59,6 +59,6 @@ def compile_source(
         imports=linked.files,
         scenario=scenario,
         observe=observe,
-        find_map=lambda path: files.find(source.name, [path]),
+        find_map=lambda path: files.find(source.name, [path]) or map_among_others(path),
     )
     return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)

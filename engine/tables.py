@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-ROAD_INDEX = frozenset({"band_edges", "band_start", "band_frame"})
+ROAD_INDEX = frozenset({"cell_edges", "cell_start", "cell_points", "cell_frame"})
 """Fields of `RoadTables` that follow from its others, and decide nothing."""
 
 
@@ -53,18 +53,29 @@ class RoadTables(NamedTuple):
     """(regions + 1,)"""
     buildings: Floats
     """(n, 5): x, y, heading, length, width of walls beside the road, which hide what is behind them."""
-    band_edges: Floats = np.zeros((0, 4))
-    """(n, 4): the edges of the whole road, as in `edges`, once for each band of y that they reach into. Only a road of
-    many edges has bands: an index, which says nothing of its own."""
-    band_start: Ints = np.zeros(1, dtype=np.int32)
-    """(bands + 1,): offsets into `band_edges`, from the south to the north."""
-    band_frame: Floats = np.zeros(0)
-    """(3,): y of the southern end of the first band, height of a band, y of the northern end of the last one [m]."""
+    cell_edges: Floats = np.zeros((0, 4))
+    """(n, 4): the edges of the whole road, as in `edges`, once for each cell that they reach into. Only a road of many
+    edges has cells: an index, which says nothing of its own."""
+    cell_start: Ints = np.zeros(1, dtype=np.int32)
+    """(cells + 1,): offsets into `cell_edges`; row by row from the south, each from west to east."""
+    cell_points: Floats = np.zeros((0, 3))
+    """(cells, 3): x, y of a point of the cell that lies on no edge, and 1 where it is in the road, else 0."""
+    cell_frame: Floats = np.zeros(0)
+    """(5,): least x and least y of all cells, side of a cell [m], columns, rows. Off the cells there is no road."""
 
 
 def no_road() -> RoadTables:
     """The tables of a place without a road: no path, no lane, no region, no building."""
-    wide = {"primitives": 8, "edges": 4, "hull": 8, "triangles": 7, "cores": 4, "buildings": 5, "band_edges": 4}
+    wide = {
+        "primitives": 8,
+        "edges": 4,
+        "hull": 8,
+        "triangles": 7,
+        "cores": 4,
+        "buildings": 5,
+        "cell_edges": 4,
+        "cell_points": 3,
+    }
     whole = ("lane_path", "lane_route")
 
     def table(name: str) -> np.ndarray:

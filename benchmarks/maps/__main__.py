@@ -1,11 +1,16 @@
 """Are the roads of OpenDRIVE files what Scenic makes of them? And how long does it take to read and build them?
 
     python -m benchmarks.maps FOLDER [--points 10000] [--python PYTHON] [--json]
+    python -m benchmarks.maps FOLDER --steps [--json]
+    python -m benchmarks.maps FOLDER --script FILE.scenic [--scenes 200] [--python PYTHON] [--json]
 
 Each `.xodr` file of the folder is read and built. Then Scenic's own network of it is asked for counts, types of
 maneuvers and centre lines, and at random points for the lane and for the direction of traffic. Our strip of the same
 lane has to hold the point, and outside intersections the directions have to agree. PYTHON is one that has Scenic;
 without it the one of `make validate` is set up. A file that either does not read is named, and why.
+
+With `--steps` nobody asks Scenic: what a step costs on each file is held against one on a grid (`steps`). With
+`--script` both tools sample scenes of a script of Scenic, whose map is found in the folder (`distributions`).
 """
 
 import argparse
@@ -21,6 +26,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.maps.distributions import compare
+from benchmarks.maps.steps import shares
 from benchmarks.validation import environments
 from engine.errors import CortexError
 from engine.road import Lane, Network, build_network
@@ -34,6 +41,8 @@ EDGE = 0.25
 """From a lane's border, places nearer to it are not compared: both draw borders by chords [m]."""
 TURNED = math.radians(2.0)
 """Scenic's directions are those of chords [rad]."""
+MOST = 1.3
+"""Times a step on a grid that one on a file may cost."""
 SEED = 1
 
 
@@ -66,11 +75,18 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--python", help="an interpreter that has Scenic")
+    parser.add_argument("--steps", action="store_true", help="measure what a step costs instead")
+    parser.add_argument("--script", type=Path, help="compare sampled scenes of a script of Scenic instead")
+    parser.add_argument("--scenes", type=int, default=200, help="of both tools")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(words)
+    if options.steps:
+        return _steps(sorted(options.folder.glob("*.xodr")), as_json=options.json)
     if options.python is None:
         environments.set_up(["scenic"], sys.executable, print)
         options.python = str(environments.python_of("scenic"))
+    if options.script is not None:
+        return compare(options.script, options.folder, options.scenes, options.python, as_json=options.json)
     reports = []
     for path in sorted(options.folder.glob("*.xodr")):
         reports.append(compared(path, options.points, options.python))
@@ -79,6 +95,18 @@ def main(words: Sequence[str] | None = None) -> int:
     if options.json:
         print(json.dumps([asdict(each) for each in reports], indent=1))
     return int(any(map(differs, reports)))
+
+
+def _steps(paths: Sequence[Path], *, as_json: bool) -> int:
+    """1 where a step on a file costs more than `MOST` times one on a grid."""
+    grid, found = shares(paths)
+    if as_json:
+        print(json.dumps({"grid": grid, "times": found}, indent=1))
+    else:
+        print(f"{'grid':24} {1e9 * grid:.0f} ns an actor-step")
+        for name, times in found.items():
+            print(f"{name:24} {times:.2f} times that")
+    return int(any(times > MOST for times in found.values()))
 
 
 def differs(report: Report) -> bool:

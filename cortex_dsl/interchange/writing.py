@@ -87,7 +87,6 @@ def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
     road = opendrive(case, stem, options)
     (road_file,) = road.files
     if options.mode == "maneuver":
-        refuse_map_file(case, "in maneuver mode", "leave --mode maneuver out: trajectories are written on any road")
         from cortex_dsl.interchange.maneuvers import maneuver_files
 
         export = maneuver_files(case, stem, options, road_file)
@@ -99,12 +98,6 @@ def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
     replay = shown_after_contact(case.replay, options.after_contact or "through")
     export = write(replay, stem, options, road_file)
     return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
-
-
-def refuse_map_file(case: ExportCase, how: str, cure: str) -> None:
-    """Raises InterchangeError where the road is that of a file."""
-    if isinstance(case.scenario.program.road_spec, MapFile):
-        raise InterchangeError(f"the roads of an OpenDRIVE file are not written {how}", cure)
 
 
 def opendrive(case: ExportCase, _stem: str, options: ExportOptions) -> Export:

@@ -13,6 +13,10 @@ from engine.tables import Floats, RoadTables
 
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
 """Columns of a primitive."""
+MANY = 8
+"""Primitives; fewer are gone through one by one."""
+ROUNDING = 1e-6
+"""Far more than distances are rounded by [m]."""
 
 
 class PathPoint(NamedTuple):
@@ -81,9 +85,15 @@ def speed_limit_ahead(road: RoadTables, path: int, s: float, max_lateral: float,
 
 @kernel
 def _find(primitives: Floats, start: int, end: int, s: float) -> int:
-    """Row of the primitive at arc length `s`."""
-    row = start
-    while row + 1 < end and s >= primitives[row + 1, S0]:
+    """Row of the primitive at arc length `s`: by halves while there are many, as on the lanes of a town."""
+    row, beyond = start, end
+    while beyond - row > MANY:
+        middle = (row + beyond) // 2
+        if s >= primitives[middle, S0]:
+            row = middle
+        else:
+            beyond = middle
+    while row + 1 < beyond and s >= primitives[row + 1, S0]:
         row += 1
     return row
 
@@ -137,9 +147,13 @@ def _arc_offset(curvature: float, ahead: float, left: float) -> float:
 
 @inlined
 def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) -> tuple[float, float]:
-    """Arc length and distance of the nearest point."""
+    """Arc length and distance of the nearest point; a primitive whose start is too far away has none that is nearer."""
     best_s, best_distance = 0.0, math.inf
     for row in range(start, end):
+        dx, dy = x - primitives[row, X], y - primitives[row, Y]
+        reach = best_distance + primitives[row, LENGTH] + ROUNDING
+        if dx * dx + dy * dy > reach * reach:
+            continue
         s, distance = _primitive_foot(primitives, row, x, y)
         if distance < best_distance:
             best_s, best_distance = primitives[row, S0] + s, distance

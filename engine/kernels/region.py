@@ -16,6 +16,10 @@ from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 
 X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
 """Columns of a hull edge; a region edge has the first four."""
+WEST, SOUTH, SIZE, COLUMNS, ROWS = range(5)
+"""Entries of `RoadTables.cell_frame`."""
+INSIDE = 2
+"""Column of `RoadTables.cell_points`."""
 
 
 class RegionPoint(NamedTuple):
@@ -28,8 +32,8 @@ def region_contains(road: RoadTables, region: int, x: float, y: float) -> bool:
     """Whether (x, y) lies in the region."""
     if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, 0.0, 0.0):
         return True
-    if region == ROAD_REGION and len(road.band_start) > 1:
-        return _contains_in_band(road.band_edges, road.band_start, road.band_frame, x, y)
+    if region == ROAD_REGION and len(road.cell_start) > 1:
+        return _contains_in_cell(road.cell_edges, road.cell_start, road.cell_points, road.cell_frame, x, y)
     return _contains(road.edges, road.region_start[region], road.region_start[region + 1], x, y)
 
 
@@ -59,9 +63,11 @@ def region_contains_box(
     reach_y = 0.5 * (length * abs(sin) + width * abs(cos))
     if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, reach_x, reach_y):
         return True
-    if region == ROAD_REGION and len(road.band_start) > 1:
-        edges, starts, frame = road.band_edges, road.band_start, road.band_frame
-        return _contains_box_in_bands(edges, starts, frame, x, y, cos, sin, 0.5 * length, 0.5 * width, reach_y)
+    if region == ROAD_REGION and len(road.cell_start) > 1:
+        edges, starts, frame = road.cell_edges, road.cell_start, road.cell_frame
+        inside = _contains_in_cell(edges, starts, road.cell_points, frame, x, y)
+        a, b = 0.5 * length, 0.5 * width
+        return inside and not _is_entered_in_cells(edges, starts, frame, x, y, cos, sin, a, b, reach_x, reach_y)
     start, end = road.region_start[region], road.region_start[region + 1]
     return _contains_box(road.edges, start, end, x, y, cos, sin, 0.5 * length, 0.5 * width)
 
@@ -175,25 +181,34 @@ def _polygon_distance(edges: Floats, start: int, end: int, x: float, y: float) -
 
 
 @kernel
-def _contains_in_band(edges: Floats, start: Ints, frame: Floats, x: float, y: float) -> bool:
-    """The same by the edges of one band: no other edge crosses the ray."""
-    if not frame[0] <= y <= frame[2]:
+def _contains_in_cell(edges: Floats, start: Ints, points: Floats, frame: Floats, x: float, y: float) -> bool:
+    """By a point of the same cell, of which it is known: each edge between the two turns the answer round."""
+    column, row = (x - frame[WEST]) / frame[SIZE], (y - frame[SOUTH]) / frame[SIZE]
+    if not (0.0 <= column < frame[COLUMNS] and 0.0 <= row < frame[ROWS]):
         return False
-    band = _band(start, frame, y)
-    return _contains(edges, start[band], start[band + 1], x, y)
+    cell = int(row) * int(frame[COLUMNS]) + int(column)
+    inside = points[cell, INSIDE] != 0.0
+    dx, dy = points[cell, 0] - x, points[cell, 1] - y
+    for i in range(start[cell], start[cell + 1]):
+        x1, y1 = edges[i, X1] - x, edges[i, Y1] - y
+        x2, y2 = edges[i, X2] - x, edges[i, Y2] - y
+        if (dx * y1 - dy * x1 > 0.0) != (dx * y2 - dy * x2 > 0.0):
+            ex, ey = x2 - x1, y2 - y1
+            if (ey * x1 - ex * y1 > 0.0) != (ex * (dy - y1) - ey * (dx - x1) > 0.0):
+                inside = not inside
+    return inside
 
 
 @inlined
-def _band(start: Ints, frame: Floats, y: float) -> int:
-    """The band of y, held inside the first and last one; what is no number is in the first."""
-    place = (y - frame[0]) / frame[1]
+def _held(place: float, count: float) -> int:
+    """A column or row, held inside the first and last one; what is no number is in the first."""
     if not place > 0.0:
         return 0
-    return len(start) - 2 if place >= len(start) - 2 else int(place)
+    return int(count) - 1 if place >= count - 1.0 else int(place)
 
 
 @kernel
-def _contains_box_in_bands(
+def _is_entered_in_cells(
     edges: Floats,
     start: Ints,
     frame: Floats,
@@ -203,13 +218,19 @@ def _contains_box_in_bands(
     sin: float,
     a: float,
     b: float,
-    reach: float,
+    reach_x: float,
+    reach_y: float,
 ) -> bool:
-    """As `_contains_box`, by the edges of the bands that the box reaches into."""
-    if not _contains_in_band(edges, start, frame, x, y):
-        return False
-    first, last = start[_band(start, frame, y - reach)], start[_band(start, frame, y + reach) + 1]
-    return not _is_entered(edges, first, last, x, y, cos, sin, a, b)
+    """As `_is_entered`, by the edges of the cells that the box reaches into."""
+    size, columns, rows = frame[SIZE], frame[COLUMNS], frame[ROWS]
+    west, east = x - reach_x - frame[WEST], x + reach_x - frame[WEST]
+    south, north = y - reach_y - frame[SOUTH], y + reach_y - frame[SOUTH]
+    for row in range(_held(south / size, rows), _held(north / size, rows) + 1):
+        for column in range(_held(west / size, columns), _held(east / size, columns) + 1):
+            cell = row * int(columns) + column
+            if _is_entered(edges, start[cell], start[cell + 1], x, y, cos, sin, a, b):
+                return True
+    return False
 
 
 @kernel

@@ -1,10 +1,10 @@
 """`road_tables`: a network as arrays for the kernels."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from engine.road.cells import cells_of
 from engine.road.network import Network
 from engine.road.paths import PathBook
 from engine.road.regions import Shape, triangle_areas
@@ -31,39 +31,8 @@ def road_tables(network: Network) -> RoadTables:
         cores=np.vstack([shape.cores for shape in shapes]),
         core_start=_offsets([len(shape.cores) for shape in shapes]),
         buildings=network.buildings,
-        **_bands(shapes[ROAD_REGION].edges),
+        **cells_of(shapes[ROAD_REGION].edges),
     )
-
-
-MANY = 64
-"""Edges of a road from which on it has bands."""
-FEW = 4
-"""So many edges begin in a band, on average …"""
-MOST_BANDS = 4096
-"""… but there are no more bands."""
-
-
-def _bands(edges: Floats) -> dict[str, Any]:
-    """The edges of the road by bands of y: a ray to the east crosses only edges of its own band.
-
-    Both here and in the kernels a band is found by the same arithmetic, which grows with y; so none is missed.
-    """
-    if len(edges) < MANY:
-        return {}
-    low, high = float(edges[:, 1::2].min()), float(edges[:, 1::2].max())
-    count = min(MOST_BANDS, max(1, len(edges) // FEW))
-    height = (high - low) / count
-    first, last = (
-        np.minimum((end - low) / height, count - 1).astype(np.int64)
-        for end in (edges[:, 1::2].min(axis=1), edges[:, 1::2].max(axis=1))
-    )
-    reach = last - first + 1
-    edge = np.repeat(np.arange(len(edges)), reach)
-    band = np.repeat(first, reach) + np.arange(len(edge)) - np.repeat(np.cumsum(reach) - reach, reach)
-    order = np.argsort(band, kind="stable")
-    counts = np.bincount(band, minlength=count)
-    frame = np.array([low, height, high])
-    return {"band_edges": edges[edge[order]], "band_start": _offsets(counts.tolist()), "band_frame": frame}
 
 
 def _primitive_rows(paths: PathBook) -> Floats:

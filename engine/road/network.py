@@ -327,6 +327,8 @@ class Network:
     """What to draw of lanes that do not keep their width; None: their borders are drawn."""
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
+    bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])
+    """Left and right border of the lanes of a file, by id: (n, 2) each, as traffic runs. Others keep their width."""
     speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])
     """Of the lanes that have one, by id [m/s]."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))

@@ -92,13 +92,13 @@ def turned(program, scenes, angle: float, dx: float, dy: float, side: float):
     for x in (0, 2):
         edges[:, x], edges[:, x + 1] = points(road.edges[:, x], road.edges[:, x + 1])
     no_cores = {"cores": np.zeros((0, 4)), "core_start": np.zeros_like(road.core_start)}
-    no_bands = {"band_edges": np.zeros((0, 4)), "band_start": np.zeros(1, dtype=np.int32)}
+    no_cells = {"cell_edges": np.zeros((0, 4)), "cell_start": np.zeros(1, dtype=np.int32)}
     values = scenes.values.copy()
     for first in (0, len(Column)):
         values[:, first], values[:, first + 1] = points(scenes.values[:, first], scenes.values[:, first + 1])
         values[:, first + Column.HEADING] = side * values[:, first + Column.HEADING] + angle
     values[:, -2], values[:, -1] = points(scenes.values[:, -2], scenes.values[:, -1])
-    moved_road = road._replace(primitives=primitives, edges=edges, **no_cores, **no_bands)
+    moved_road = road._replace(primitives=primitives, edges=edges, **no_cores, **no_cells)
     return replace(program, road=moved_road), replace(scenes, values=values)
 
 

@@ -112,7 +112,7 @@ def _framed(page: str) -> Shown:
 
 
 def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
-    """Where everybody stands before anything moves. A scene that is not valid shows the road alone."""
+    """Who stands where before anything moves. A scene that is not valid shows the road alone."""
     road = outline(build_network(program.road_spec))
     states, outlines = _start(program, scenes, row)
     names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
@@ -135,7 +135,8 @@ def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
     states[:, [State.X, State.Y, State.HEADING, State.SPEED]] = columns[
         :, [Column.X, Column.Y, Column.HEADING, Column.SPEED]
     ]
-    states[:, State.PRESENT] = np.isfinite(columns[:, Column.X]) & bool(scenes.valid[row])
+    there = np.isfinite(columns[:, Column.X]) & (program.code.actor_present != 0)
+    states[:, State.PRESENT] = there & bool(scenes.valid[row])
     return states, columns[:, [Column.LENGTH, Column.WIDTH]]
 
 

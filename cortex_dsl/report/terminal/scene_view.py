@@ -55,7 +55,7 @@ def scene_view(
     """The drawing with its legend, beside it where there is room."""
     canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
-    legend = _legend(actors, canvas, moment, ascii_only=ascii_only)
+    legend = _legend(actors, trajectory, canvas, moment, ascii_only=ascii_only)
     if width >= BESIDE:
         table = Table.grid(padding=(0, 3))
         table.add_row(drawing, Group(Text(), *legend))
@@ -110,6 +110,14 @@ def _way(trajectory: Trajectory, actor: int) -> list[Point]:
     return _points(states[present][:, [State.X, State.Y]])
 
 
+def _first_seen(trajectory: Trajectory, actor: int) -> str:
+    """What the mark of an actor shows: its start, or where it comes in, and when."""
+    there = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
+    if not len(there):
+        return "never comes in"
+    return "start" if there[0] == 0 else f"comes in at {trajectory.time[there[0]]:.2f} s"
+
+
 def _initial(actor: int) -> str:
     return "E" if actor == 0 else "ABCDFGHIJK"[(actor - 1) % 10]
 
@@ -121,10 +129,10 @@ def _moment_mark(moment: KeyMoment, *, ascii_only: bool) -> str:
 
 
 def _legend(
-    actors: Sequence[str], canvas: Canvas, moment: KeyMoment | None, *, ascii_only: bool
+    actors: Sequence[str], trajectory: Trajectory, canvas: Canvas, moment: KeyMoment | None, *, ascii_only: bool
 ) -> list[RenderableType]:
     rows = [
-        (Text(_initial(i), actor_style(i)), Text(name, actor_style(i)), Text("start", "quiet"))
+        (Text(_initial(i), actor_style(i)), Text(name, actor_style(i)), Text(_first_seen(trajectory, i), "quiet"))
         for i, name in enumerate(actors)
     ]
     if moment is not None:

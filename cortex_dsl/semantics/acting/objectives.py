@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.acting.rules import OPERATORS, Conditions, Folder, waiting_part
+from cortex_dsl.semantics.acting.rules import OPERATORS, Conditions, Folder, seen, waiting_part
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objectives import (
     ALWAYS_BROKEN,
@@ -25,7 +25,7 @@ from cortex_dsl.semantics.evaluation.over_run import judged
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.tree import atoms, is_timed, subformulas
-from cortex_dsl.semantics.quantities.bounds import changes, parts
+from cortex_dsl.semantics.quantities.bounds import changes, is_dynamic, parts
 from cortex_dsl.semantics.quantities.robustness import robustness_of
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.source import Span
@@ -91,14 +91,17 @@ def objectives_of(file: FileContext, conditions: Conditions, *, has_end: bool) -
     found = []
     for node, made in file.objectives.values():
         if isinstance(node, nodes.Expect):
-            _report(file, node, Folder(file, conditions).formula(node.condition), has_end=has_end)
+            known = Folder(file, conditions).formula(node.condition)
+            _report(file, node, known, conditions, has_end=has_end)
             found.append(replace(made, formula=_formula(file, node.condition)))
         else:
             found.append(made)
     return tuple(found)
 
 
-def _report(file: FileContext, node: nodes.Expect, known: ir.Formula | bool, *, has_end: bool) -> None:
+def _report(
+    file: FileContext, node: nodes.Expect, known: ir.Formula | bool, conditions: Conditions, *, has_end: bool
+) -> None:
     span = node.condition.span
     if file.overrides or file.settings.stream is not None:
         return  # what is pinned from outside is no mistake of the file
@@ -107,6 +110,8 @@ def _report(file: FileContext, node: nodes.Expect, known: ir.Formula | bool, *, 
     elif known is False:
         file.findings.add(ALWAYS_BROKEN.at(span))
     elif not is_timed(node.condition):
+        if not any(map(is_dynamic, seen(node, conditions))):
+            return  # it is the same at every instant, such as one of params
         words = _in_words(file, node.condition)
         joined = isinstance(node.condition, nodes.BoolOp)
         file.findings.add(AT_THE_START.at(span, condition=f"({words})" if joined else words))

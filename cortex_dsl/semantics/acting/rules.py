@@ -158,14 +158,14 @@ def _report(
         return  # what is pinned from outside is no mistake of the file
     elif formula is True:
         file.findings.add(TEMPORAL_HOLDS.at(span))
-    elif not any(is_dynamic(each) for each in _seen(node, conditions)):
+    elif not any(is_dynamic(each) for each in seen(node, conditions)):
         file.findings.add(NEVER_CHANGES.at(span))
     elif not has_end and (waiting := waiting_part(node.condition)) is not None:
         file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
 
-def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[Term]:
-    """Everything that a requirement looks at, in all variants."""
+def seen(node: nodes.Require | nodes.Expect, conditions: Conditions) -> Iterator[Term]:
+    """Everything that a requirement or an expectation looks at, in all variants."""
     keys = [(node.span, RuleKind.ABORT), *((atom.span, RuleKind.WATCH) for atom in atoms(node.condition))]
     return (each[key] for each in conditions for key in keys if key in each)
 

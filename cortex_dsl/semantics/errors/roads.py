@@ -95,6 +95,17 @@ BAD_MAP_FILE = Problem(
         shown="while the map is read",
     ),
 )
+MAP_REMARK = note(
+    "SCN449",
+    "of the roads of `{file}`: {message}",
+    cure="correct the file, or keep to roads that this does not touch",
+    page=Page(
+        "roads of a file, as they were read",
+        "A file may contradict itself: links that lead nowhere, ends that do not meet, lanes that jump aside. It is "
+        "read as far as it goes; what was mended or left out is said.",
+        shown="while the map is read",
+    ),
+)
 MAP_WITHOUT_INTERSECTION = Problem(
     "SCN448",
     "this map has no intersection",

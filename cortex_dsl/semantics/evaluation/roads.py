@@ -7,7 +7,13 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_VARIES, MAP_WITHOUT_INTERSECTION, NO_SINGLE_INTERSECTION
+from cortex_dsl.semantics.errors.roads import (
+    BAD_MAP,
+    MAP_REMARK,
+    MAP_VARIES,
+    MAP_WITHOUT_INTERSECTION,
+    NO_SINGLE_INTERSECTION,
+)
 from cortex_dsl.semantics.model.areas import all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -24,7 +30,7 @@ from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.maps import MapSpec, RoadSpec
+from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
 from engine.road.network import Lane, Network
 from engine.road.sections import (
@@ -48,6 +54,9 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         raise MAP_VARIES.mistake(span)
     if spec not in networks:
         networks[spec] = build_network(spec)
+        if isinstance(spec, MapFile):
+            for remark in networks[spec].remarks:
+                ev.report(MAP_REMARK.at(span, file=spec.file, message=remark))
     return networks[spec]
 
 

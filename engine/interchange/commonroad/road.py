@@ -1,22 +1,16 @@
 """The road of a scenario as XML: lanelets, intersections and traffic lights, and how CommonRoad writes numbers and
 points.
-
-A lanelet is one of our lanes: two bounds of equally many points, with the lanes beside it. Points that several bounds
-share are the same to the last bit: along a neighbour, and from a lane to its successors.
 """
 
 import math
-from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
+from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml import Element, child, decimal
-from engine.road.junction import CHORD_TOLERANCE
-from engine.road.network import Intersection, Lane, LaneRole, Leg, Network
+from engine.road.network import Intersection, LaneRole, Leg, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -52,105 +46,6 @@ def add_rectangle(parent: Element, length: float, width: float) -> Element:
     return rectangle
 
 
-# -- our lanes as lanelets ---------------------------------------------------------------------------------------------
-
-SAME = 1e-6
-"""Points of bounds closer than this are one [m]; as `PathBook` joins paths."""
-
-
-@dataclass(frozen=True)
-class Beside:
-    """A neighbour of a lane."""
-
-    lane: int
-    same_direction: bool
-
-
-@dataclass(frozen=True)
-class Lanelet:
-    """One lane; bounds are (n, 2) [m] in its direction."""
-
-    lane: Lane
-    left: Floats
-    right: Floats
-    beside_left: Beside | None
-    beside_right: Beside | None
-
-
-def lanelets(network: Network) -> tuple[Lanelet, ...]:
-    """All lanes, connecting ones too, in the order of `network.lanes`."""
-    rows, shared = _rows(network), _SharedPoints()
-    inwards, outwards = _neighbours(network, rows)
-    beside_left, beside_right = (outwards, inwards) if network.left_hand else (inwards, outwards)
-    chords = {lane.id: _chords(row) for row in rows for lane in row}
-
-    def lanelet(lane: Lane) -> Lanelet:
-        left, right = (_bound(lane, side, chords[lane.id], shared) for side in (1.0, -1.0))
-        return Lanelet(lane, left, right, beside_left.get(lane.id), beside_right.get(lane.id))
-
-    return tuple(map(lanelet, network.lanes))
-
-
-# -- who lies beside whom
-
-
-def _rows(network: Network) -> list[tuple[Lane, ...]]:
-    """Lanes of one direction side by side, from the kerb to the middle; each lane is in a row."""
-    rows = [group.lanes for road in network.roads for group in road.groups]
-    turns: dict[tuple[int, str, str, int], list[Lane]] = defaultdict(list)
-    for maneuver in network.maneuvers:
-        start, end = maneuver.start_lane, maneuver.end_lane
-        turns[maneuver.intersection_id, start.road, end.road, end.number - start.number].append(
-            maneuver.connecting_lane
-        )
-    return rows + [tuple(sorted(row, key=lambda lane: lane.number)) for row in turns.values()]
-
-
-def _neighbours(network: Network, rows: list[tuple[Lane, ...]]) -> tuple[dict[int, Beside], dict[int, Beside]]:
-    """Per lane the one towards the middle of the road, and the one towards its kerb."""
-    inwards: dict[int, Beside] = {}
-    outwards: dict[int, Beside] = {}
-    for row in rows:
-        for outer, inner in pairwise(row):
-            inwards[outer.id], outwards[inner.id] = Beside(inner.id, True), Beside(outer.id, True)
-    for forward, backward in (road.groups for road in network.roads if len(road.groups) == 2):
-        coming, leaving = forward.lanes[-1].id, backward.lanes[-1].id
-        inwards[coming], inwards[leaving] = Beside(leaving, False), Beside(coming, False)
-    return inwards, outwards
-
-
-# -- bounds
-
-
-def _chords(row: tuple[Lane, ...]) -> int:
-    """Equal chords that each lane of a row is cut into: enough for the widest of its arcs."""
-    return max(len(lane.network.paths.stations(lane.path, CHORD_TOLERANCE)) - 1 for lane in row)
-
-
-def _bound(lane: Lane, side: float, chords: int, shared: "_SharedPoints") -> Floats:
-    """The left (side 1) or right (side -1) bound."""
-    paths, shift = lane.network.paths, side * 0.5 * lane.width
-    poses = [paths.pose(lane.path, lane.length * (i / chords)) for i in range(chords + 1)]
-    return np.array(
-        [shared.point(p.x - shift * np.sin(p.heading), p.y + shift * np.cos(p.heading)) for p in poses]
-    )  # fmt: skip
-
-
-class _SharedPoints:
-    """Points of all bounds: one that was there before, up to rounding, comes back as it was."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple[int, int], tuple[float, float]] = {}
-
-    def point(self, x: float, y: float) -> tuple[float, float]:
-        column, row = round(x / SAME), round(y / SAME)
-        for near in ((column + i, row + j) for i in (0, -1, 1) for j in (0, -1, 1)):
-            if near in self._known:
-                return self._known[near]
-        self._known[column, row] = float(x), float(y)
-        return self._known[column, row]
-
-
 # -- the road as XML ---------------------------------------------------------------------------------------------------
 
 LANELET_TYPES = {LaneRole.CONNECTING: "intersection", LaneRole.THROUGH: "country"}
@@ -174,10 +69,10 @@ class Ids:
         return 1 + len(self.network.lanes) + site
 
     def incoming(self, site: int, arm: int) -> int:
-        return self.intersection(len(self.network.intersections)) + len(ARMS) * site + arm
+        return self.intersection(len(self.network.intersections)) + self.network.arms * site + arm
 
     def light(self, site: int, arm: int) -> int:
-        return self.incoming(len(self.network.intersections), 0) + len(ARMS) * site + arm
+        return self.incoming(len(self.network.intersections), 0) + self.network.arms * site + arm
 
     def actor(self, index: int) -> int:
         """The ego, actor 0, is the planning problem."""
@@ -218,7 +113,7 @@ def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -
     _add_references(element, "successor", (ids.lanelet(other.id) for other in lane.successors))
     _add_neighbour(element, "adjacentLeft", ids, lanelet.beside_left)
     _add_neighbour(element, "adjacentRight", ids, lanelet.beside_right)
-    if lane.ends_at_line:
+    if lane.ends_at_line and not lane.network.bounds:  # not every junction of a file has lines
         _add_stop_line(element, lanelet, light)
     add_text(element, "laneletType", LANELET_TYPES.get(lane.role, "urban"))
     add_text(element, "userOneWay", "vehicle")
@@ -278,7 +173,7 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
             ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
             _add_references(incoming, tag, ways)
         # The name suggests the reverse, but commonroad-io reads it so: the incoming road on this one's left.
-        on_the_left = (arm + 1) % len(ARMS)
+        on_the_left = (arm + 1) % max(len(ARMS), len(intersection.legs))
         if on_the_left in arms:
             child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))
 

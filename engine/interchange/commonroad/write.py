@@ -26,7 +26,7 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import PHASES, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number, xml_text
-from engine.maps import MapFile, RoadSpec
+from engine.maps import RoadSpec
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
@@ -159,7 +159,7 @@ def write_commonroad(recording: Recording, stem: str) -> Export:
     """`<stem>.cr.xml` and `<stem>.solution.xml`: everyone at whole steps, the ego as problem and solution.
 
     Raises:
-        InterchangeError: the road is none of ours, steps are missing, or the ego is hardly there.
+        InterchangeError: the road is not known, steps are missing, or the ego is hardly there.
     """
     if recording.road is None:
         raise InterchangeError(
@@ -167,11 +167,6 @@ def write_commonroad(recording: Recording, stem: str) -> Export:
             "write csv, parquet or mcap, which need no road",
         )
     line = timeline(recording)
-    if isinstance(recording.road, MapFile):
-        raise InterchangeError(
-            "lanes of an OpenDRIVE file may widen, and CommonRoad's lanelets are written of lanes that do not",
-            "write csv, parquet, mcap or openscenario",
-        )
     ids = Ids(build_network(recording.road))
     name = benchmark_id(recording.name, stem)
     files = {

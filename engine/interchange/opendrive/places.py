@@ -15,8 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.maps import MapSpec
+from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Network, Road, build_network
+from engine.road.opendrive.linking import Links
+from engine.road.opendrive.planning import LanePlan, lane_stretches, plan_of
+from engine.road.opendrive.surfaces import places
+from engine.road.paths import PathBook
 
 SOMEWHERE = "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 """A <geoReference>: where on Earth a player that asks lays a road that lies nowhere, its origin at 0 N, 0 E."""
@@ -44,6 +48,13 @@ class LanePlace:
 
     knots: tuple[tuple[float, float], ...] = ()
     """Where both run as arcs of other lengths: arc lengths along the lane and on the road, at the ends of each [m]."""
+
+    numbers: tuple[tuple[float, int], ...] = ()
+    """Of a lane of a file: from where along it [m] on it has which number."""
+
+    def number(self, along: float) -> int:
+        """The number of a lane at a point `along` it [m]."""
+        return next((number for begin, number in reversed(self.numbers) if begin <= along), self.lane)
 
     def s(self, along: float) -> float:
         """Arc length on the road, of a point `along` the lane [m]."""
@@ -133,6 +144,8 @@ class RoadMap:
     @cached_property
     def places(self) -> tuple[LanePlace, ...]:
         """By lane id."""
+        if isinstance(self.network.spec, MapFile):
+            return _in_file(self.network.spec)
         places: dict[int, LanePlace] = {}
         for road in self.roads:
             for lane in road.lanes:
@@ -145,12 +158,45 @@ class RoadMap:
     def place(self, lane: int, s: float) -> RoadPlace:
         """Where a point `s` along one of our lanes [m] lies; `lane` is its id."""
         there = self.places[lane]
-        return RoadPlace(there.road, there.lane, there.s(s))
+        return RoadPlace(there.road, there.number(s), there.s(s))
 
     @property
     def side(self) -> int:
         """Sign of the lanes that run the way that s grows."""
         return 1 if self.network.left_hand else -1
+
+
+def _in_file(spec: MapFile) -> tuple[LanePlace, ...]:
+    """The lanes of a file are called in it as they are."""
+    plan = plan_of(spec.path, spec.digest)
+    return tuple(_file_place(plan.links, each) for each in plan.lanes)
+
+
+def _file_place(links: Links, each: LanePlan) -> LanePlace:
+    lane, rows = each.lane, links.sections[each.lane.road].rows
+    parts = lane.parts if lane.forward else lane.parts[::-1]
+    knots = _file_knots(links, each)
+    way, held = 1.0 if lane.forward else -1.0, np.array(knots, dtype=np.float64)
+    along, s = held[:, 0], held[:, 1]
+    begins = [rows[part.section][0].start if lane.forward else rows[part.section][1] for part in parts]
+    numbers = tuple(
+        (float(np.interp(way * begin, way * s, along)), part.lane) for begin, part in zip(begins, parts, strict=True)
+    )
+    return LanePlace(lane.road, parts[0].lane, lane.forward, float(along[-1]), knots, numbers)
+
+
+def _file_knots(links: Links, each: LanePlan) -> tuple[tuple[float, float], ...]:
+    """Where its reference line bends otherwise, or a lane widens, arc lengths are held together every few metres."""
+    stretches, _ = lane_stretches(links, each.lane)
+    at = [(row, s) for row in stretches for s in ([row.start] if row.is_plain else places(row))]
+    at.append((stretches[-1], stretches[-1].end))
+    s = np.array([s for _, s in at])
+    points = np.array([row.beside(s, row.centre(s)) for row, s in at])
+    paths = PathBook()
+    along = paths.feet(paths.add(each.line), *points.T).s
+    along, s = (along, s) if each.lane.forward else (along[::-1], s[::-1])
+    kept = np.concatenate([[True], np.diff(np.maximum.accumulate(along)) > 0.0])
+    return tuple(zip(along[kept].tolist(), s[kept].tolist(), strict=True))
 
 
 def road_map(spec: MapSpec) -> RoadMap:

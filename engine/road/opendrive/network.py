@@ -68,6 +68,7 @@ class _Builder:
         assert network.regions.add(plan.surface) == ROAD_REGION
         areas = {junction: network.regions.add(plan.areas[junction]) for junction in plan.junctions}
         network.lanes = tuple(self.lane(index, each) for index, each in enumerate(plan.lanes))
+        network.bounds = {index: each.bounds for index, each in enumerate(plan.lanes)}
         network.speed_limits = {
             index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
         }

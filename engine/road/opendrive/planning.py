@@ -2,16 +2,18 @@
 done once.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from engine.frozen import frozen
 from engine.interchange.contract import InterchangeError
-from engine.opendrive.read import read_opendrive
+from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.opendrive.speeds import limit_at
 from engine.road.network import Lines
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
@@ -21,6 +23,10 @@ from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
 
+WIDEST = 1000.0
+"""No lane is wider [m]."""
+SAME = 1e-6
+"""Points nearer to one another are one [m]."""
 WORTH_A_REMARK = 0.005
 """A jump from here on is told [m]."""
 
@@ -33,6 +39,8 @@ class LanePlan:
     line: tuple[Primitive, ...]
     """Its centre, as its traffic runs."""
     shape: Shape
+    bounds: tuple[Floats, Floats]
+    """To the left and to the right of its traffic, with as many points each, as it runs."""
     width: float
     number: int
     name: str
@@ -64,8 +72,9 @@ def plan_of(path: str, _digest: str) -> Plan:
         raise InterchangeError(
             "there is no lane to drive on in it", 'write lanes of the type "driving" into its roads', Path(path).name
         )
-    rows, jumps = zip(*(_stretches(links, lane) for lane in links.lanes), strict=True)
+    rows, jumps = zip(*(lane_stretches(links, lane) for lane in links.lanes), strict=True)
     borders = [(border(each, outer=False), border(each, outer=True)) for each in rows]
+    _refuse_wide(links, borders)
     lanes = tuple(_lane_plans(links, rows, borders))
     junctions: dict[str, list[Way]] = defaultdict(list)
     for way in links.ways:
@@ -88,11 +97,12 @@ def plan_of(path: str, _digest: str) -> Plan:
         surface,
         Lines(kerbs, *_lines(links, borders)),
         left_hand,
-        (*network.remarks, *_on_jumps(jumps)),
+        (*network.remarks, *_on_jumps(jumps), *_on_gaps(network), *_on_links(network)),
     )
 
 
-def _stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], float]:
+def lane_stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], float]:
+    """All of a lane, and by how much it jumps aside at most [m]."""
     sections = links.sections[lane.road]
     return stretches(sections.road, [(*sections.rows[part.section], part.lane) for part in lane.parts])
 
@@ -101,6 +111,47 @@ def _on_jumps(jumps: Sequence[float]) -> Iterator[str]:
     far = [jump for jump in jumps if jump > WORTH_A_REMARK]
     if far:
         yield f"{len(far)} lanes jump aside between two sections, by up to {max(far):.2f} m, and are evened out"
+
+
+def _refuse_wide(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> None:
+    """Raises InterchangeError where a lane is wider than any is."""
+    for lane, (inner, outer) in zip(links.lanes, borders, strict=True):
+        if (width := float(np.hypot(*(outer - inner).T).max(initial=0.0))) > WIDEST:
+            road = links.sections[lane.road].road
+            message = f"lane {lane.parts[0].lane} of road `{road.id[:40]}` is {width:.4g} m wide"
+            raise InterchangeError(message, f"write widths of at most {WIDEST:g} m", road.place)
+
+
+def _on_gaps(network: OdrNetwork) -> Iterator[str]:
+    """On pieces of reference lines that do not begin where the ones before them end."""
+    gaps = {
+        road.id: max((math.dist(one.pose(two.s)[:2], two.start[:2]) for one, two in pairwise(road.pieces)), default=0.0)
+        for road in network.roads.values()
+    }
+    broken = [road for road, gap in gaps.items() if gap > WORTH_A_REMARK]
+    if broken:
+        first = max(broken, key=lambda road: gaps[road])
+        yield f"the reference line {_of(first, broken)} is broken, by up to {gaps[first]:.3g} m"
+
+
+def _on_links(network: OdrNetwork) -> Iterator[str]:
+    """On what leads to roads and junctions that are not there."""
+    there = {"road": set(network.roads), "junction": set(network.junctions)}
+    lost = [
+        road.id
+        for road in network.roads.values()
+        if any(end.id not in there.get(end.kind, ()) for end in (road.predecessor, road.successor) if end is not None)
+    ]
+    if lost:
+        yield f"a link {_of(lost[0], lost)} leads to what is not there: its lanes end"
+    lost = [each.junction for each in network.connections if not {each.incoming, each.connecting} <= there["road"]]
+    if lost:
+        yield f"junction `{lost[0][:40]}` joins roads that are not there: nobody goes that way"
+
+
+def _of(first: str, all_of_them: Sequence[str]) -> str:
+    more = f" and {len(all_of_them) - 1} more" if len(all_of_them) > 1 else ""
+    return f"of road `{first[:40]}`{more}"
 
 
 def _lane_plans(
@@ -121,6 +172,7 @@ def _lane_plans(
             lane,
             tuple(line if lane.forward else [each.turned() for each in reversed(line)]),
             strip_between(*borders[index]),
+            _bounds(lane, *borders[index]),
             float(np.average(widths, weights=lengths)) or 0.1,
             len(outward),
             name,
@@ -128,6 +180,15 @@ def _lane_plans(
             right,
             _speed_limit(links, lane, longest),
         )
+
+
+def _bounds(lane: FileLane, inner: Floats, outer: Floats) -> tuple[Floats, Floats]:
+    """Its borders as traffic sees them; pairs of points that are those before them are left out."""
+    left, right = (inner, outer) if lane.parts[0].lane < 0 else (outer, inner)
+    new = (np.hypot(*np.diff(left, axis=0).T) > SAME) | (np.hypot(*np.diff(right, axis=0).T) > SAME)
+    kept = np.concatenate([[True], new])
+    left, right = left[kept], right[kept]
+    return (left, right) if lane.forward else (right[::-1], left[::-1])
 
 
 def _speed_limit(links: Links, lane: FileLane, at: Part) -> float | None:

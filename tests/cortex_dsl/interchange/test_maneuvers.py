@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -13,10 +14,12 @@ from cortex_dsl.api.runs import OpenedRun, every_case, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
 from cortex_dsl.interchange.maneuvers.formulas import nearest_lane
+from cortex_dsl.interchange.writing import opendrive
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure
 from engine.interchange.openscenario.versions import VERSIONS
+from engine.opendrive.read import read_opendrive
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
 from engine.vocabulary import Column, State
@@ -377,3 +380,27 @@ def test_who_runs_wide_of_its_lanes_goes_along_its_trajectory(worst: ExportCase)
         re.search(r"`adversary` goes along .* it runs \d\.\d m wide of its lanes", said) for said in wide.remarks
     )
     assert not any(actor.exact for actor in maneuver_plan(worst.scenario, worst.scenes).actors)
+
+
+@pytest.mark.parametrize("name", ["village", "overtaking"])
+def test_places_lie_on_the_lanes_of_the_road(name: str, tmp_path: Path) -> None:
+    """On the roads of a file, and on curved ones: read by their road, lane and s, actors begin where they do."""
+    scenario = load(EXAMPLES[0].parent / "roads" / f"{name}.scn")
+    case = case_of(scenario)
+    (tmp_path / "road.xodr").write_bytes(next(iter(road_of(case).values())))
+    read = read_opendrive(tmp_path / "road.xodr")
+    plan = maneuver_plan(scenario, case.scenes)
+    export = maneuver_files(case, "case", ExportOptions(), "road.xodr")
+    text = export.files["case.xosc"]
+    assert isinstance(text, str)
+    assert not findings("openscenario", "1.2", text)
+    begins = ElementTree.fromstring(text).findall(".//TeleportAction/Position/LanePosition")
+    for actor, begin in zip([each for each in plan.actors if each.start.lane is not None], begins, strict=True):
+        s = eval(re.sub(r"[${}]", "", begin.attrib["s"]), {}, dict(plan.values))
+        there = read.pose(begin.attrib["roadId"], int(begin.attrib["laneId"]), s, float(begin.get("offset", "0")))
+        assert (there.x, there.y) == pytest.approx(actor.start.pose[:2], abs=0.01)
+
+
+def road_of(case: ExportCase) -> Mapping[str, bytes]:
+    files = opendrive(case, "case", ExportOptions()).files
+    return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}

@@ -1,6 +1,7 @@
 """`map`: lone roads and the roads of files, by the native line and by Scenic's."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -135,10 +136,31 @@ def test_scenic_files_read_their_map_where_it_is_there(tmp_path: Path) -> None:
     assert compiled(text.replace("\n", "\nmap road()\n", 1)).program.road_spec == LoneRoad()
 
 
+def test_maps_are_found_in_the_folders_of_a_variable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their names, whatever folder a line says; a file where the line says comes first."""
+    monkeypatch.setenv("CORTEXC_MAPS", f"{tmp_path}{os.pathsep}{ROADS}")
+    for line in (VILLAGE, VILLAGE.replace('"v', '"../maps/v'), "param map = localPath('../../CARLA/village.xodr')\n"):
+        spec = compiled(line + EGO, tmp_path).program.road_spec
+        assert isinstance(spec, MapFile)
+        assert Path(spec.path) == ROADS / "village.xodr"
+    assert codes('map opendrive("../roads/")\n' + EGO, tmp_path) == ["SCN438"]
+
+
 def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     """Nobody searches on another road than the one that lies there."""
     (tmp_path / "village.xodr").write_text("<OpenDRIVE>")
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
+
+
+def test_what_is_odd_about_a_file_is_said_once(tmp_path: Path) -> None:
+    """However many variants there are."""
+    text = (
+        (ROADS / "village.xodr")
+        .read_text()
+        .replace('elementType="road" elementId="', 'elementType="road" elementId="x', 1)
+    )
+    (tmp_path / "village.xodr").write_text(text)
+    assert codes(VILLAGE + "lane = Uniform(*network.lanes)\nego = new Car in lane.centerline\n", tmp_path) == ["SCN449"]
 
 
 def test_what_lies_at_a_point() -> None:
@@ -177,13 +199,20 @@ def test_what_a_file_can_be_asked() -> None:
     assert set(codes(text)) == {ALWAYS_TRUE}
 
 
-def test_a_map_without_what_is_asked_for_says_what_it_has() -> None:
-    """No intersection of four roads is in the village."""
-    text = VILLAGE + (
-        "i = Uniform(*filter(lambda i: i.is4Way, network.intersections))\n"
-        "ego = new Car in i.incomingLanes[0].centerline\n"
-    )
+@pytest.mark.parametrize(
+    ("line", "has"),
+    [
+        ("Uniform(*filter(lambda i: i.is4Way, network.intersections)).incomingLanes[0]", "3 roads (1)"),
+        (
+            "Uniform(*filter(lambda m: m.type is ManeuverType.U_TURN, network.intersections[0].maneuvers)).startLane",
+            "LEFT_TURN (2), RIGHT_TURN (2), STRAIGHT (2)",
+        ),
+    ],
+)
+def test_a_map_without_what_is_asked_for_says_what_it_has(line: str, has: str) -> None:
+    """No intersection of four roads is in the village, and no turn back."""
+    text = f"{VILLAGE}lane = {line}\nego = new Car in lane.centerline\n"
     with pytest.raises(CompileError) as caught:
         compiled(text)
     (found,) = caught.value.diagnostics
-    assert "3 roads (1)" in found.cure
+    assert has in found.cure

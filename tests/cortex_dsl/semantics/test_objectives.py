@@ -162,6 +162,7 @@ def test_what_follows_the_words(compiled: Compiled, value: str) -> None:
         ("gap = 3 m\nexpect always gap < 4 m\n", ["SCN490"]),
         ("gap = 3 m\nexpect always gap > 4 m\n", ["SCN491"]),
         ("expect not self.collided\n", ["SCN497"]),
+        ("param V = Range(0, 1)\nexpect V < 0.9\n", []),
         ("expect ego.speed < 2 m/s or ego in road\n", ["SCN497"]),
         ("expect (eventually ego.speed < 2 m/s) or ego in road\n", []),
         ('expect always ego.speed < 2 m/s as "risk"\n', ["SCN492"]),

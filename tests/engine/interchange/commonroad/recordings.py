@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from engine.interchange import Contact, Provenance, RecordedActor, Recording, SignalTimes
-from engine.maps import RoadSpec
+from engine.maps import MapSpec, RoadSpec
 from engine.road import build_network
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
@@ -40,7 +40,7 @@ def actor(name: str, kind: ActorKind = ActorKind.CAR) -> RecordedActor:
 
 
 def recording(
-    *kinds: ActorKind, samples: int = 4, road: RoadSpec = ROAD, signals: SignalTimes | None = None
+    *kinds: ActorKind, samples: int = 4, road: MapSpec = ROAD, signals: SignalTimes | None = None
 ) -> Recording:
     """The ego, a car, and one more of each kind; obstacles stand."""
     network, kinds = build_network(road), (ActorKind.CAR, *kinds)

@@ -1,17 +1,20 @@
 """Lanelets are our lanes, and fit together to the last bit."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from engine.interchange.commonroad.road import Lanelet, lanelets
+from engine.interchange.commonroad.lanelets import Lanelet, lanelets
 from engine.maps import RoadSpec
 from engine.road import LaneRole, build_network
+from engine.road.opendrive.network import map_file
 from engine.road.sections import to_left, to_right
 from tests.engine.interchange.opendrive.reading_back import specs
 
+VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 few = settings(max_examples=25, deadline=None)
 
 
@@ -87,3 +90,35 @@ def test_left_hand_traffic_has_its_middle_on_the_right() -> None:
                 middle, kerb = lanelet.beside_left, lanelet.beside_right
                 assert (middle is None) == left_hand
                 assert (kerb is None) != left_hand
+
+
+def test_lanes_of_a_file_have_its_borders() -> None:
+    """On both sides of the centre line, also where they widen; ends meet, and neighbours know each other."""
+    network = build_network(map_file(VILLAGE, "village.xodr"))
+    made_of = lanelets(network)
+    widths: set[float] = set()
+    for lanelet in made_of:
+        assert len(lanelet.left) == len(lanelet.right) >= 2
+        for left, right in zip(lanelet.left, lanelet.right, strict=True):
+            x, y = 0.5 * (left + right)
+            path = lanelet.lane.path
+            pose = network.paths.pose(path, network.paths.project(path, x, y))
+            assert network.paths.distance(path, x, y) < 0.02
+            aside = [
+                (p[1] - pose.y) * math.cos(pose.heading) - (p[0] - pose.x) * math.sin(pose.heading)
+                for p in (left, right)
+            ]
+            assert aside[0] >= 0.0 >= aside[1]
+            widths.add(round(aside[0] - aside[1], 1))
+        for successor in lanelet.lane.successors:
+            after = made_of[successor.id]
+            assert np.hypot(*(lanelet.left[-1] - after.left[0])) < 0.02
+            assert np.hypot(*(lanelet.right[-1] - after.right[0])) < 0.02
+        for beside, is_left in ((lanelet.beside_left, True), (lanelet.beside_right, False)):
+            if beside is not None:
+                other = made_of[beside.lane]
+                back = other.beside_right if is_left == beside.same_direction else other.beside_left
+                assert back is not None
+                assert back.lane == lanelet.lane.id
+    assert len(widths) > 2
+    assert any(lanelet.beside_left is not None for lanelet in made_of)

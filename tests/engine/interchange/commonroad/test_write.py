@@ -21,11 +21,13 @@ from engine.interchange.commonroad.write import benchmark_id
 from engine.interchange.xml import decimal
 from engine.maps import RoadSpec
 from engine.road import build_network
+from engine.road.opendrive.network import map_file
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, STEP, absent, actor, crash, recording
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.schemas import findings
 
+VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 GOLDEN = Path(__file__).parent / "golden"
 NUMBER = r"[1-9][0-9]*"
 
@@ -73,6 +75,15 @@ def test_every_road_is_valid(spec: RoadSpec) -> None:
         for way in ("Straight", "Left", "Right")
     ]
     assert sorted(sum(successors, ())) == sorted(maneuver.connecting + 1 for maneuver in network.maneuvers)
+
+
+def test_the_road_of_a_file_is_valid() -> None:
+    """With its own lanes, and an intersection for each junction."""
+    spec = map_file(VILLAGE, "village.xodr")
+    root, network = scenario(recording(road=spec)), build_network(spec)
+    assert len(root.findall("lanelet")) == len(network.lanes)
+    assert len(root.findall("intersection")) == len(network.intersections)
+    assert not root.findall("lanelet/stopLine")
 
 
 @pytest.mark.parametrize("left_hand", [False, True])

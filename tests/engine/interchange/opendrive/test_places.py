@@ -3,6 +3,7 @@
 import cmath
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +17,12 @@ from engine.interchange.opendrive import road_map, write_opendrive
 from engine.interchange.xml import Node
 from engine.maps import RoadSpec
 from engine.opendrive.curves import CURVES, Pose, arc, clothoid, read_piece
+from engine.opendrive.read import read_opendrive
 from engine.road import LaneRole
+from engine.road.opendrive.network import map_file
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
+
+VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 
 few = settings(max_examples=25, deadline=None)
 
@@ -99,6 +104,18 @@ def test_bounds_hold_the_road(spec: RoadSpec) -> None:
     west, south, east, north = (number(header, side) for side in ("west", "south", "east", "north"))
     assert (corners >= np.array([west, south]) - 1e-9).all()
     assert (corners <= np.array([east, north]) + 1e-9).all()
+
+
+def test_places_of_a_file_are_its_own() -> None:
+    """Read in that file they lie on our centre lines."""
+    spec = map_file(VILLAGE, "village.xodr")
+    roads, read = road_map(spec), read_opendrive(VILLAGE)
+    for lane in roads.network.lanes:
+        for along in np.linspace(0.01, 0.99, 15) * lane.length:
+            place, ours = roads.place(lane.id, along), roads.network.paths.pose(lane.path, along)
+            there = read.pose(*place)
+            assert (there.x, there.y) == pytest.approx((ours.x, ours.y), abs=0.006)
+            assert math.cos(there.heading - ours.heading) > 0.99
 
 
 def test_places_run_against_the_road_on_the_other_side() -> None:

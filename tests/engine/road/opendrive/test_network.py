@@ -205,6 +205,7 @@ DRIVEN = ROAD.replace("{}", "driving")
         (BOMB, "entit"),
         ("<OpenDRIVE/>", "no road"),
         ("<OpenDRIVE>" + ROAD.replace("{}", "sidewalk").format(link="") + "</OpenDRIVE>", "no lane to drive on"),
+        ("<OpenDRIVE>" + DRIVEN.format(link="").replace('a="3"', 'a="1e9"') + "</OpenDRIVE>", r"1e\+09 m wide"),
     ],
 )
 def test_bad_files(text: str, message: str, tmp_path: Path) -> None:
@@ -231,6 +232,19 @@ def test_links_to_nowhere_end_the_road(link: str, tmp_path: Path) -> None:
     network = read(path)
     assert [lane.successors for lane in network.lanes] == [()]
     assert network.lanes[0].role is LaneRole.THROUGH
+    assert ["leads to what is not there" in each for each in network.remarks] == ([] if '"1"' in link else [True])
+
+
+def test_gaps_and_junctions_of_roads_that_are_not_there_are_told(tmp_path: Path) -> None:
+    """And the map is read as far as it goes."""
+    path = tmp_path / "odd.xodr"
+    piece = '<geometry s="{}" x="{}" y="0" hdg="0" length="4.5"><line/></geometry>'
+    plan = f"<planView>{piece.format(0, 0)}{piece.format(4.5, 4.6)}</planView>"
+    junction = '<junction id="5"><connection id="0" incomingRoad="1" connectingRoad="42"/></junction>'
+    path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace(PLAN, plan) + junction + "</OpenDRIVE>")
+    gap, lost = read(path).remarks
+    assert gap == "the reference line of road `1` is broken, by up to 0.1 m"
+    assert lost == "junction `5` joins roads that are not there: nobody goes that way"
 
 
 def test_a_lane_of_no_width(tmp_path: Path) -> None:

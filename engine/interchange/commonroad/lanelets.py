@@ -1,0 +1,136 @@
+"""Our lanes as lanelets: two bounds of equally many points, with the lanes beside it.
+
+Points that several bounds share are the same to the last bit: along a neighbour, and from a lane to its successors.
+Lanes of a file have the borders of that file, and neighbours where one border is all along the other.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from engine.road.junction import CHORD_TOLERANCE
+from engine.road.network import Lane, Network
+from engine.tables import Floats
+
+SAME = 1e-6
+"""Points of bounds closer than this are one [m]; as `PathBook` joins paths."""
+
+
+ONE_BORDER = 0.1
+"""Borders of two lanes of a file whose ends are nearer are one [m]."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A neighbour of a lane."""
+
+    lane: int
+    same_direction: bool
+
+
+@dataclass(frozen=True)
+class Lanelet:
+    """One lane; bounds are (n, 2) [m] in its direction."""
+
+    lane: Lane
+    left: Floats
+    right: Floats
+    beside_left: Beside | None
+    beside_right: Beside | None
+
+
+def lanelets(network: Network) -> tuple[Lanelet, ...]:
+    """All lanes, connecting ones too, in the order of `network.lanes`."""
+    rows, shared = _rows(network), _SharedPoints()
+    if network.bounds:
+        beside_left, beside_right = (_beside_in_file(network, side) for side in (0, 1))
+    else:
+        inwards, outwards = _neighbours(network, rows)
+        beside_left, beside_right = (outwards, inwards) if network.left_hand else (inwards, outwards)
+    chords = {lane.id: _chords(row) for row in rows for lane in row}
+
+    def lanelet(lane: Lane) -> Lanelet:
+        if lane.id in network.bounds:
+            left, right = (np.array([shared.point(x, y) for x, y in bound]) for bound in network.bounds[lane.id])
+        else:
+            left, right = (_bound(lane, side, chords[lane.id], shared) for side in (1.0, -1.0))
+        return Lanelet(lane, left, right, beside_left.get(lane.id), beside_right.get(lane.id))
+
+    return tuple(map(lanelet, network.lanes))
+
+
+# -- who lies beside whom
+
+
+def _rows(network: Network) -> list[tuple[Lane, ...]]:
+    """Lanes of one direction side by side, from the kerb to the middle; each lane is in a row."""
+    rows = [group.lanes for road in network.roads for group in road.groups]
+    turns: dict[tuple[int, str, str, int], list[Lane]] = defaultdict(list)
+    for maneuver in network.maneuvers:
+        start, end = maneuver.start_lane, maneuver.end_lane
+        turns[maneuver.intersection_id, start.road, end.road, end.number - start.number].append(
+            maneuver.connecting_lane
+        )
+    return rows + [tuple(sorted(row, key=lambda lane: lane.number)) for row in turns.values()]
+
+
+def _neighbours(network: Network, rows: list[tuple[Lane, ...]]) -> tuple[dict[int, Beside], dict[int, Beside]]:
+    """Per lane the one towards the middle of the road, and the one towards its kerb."""
+    inwards: dict[int, Beside] = {}
+    outwards: dict[int, Beside] = {}
+    for row in rows:
+        for outer, inner in pairwise(row):
+            inwards[outer.id], outwards[inner.id] = Beside(inner.id, True), Beside(outer.id, True)
+    for forward, backward in (road.groups for road in network.roads if len(road.groups) == 2):
+        coming, leaving = forward.lanes[-1].id, backward.lanes[-1].id
+        inwards[coming], inwards[leaving] = Beside(leaving, False), Beside(coming, False)
+    return inwards, outwards
+
+
+def _beside_in_file(network: Network, side: int) -> dict[int, Beside]:
+    """Per lane of a file the one on its left (side 0) or right (1), where both have that border all along."""
+    found: dict[int, Beside] = {}
+    for lane, others in (network.links.beside or {}).items():
+        other = others[side]
+        if other is None:
+            continue
+        same = network.lanes[lane].forward is network.lanes[other].forward
+        mine = network.bounds[lane][side]
+        theirs = network.bounds[other][1 - side] if same else network.bounds[other][side][::-1]
+        if max(np.hypot(*(mine[end] - theirs[end])) for end in (0, -1)) < ONE_BORDER:
+            found[lane] = Beside(other, same)
+    return found
+
+
+# -- bounds
+
+
+def _chords(row: tuple[Lane, ...]) -> int:
+    """Equal chords that each lane of a row is cut into: enough for the widest of its arcs."""
+    return max(len(lane.network.paths.stations(lane.path, CHORD_TOLERANCE)) - 1 for lane in row)
+
+
+def _bound(lane: Lane, side: float, chords: int, shared: "_SharedPoints") -> Floats:
+    """The left (side 1) or right (side -1) bound."""
+    paths, shift = lane.network.paths, side * 0.5 * lane.width
+    poses = [paths.pose(lane.path, lane.length * (i / chords)) for i in range(chords + 1)]
+    return np.array(
+        [shared.point(p.x - shift * np.sin(p.heading), p.y + shift * np.cos(p.heading)) for p in poses]
+    )  # fmt: skip
+
+
+class _SharedPoints:
+    """Points of all bounds: one that was there before, up to rounding, comes back as it was."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, int], tuple[float, float]] = {}
+
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        column, row = round(x / SAME), round(y / SAME)
+        for near in ((column + i, row + j) for i in (0, -1, 1) for j in (0, -1, 1)):
+            if near in self._known:
+                return self._known[near]
+        self._known[column, row] = float(x), float(y)
+        return self._known[column, row]
