@@ -39,8 +39,11 @@ def compare(script: Path, folder: Path, count: int, python: str, *, as_json: boo
         print(f"the map of {script} is not in {folder}")
         return 1
     asked = subprocess.run(
-        [python, str(ASK), str(script), path, str(count), str(SEED)], capture_output=True, text=True, check=True
+        [python, str(ASK), str(script), path, str(count), str(SEED)], capture_output=True, text=True, check=False
     )
+    if asked.returncode:
+        print(f"Scenic does not sample {script.name}: {(asked.stderr.strip().splitlines() or ['no reason'])[-1][:200]}")
+        return 1
     theirs = quantities(np.array(json.loads(asked.stdout.strip().splitlines()[-1])))
     keys = key_rows(SEED, Method.SAMPLE, 0, 0, range(MORE * count))
     config = replace(scenario.config.simulation, max_attempts=100_000)

@@ -6,16 +6,18 @@ python sample_scenic.py FILE.scenic MAP.xodr COUNT SEED
 import json
 import random
 import sys
+from pathlib import Path
 
 import numpy
 import scenic
 
 
 def drawn(script: str, path: str, count: int, seed: int) -> list[list[list[float]]]:
-    """By scene and object: x, y, heading from north."""
+    """By scene and object: x, y, heading from north. What Verifai would search is drawn evenly."""
     random.seed(seed)
     numpy.random.seed(seed)
-    scenario = scenic.scenarioFromFile(script, params={"map": path}, model="scenic.domains.driving.model", mode2D=True)
+    text = Path(script).read_text(encoding="utf-8").replace("Verifai", "")
+    scenario = scenic.scenarioFromString(text, params={"map": path}, model="scenic.domains.driving.model", mode2D=True)
     scenes = (scenario.generate(maxIterations=100_000)[0] for _ in range(count))
     return [[[each.position.x, each.position.y, each.heading] for each in scene.objects] for scene in scenes]
 

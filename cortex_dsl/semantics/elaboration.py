@@ -42,6 +42,7 @@ from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec
 from engine.program import Settings
+from engine.road.network import Network
 
 NO_OVERRIDES: Mapping[str, str] = {}
 
@@ -205,18 +206,31 @@ def _how_to_have_options(file: FileContext, span: Span) -> str:
     has = _intersections(file) if re.search(r"is[34]Way", file.source.slice(span)) else ""
     if has:
         return f"choose another map, or other intersections: this one has some of {has}"
+    if "ManeuverType." in file.source.slice(span) and (has := _maneuvers(file)):
+        return f"choose another map, or other maneuvers: this one has some of {has}"
     if "U_TURN" in file.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
     return "widen the filter, or choose another map"
 
 
+def _network_of_file(file: FileContext) -> Network | None:
+    """The roads of an OpenDRIVE file; others have what their `map` line says."""
+    network = next(iter(file.networks.values()), None)
+    return network if network is not None and isinstance(network.spec, MapFile) else None
+
+
 def _intersections(file: FileContext) -> str:
     """How many roads meet at the intersections of a file's map, and how many such there are."""
-    network = next(iter(file.networks.values()), None)
-    if network is None or not isinstance(network.spec, MapFile):
-        return ""
-    counts = Counter(len(intersection.legs) for intersection in network.intersections)
+    network = _network_of_file(file)
+    counts = Counter(len(each.legs) for each in network.intersections) if network else {}
     return ", ".join(f"{ways} roads ({count})" for ways, count in sorted(counts.items()))
+
+
+def _maneuvers(file: FileContext) -> str:
+    """Which types of maneuvers a file's map has, and how many of each."""
+    network = _network_of_file(file)
+    counts = Counter(each.type.name for each in network.maneuvers) if network else {}
+    return ", ".join(f"{kind} ({count})" for kind, count in sorted(counts.items()))
 
 
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:

@@ -199,13 +199,20 @@ def test_what_a_file_can_be_asked() -> None:
     assert set(codes(text)) == {ALWAYS_TRUE}
 
 
-def test_a_map_without_what_is_asked_for_says_what_it_has() -> None:
-    """No intersection of four roads is in the village."""
-    text = VILLAGE + (
-        "i = Uniform(*filter(lambda i: i.is4Way, network.intersections))\n"
-        "ego = new Car in i.incomingLanes[0].centerline\n"
-    )
+@pytest.mark.parametrize(
+    ("line", "has"),
+    [
+        ("Uniform(*filter(lambda i: i.is4Way, network.intersections)).incomingLanes[0]", "3 roads (1)"),
+        (
+            "Uniform(*filter(lambda m: m.type is ManeuverType.U_TURN, network.intersections[0].maneuvers)).startLane",
+            "LEFT_TURN (2), RIGHT_TURN (2), STRAIGHT (2)",
+        ),
+    ],
+)
+def test_a_map_without_what_is_asked_for_says_what_it_has(line: str, has: str) -> None:
+    """No intersection of four roads is in the village, and no turn back."""
+    text = f"{VILLAGE}lane = {line}\nego = new Car in lane.centerline\n"
     with pytest.raises(CompileError) as caught:
         compiled(text)
     (found,) = caught.value.diagnostics
-    assert "3 roads (1)" in found.cure
+    assert has in found.cure
