@@ -86,6 +86,15 @@ STAND_INS: Mapping[str, StandIn] = {
     "EmergencyBrakeBehavior": StandIn(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"
     ),
+    **dict.fromkeys(
+        ("RSSBehavior", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
+        StandIn(("behavior",), ("do behavior",), "it drives as the behavior that it is given, and brakes for nobody"),
+    ),
+    "LaneChoosingBehavior": StandIn(
+        ("target_speed=10",),
+        ("do FollowLaneBehavior(target_speed=target_speed)",),
+        "it keeps its lane and its speed, also behind others",
+    ),
     "WalkForwardBehavior": StandIn(
         ("speed=0.5",),
         ("while True:", "    take SetWalkingDirectionAction(self.heading), SetWalkingSpeedAction(speed)"),
