@@ -135,8 +135,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     `actor` is the actor whose turn it is; it has no meaning for rules and monitors, whose code sets no commands.
     """
     code, registers = plan.code, run.registers
-    run.status[Status.TURN] = actor
-    signal, detail, arrivals = OUT_OF_BUDGET, -1, 0
+    run.status[Status.TURN], run.status[Status.ARRIVALS] = actor, 0
+    signal, detail = OUT_OF_BUDGET, -1
     for _ in range(plan.layout.budget):
         op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
         row += 1
@@ -193,11 +193,11 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.FOLLOW:
             if _follow(plan, run, _now(run), _me(run), row - 1):
                 row = int(code[row - 1, 5])
-                arrivals += 1
+                run.status[Status.ARRIVALS] += 1
         elif op == Op.REPLAY:
             if follow_track(plan, run, _me(run), row - 1):
                 row = int(code[row - 1, 4])
-                arrivals += 1
+                run.status[Status.ARRIVALS] += 1
         elif op == Op.HOLD_SPEED:
             _hold_speed(plan, run, _now(run), _me(run), registers[a])
         elif op == Op.TERMINATE:
@@ -213,7 +213,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         else:
             signal = SEGMENT_ENDED
             break
-    signal = HALTED if signal == OUT_OF_BUDGET and arrivals > 1 else signal  # at the end of a way, round and round
+    if signal == OUT_OF_BUDGET and run.status[Status.ARRIVALS] > 1:  # at the end of a way, round and round
+        signal = HALTED
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import Box, View, shortest_turn
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import Leg
 from engine.kernels.noticing import look_past
 from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
@@ -136,7 +136,7 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along)
 
 
-@kernel
+@shared
 def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
     """`Op.CROSSING`, at a row of step code."""
     code, registers = plan.code, run.registers

@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.conflict import snapshot, time_to_collision
-from engine.kernels.jit import kernel
+from engine.kernels.jit import allocating, kernel
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.tables import Floats, Ints
 from engine.vocabulary import State
@@ -43,7 +43,7 @@ class Crowd(NamedTuple):
     """(actors,) the longest way of a step [m]; infinite where the actor is missing for a while."""
 
 
-@kernel
+@allocating
 def near_windows(crowd: Crowd, near: float, most: int) -> Ints:
     """(windows, 4): one, other, first and last step between which the two are there without a gap and whose ends are
     the first and last at which their centres are nearer than `near` [m]. No more than `most` windows.
@@ -113,7 +113,7 @@ def _next_window(crowd: Crowd, one: int, other: int, step: int, end: int, near: 
     return first, last, step
 
 
-@kernel
+@allocating
 def judge_windows(crowd: Crowd, windows: Ints, time_step: float) -> Floats:
     """(windows, COLUMNS): metrics of each pair in its window, up to the contact of the two; times [s] count from the
     recording's first step. Others, and what they touch, have no part in it.

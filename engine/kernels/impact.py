@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from engine.kernels.contact import ROW, Body, Contact, Row, lay_out, push, speed_along
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import allocating, inlined, kernel
 from engine.tables import Floats
 
 LEAST_RESTITUTION_SPEED = 0.1
@@ -39,7 +39,7 @@ SINGULAR = 1e-11
 # -- what the contacts of an instant do --------------------------------------------------------------------------------
 
 
-@kernel
+@allocating
 def resolve(bodies: Floats, contacts: Floats, restitution: float, friction: float) -> None:
     """Give all bodies their velocities after the impact, and all contacts their impulses."""
     rows = np.zeros((3 * len(contacts), ROW))
@@ -125,7 +125,7 @@ def _sweep(
 # -- the equations that hold in the end --------------------------------------------------------------------------------
 
 
-@kernel
+@allocating
 def _solve_equations(
     bodies: Floats,
     contacts: Floats,
@@ -191,7 +191,7 @@ def _push_with_slip(bodies: Floats, contacts: Floats, rows: Floats, slips: Float
         push(bodies, contacts, rows, tangent, slips[tangent] * impulse)
 
 
-@kernel
+@allocating
 def _eliminate(matrix: Floats, wanted: Floats) -> None:
     """Solve in place by Gauss's elimination with pivots from all that is left; unknowns that repeat others are 0."""
     size = len(wanted)
@@ -273,7 +273,7 @@ def _work(contacts: Floats, rows: Floats, impulses: Floats, bodies: Floats) -> f
     return work
 
 
-@kernel
+@allocating
 def _lessen(bodies: Floats, contacts: Floats, rows: Floats, impulses: Floats, bouncing: Floats, before: Floats) -> None:
     """Mix the impulses without restitution with those that bounced: as much of these as brings no energy.
 

@@ -1,13 +1,14 @@
-"""`@kernel`, `@inlined` and `@shared`, the decorators of all compiled functions, and the cache that makes them start at
-once.
+"""`@kernel`, `@allocating`, `@inlined` and `@shared`, the decorators of all compiled functions, and the cache that
+makes them start at once.
 
 A `@kernel` is compiled on Python's first call and kept on disk; another kernel contains it, so what many contain and
 takes long is `@shared`: compiled once, called by all others. An `@inlined` function is always copied into its caller
 and counts no references: numba passes each array as seven or more words and counts references to it with atomic
 instructions, so a call that hands on a `RoadTables` costs tens of nanoseconds, and reading a field of a nested tuple of
-arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. Such a function may neither
-make arrays nor return them (numba refuses the former): it reads and writes what its caller owns. A kernel that it calls
-may: numba would have the callee count references only where the caller does, so each says what it does.
+arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. A kernel counts none either
+where another one contains it. Such functions may neither make arrays nor return them (numba refuses the former): they
+read and write what their caller owns. What does make some is `@allocating`. Each says so itself, since numba would have
+a callee do as the first caller does that has it compiled.
 
 The cache is named by contents: one compilation for a user, however many clones and environments there are. Any edit of
 a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
@@ -53,6 +54,11 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
+    return _compiled(function, {}, {"_nrt": False})
+
+
+def allocating(function: Function) -> Function:
+    """Compile like `@kernel` what makes arrays or returns them: references are counted wherever it is contained."""
     return _compiled(function, {}, {"_nrt": True})
 
 

@@ -218,6 +218,8 @@ class Status(IntEnum):
     """1 between the rules and the turns of a sample, while drivers are asked outside."""
     TURN = 13
     """The actor whose turn it is."""
+    ARRIVALS = 14
+    """How many ways have come to their ends in this turn."""
 
 
 RUNNING = -1

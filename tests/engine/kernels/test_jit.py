@@ -37,9 +37,9 @@ def outer(x):
 """
 MAKING = """
 import numpy as np
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import allocating, inlined, kernel
 
-@kernel
+@allocating
 def made(count):
     return np.full(count, 2.0).sum()
 
@@ -279,10 +279,17 @@ def test_folders_long_unused_are_removed(installation: Installation) -> None:
     assert sorted(cache.iterdir()) == sorted([current, *(cache / f"numba-{age:016x}" for age in range(8))])
 
 
-def test_a_kernel_makes_arrays_whoever_calls_it_first(installation: Installation) -> None:
+def test_what_makes_arrays_does_so_whoever_calls_it_first(installation: Installation) -> None:
     """Also where that is an inlined function, which counts no references."""
     (installation.package / "kernels" / "outer.py").write_text(MAKING)
     assert installation.run()[1] == 200.0
+
+
+def test_a_kernel_counts_no_references_where_another_contains_it(installation: Installation) -> None:
+    """So it is slow for nobody, and one that makes arrays is refused by whom contains it first."""
+    making = MAKING.replace("allocating\ndef", "kernel\ndef")
+    (installation.package / "kernels" / "outer.py").write_text(making)
+    assert "NRT required but not enabled" in installation.start().communicate()[1]
 
 
 def test_runs_without_compiler(installation: Installation) -> None:
