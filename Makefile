@@ -74,6 +74,7 @@ bench: install
 
 validate: dev
 	$(PYTHON) -m benchmarks.validation $(ARGS)
+	$(PYTHON) -m benchmarks.adversary
 
 install: $(VENV)/.installed
 dev: $(VENV)/.installed-dev $(VENV)/.installed-schemas

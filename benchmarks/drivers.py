@@ -52,6 +52,10 @@ DRIVERS = {
     "gap acceptance + brake": "EmergencyBrakeBehavior(GapAcceptanceBehavior({speed}, {way}))",
     "IDM": "CarFollowingBehavior({speed}, {way})",
     "IDM + brake": "EmergencyBrakeBehavior(CarFollowingBehavior({speed}, {way}))",
+    "RSS": "RSSBehavior(FollowTrajectoryBehavior({speed}, {way}))",
+    "careful driver": "CarefulDriverBehavior(FollowTrajectoryBehavior({speed}, {way}))",
+    "fuzzy safety": "FuzzySafetyBehavior(FollowTrajectoryBehavior({speed}, {way}))",
+    "IDM + MOBIL": "LaneChoosingBehavior({speed})",
     "gives way": "GivingWayBehavior({speed}, {way})",
 }
 """What each is in the language; `straight brake`: of constant velocities, as it was before 0.3."""
@@ -80,16 +84,25 @@ class Row:
     lost: float
 
 
+def goes_there(file: str, driver: str) -> bool:
+    """Whether a driver can be told the way of the ego; who chooses lanes follows none."""
+    return "{way}" in DRIVERS[driver] or (file not in EXAMPLES and _of_suite(file)[3] is None)
+
+
 def text_of(file: str, driver: str) -> str:
     """The file with a driver at the wheel of its ego."""
     if file in EXAMPLES:
         return _example(file, driver)
+    text, start, end, way = _of_suite(file)
+    return _ended(text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:], PASSED)
+
+
+def _of_suite(file: str) -> tuple[str, int, int, str | None]:
+    """The text of a file of the suite, where the behavior of its ego begins and ends, and the ego's way."""
     text = (ROOT / "benchmarks" / "suite" / f"{file}.scn").read_text()
     start = text.index("with behavior ", text.index("ego = new Car")) + len("with behavior ")
     end = _end_of_call(text, start)
-    way = next((way for way in ("ahead", "turn") if f"EGO_SPEED, {way}" in text[start:end]), None)
-    text = text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:]
-    return _ended(text, PASSED)
+    return text, start, end, next((way for way in ("ahead", "turn") if f"EGO_SPEED, {way}" in text[start:end]), None)
 
 
 def _example(file: str, driver: str) -> str:
@@ -227,7 +240,8 @@ def main(arguments: list[str]) -> int:
     suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
     groups = {"suite": suite, "all": [*EXAMPLES, *suite]}
     files = groups.get(options.files) or options.files.split(",")
-    made = [row for file in files for row in rows(file, options.drivers.split(","), options.scenes, options.jobs)]
+    drivers = {file: [each for each in options.drivers.split(",") if goes_there(file, each)] for file in files}
+    made = [row for file in files for row in rows(file, drivers[file], options.scenes, options.jobs)]
     print(json.dumps([asdict(row) for row in made]) if options.json else table(made))
     return 0
 

@@ -317,8 +317,8 @@ yaw, type, role, subtype), or
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
   timestamp_ms, vx and vy; a `frame` needs --rate
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
-esmini, SUMO (FCD), CARLA and CommonRoad are known by their columns, and read
-with their own units and conventions; leave their files beside one another."""
+esmini, SUMO (FCD), CARLA, CommonRoad and OSI are known by what is in them, and
+read with their units and conventions; leave their files beside one another."""
 USAGE = "FILE [--ego NAME] [--to FORMATS] [options]"
 USAGE_OF_ALL = "FILE [--ego NAME | --all] [--to FORMATS] [options]"
 

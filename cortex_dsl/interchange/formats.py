@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from engine.interchange.recording import Recording
 
 TABLES = (".csv", ".parquet")
-LOGS = (".xml", ".txt", ".log", ".mcap")
+LOGS = (".xml", ".txt", ".log", ".osi", ".mcap")
 SCENARIO = ".xosc"
 RECORDINGS = (*TABLES, *LOGS, SCENARIO)
 """Suffixes of the recordings that are read: tables of trajectories, what simulators and data sets write otherwise (see

@@ -42,6 +42,8 @@ BEGINNING = 120.0
 """Until it has answered the first line [s]: it may load weights."""
 STARTS = 3
 """Without an answer, after which there is nothing to be had."""
+ROOM = 1 << 20
+"""Of the pipe to it [bytes]; Linux gives 65,536 unless asked, and to users at most so many."""
 TAIL = 300
 """Characters of what it printed that a message quotes."""
 
@@ -110,11 +112,11 @@ class Stack:
         question = b"".join(
             (
                 np.int64(running.questions).astype("<i8").tobytes(),
-                (np.zeros(count) if times is None else times).astype("<f8").tobytes(),
-                self._keys.astype("<i8").tobytes(),
+                (np.zeros(count) if times is None else times).astype("<f8", copy=False).tobytes(),
+                self._keys.astype("<i8", copy=False).tobytes(),
                 self._fresh.astype(np.uint8).tobytes(),
                 active.astype(np.uint8).tobytes(),
-                observations.astype("<f8").tobytes(),
+                observations.astype("<f8", copy=False).tobytes(),
             )
         )
         size = (count, len(self._header["actions"]))
@@ -175,6 +177,7 @@ class Stack:
             os.close(theirs_read)
             os.close(theirs_write)
         os.set_blocking(write, False)
+        _widen(write)
         return _Running(process, read, write, log)
 
     def _check(self, answer: bytes) -> None:
@@ -238,6 +241,14 @@ class Stack:
         running.log.seek(0)
         text = running.log.read().decode(errors="replace").strip()
         self._said = f"; it printed: …{text[-TAIL:]}" if len(text) > TAIL else f"; it printed: {text}" if text else ""
+
+
+def _widen(pipe: int) -> None:
+    """Make room for a whole question, where the system lets us, so that the stack is not woken for each part of it."""
+    with suppress(ImportError, AttributeError, OSError):
+        import fcntl
+
+        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, ROOM)
 
 
 def _ending(code: int | None) -> str:

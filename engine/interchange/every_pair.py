@@ -40,6 +40,8 @@ NEAREST = PLACES.index(ROWS.index("min_distance"))
 NEAR = 50.0
 """Farther apart than this, centres of two have no window [m]."""
 MOST_WINDOWS = 1_000_000
+MOST_JUDGED = 100_000_000
+"""Samples of all windows: more take minutes."""
 MOST_ROWS = 8_000_000
 """Samples of all actors; a kernel holds them in 0.6 GB."""
 
@@ -96,6 +98,9 @@ def rank_pairs(
     if len(windows) >= MOST_WINDOWS:
         cure = "look nearer, as in --near 20, or at a part of it"
         raise InterchangeError(f"more than {MOST_WINDOWS:,} times two come near", cure, tracks.file)
+    if (judged := int((windows[:, 3] - windows[:, 2] + 1).sum())) > MOST_JUDGED:
+        cure = "look nearer, as in --near 20, or take a longer step"
+        raise InterchangeError(f"pairs are near one another at {judged:,} samples", cure, tracks.file)
     rows = judge_windows(crowd, windows, on)
     _judge_between_steps(tracks, windows, rows, on)
     remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own))
@@ -247,19 +252,20 @@ def _taken(outcomes: Outcomes, order: Ints) -> Outcomes:
 def _after_contact(windows: Ints, outcomes: Outcomes, actors: int) -> Bools:
     """(windows,) whether one of the two had touched a third before they were nearest."""
     when: Floats = outcomes.min_distance_time[:, 0]
-    pairs = _pairs(windows)
-    touches: list[list[tuple[float, int]]] = [[] for _ in range(actors)]
-    for row in np.flatnonzero(outcomes.collided).tolist():
-        one, other = pairs[row]
-        touches[one].append((float(when[row]), other))
-        touches[other].append((float(when[row]), one))
-
-    def before(actor: int, partner: int, nearest: float) -> bool:
-        return any(time < nearest and met != partner for time, met in touches[actor])
-
-    return np.array(
-        [before(a, b, t) or before(b, a, t) for (a, b), t in zip(pairs, when.tolist(), strict=True)], dtype=np.bool_
-    )
+    whom = np.full(actors, -1)
+    first, second = np.full(actors, math.inf), np.full(actors, math.inf)  # the latter of another partner
+    touched = np.flatnonzero(outcomes.collided)
+    for row in touched[np.argsort(when[touched], kind="stable")].tolist():
+        one, other = (int(actor) for actor in windows[row, :2])
+        for actor, met in ((one, other), (other, one)):
+            if whom[actor] < 0:
+                whom[actor], first[actor] = met, when[row]
+            elif whom[actor] != met:
+                second[actor] = min(second[actor], when[row])
+    found = np.zeros(len(windows), dtype=np.bool_)
+    for actor, partner in (windows[:, :2].T, windows[:, 1::-1].T):
+        found |= np.where(whom[actor] == partner, second[actor], first[actor]) < when
+    return found
 
 
 def _pairs(windows: Ints) -> list[tuple[int, int]]:

@@ -74,6 +74,13 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
             "engine.interchange.logs.carla:read_recorder",
             "centimetres and degrees, y points right of x: they become metres, radians and y left of x",
         ),
+        "OSI": Source(
+            "a trace of OSI's GroundTruth",
+            (".osi",),
+            b"",
+            "engine.interchange.logs.osi:read_osi",
+            "protobuf messages behind their lengths; positions and velocities are those of the boxes' centres",
+        ),
         "MCAP": Source(
             "an MCAP of ours",
             (".mcap",),

@@ -20,7 +20,7 @@ SHARED_FUNCTIONS = frozenset(
         "Range", "Normal", "TruncatedNormal", "Uniform", "Discrete", "DiscreteRange", "abs", "min", "max", "sum",
         "hypot", "sin", "cos", "round", "len", "filter", "map", "any", "all", "range", "list", "tuple", "localPath",
         "withinDistanceToAnyObjs", "withinDistanceToAnyCars", "withinDistanceToAnyPedestrians",
-        "withinDistanceToObjsInLane", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
+        "withinDistanceToObjsInLane", "resample", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
         "SetReverseAction",
     }
 )  # fmt: skip
@@ -85,6 +85,15 @@ STAND_INS: Mapping[str, StandIn] = {
     ),
     "EmergencyBrakeBehavior": StandIn(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"
+    ),
+    **dict.fromkeys(
+        ("RSSBehavior", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
+        StandIn(("behavior",), ("do behavior",), "it drives as the behavior that it is given, and brakes for nobody"),
+    ),
+    "LaneChoosingBehavior": StandIn(
+        ("target_speed=10",),
+        ("do FollowLaneBehavior(target_speed=target_speed)",),
+        "it keeps its lane and its speed, also behind others",
     ),
     "WalkForwardBehavior": StandIn(
         ("speed=0.5",),

@@ -10,7 +10,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting import caution, external, following, giving_way, replaying
+from cortex_dsl.semantics.acting import (
+    braking,
+    caution,
+    choosing_lanes,
+    external,
+    following,
+    giving_way,
+    replaying,
+    safety_models,
+)
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
@@ -45,7 +54,11 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "GapAcceptanceBehavior": caution.accept_gap,
     "GivingWayBehavior": giving_way.give_way,
     "LaneChangeBehavior": following.change_lane,
-    "EmergencyBrakeBehavior": caution.emergency_brake,
+    "LaneChoosingBehavior": choosing_lanes.choose_lane,
+    "EmergencyBrakeBehavior": braking.emergency_brake,
+    "RSSBehavior": safety_models.responsibility,
+    "CarefulDriverBehavior": safety_models.careful_driver,
+    "FuzzySafetyBehavior": safety_models.fuzzy_safety,
     "DriveAvoidingCollisions": caution.drive_avoiding,
     "CrossingBehavior": caution.cross,
     "WalkForwardBehavior": caution.walk_forward,

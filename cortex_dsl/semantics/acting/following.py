@@ -129,20 +129,23 @@ def idm_acceleration(
     job: Job, path: Term, acceleration: float = MAX_ACCELERATION, deceleration: float = COMFORTABLE_DECELERATION
 ) -> Term:
     """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) of the actor along `path` [m/s^2]; a and b where none are given."""
-    speed, a = job.speed(), job.number("max_acceleration", acceleration)
     gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
-    wanted = _wanted_gap(job, a, job.number("comfortable_deceleration", deceleration), lead)
+    pair = job.number("max_acceleration", acceleration), job.number("comfortable_deceleration", deceleration)
+    return idm(job, job.speed(), job.target_speed(), gap, lead, pair)
+
+
+def idm(job: Job, speed: Term, target: Term, gap: Term, lead: Term, pair: tuple[Term, Term]) -> Term:
+    """dv/dt of one so far behind one of speed `lead` [m/s^2]; `pair`: a and b."""
+    wanted = _wanted_gap(job, speed, pair, lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
-    desired = maximum(job.target_speed(), 0.1)
-    free = (speed / desired) ** job.number("exponent", EXPONENT)
+    free = (speed / maximum(target, 0.1)) ** job.number("exponent", EXPONENT)
     share = wanted / maximum(gap, LEAST_GAP)
-    return a * (1.0 - free - share * share)
+    return pair[0] * (1.0 - free - share * share)
 
 
-def _wanted_gap(job: Job, a: Term, b: Term, lead: Term) -> Term:
+def _wanted_gap(job: Job, speed: Term, pair: tuple[Term, Term], lead: Term) -> Term:
     """s* = s0 + max(0, v T + v (v - v_lead) / (2 sqrt(a b))) [m]."""
-    speed = job.speed()
-    closing = speed * (speed - lead) / (2.0 * sqrt(a * b))
+    closing = speed * (speed - lead) / (2.0 * sqrt(pair[0] * pair[1]))
     return job.number("min_gap", MIN_GAP) + maximum(0.0, speed * job.number("time_headway", TIME_HEADWAY) + closing)
 
 
@@ -168,20 +171,25 @@ BRAKING_LIMIT = 8.0
 def change_lane(job: Job) -> ir.Block:
     """Move over to a lane; ends when settled in it, or at the end of the path."""
     job.must_steer()
-    span = job.call.span
     lane = some_lane(
         job.ev, job.given("laneSectionToSwitch"), job.call.spans["laneSectionToSwitch"], "`laneSectionToSwitch`"
     )
     acts, path = settled_path(job, lane, against=job.flag("is_oppositeTraffic"))
+    return (*acts, *move_over(job, path, job.target_speed()))
+
+
+def move_over(job: Job, path: Term, speed: Term) -> ir.Block:
+    """Move over to the path of a lane, at a target speed."""
+    span = job.call.span
     place = _Place.of(job, path)
     shift = _Shift.begun(job, place)
     over = shift.progress >= 1.0
     at_end = path_length(path) <= place.ahead(job)
     settled = place.settled()
-    moving = ir.Loop(span, job.ev.algebra.truth(True), (*shift.advance(job), _steer(job, place, shift)))
-    follow = ir.Follow(span, path, job.target_speed(), job.max_lateral(), job.ev.run.new_local())
+    moving = ir.Loop(span, job.ev.algebra.truth(True), (*shift.advance(job), _steer(job, place, shift, speed)))
+    follow = ir.Follow(span, path, speed, job.max_lateral(), job.ev.run.new_local())
     stop = over | (at_end | settled)
-    return (*acts, *shift.beginning, job.until((moving,), stop), job.until((follow,), settled))
+    return (*shift.beginning, job.until((moving,), stop), job.until((follow,), settled))
 
 
 @frozen
@@ -271,8 +279,8 @@ class _Shift:
         return offset, slope * per_metre, bend * (per_metre / self.way)
 
 
-def _steer(job: Job, place: _Place, shift: _Shift) -> ir.Act:
-    """One step along the curve, at the target speed."""
+def _steer(job: Job, place: _Place, shift: _Shift, speed: Term) -> ir.Act:
+    """One step along the curve, at a target speed."""
     look_ahead = maximum(MIN_LOOK_AHEAD, LOOK_AHEAD * job.speed())
     offset, slope, _ = shift.curve(shift.progress)
     preview = PREVIEW * job.speed() / shift.way
@@ -284,7 +292,7 @@ def _steer(job: Job, place: _Place, shift: _Shift) -> ir.Act:
     heading = 2.0 * turn / look_ahead
     curvature = bend + heading - back
     angle = atan(size_of(job.actor, "wheelbase") * curvature)
-    wanted = SPEED_GAIN * (job.target_speed() - job.speed())
+    wanted = SPEED_GAIN * (speed - job.speed())
     braking = maximum(wanted, -BRAKING_LIMIT)
     return ir.Take(job.call.span, ((Command.STEER, angle), *job.pedals(braking)))
 

@@ -91,12 +91,14 @@ _LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
 _OBEY = Parameter("obey_signals", default="False")
 _LIMIT = Parameter("respect_speed_limit", default="False")
 _OPPOSITE = Parameter("is_oppositeTraffic", default="False")
+_DURATION = Parameter("duration", TIME, "3.5 s", low=0.5)
 _LANE = Parameter("laneToFollow", default="the lane it is on")
 _SIGHT = (
     Parameter("range", LENGTH, "as far as one sees", low=0.0),
     Parameter("field_of_view", ANGLE, "360 deg", low=0.0),
     Parameter("latency", TIME, "0 s", low=0.0),
 )
+_INNER = Parameter("behavior")
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
@@ -124,6 +126,7 @@ _ROWS = (
     _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
     _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
     _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    _function("resample", "A drawn number once more: drawn from the same distribution, by itself.", "x"),
     # -- mathematics
     _function("abs", "Absolute value.", "x"),
     _function("min", "Least of several numbers, or of a list.", variadic=True),
@@ -216,16 +219,28 @@ _ROWS = (
     _behaviour("GivingWayBehavior", "Follow a lane or trajectory; stop before where ways cross until it can clear it.",
                _SPEED, *_car_following("3 m/s^2", "3 m/s^2"), _LATERAL, _OBEY, _LIMIT, *_SIGHT),
     _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
-               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5),
-               _LIMIT),
+               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, _DURATION, _LIMIT),
+    _behaviour("LaneChoosingBehavior", "Follow a lane (IDM), or one beside it that is better (MOBIL).",
+               _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2")[1:], Parameter("politeness", PURE, "0.2", low=0.0),
+               Parameter("advantage", ACCELERATION, "0.1 m/s^2", low=0.0),
+               Parameter("safe_deceleration", ACCELERATION, "4 m/s^2", low=0.0), _DURATION, _LATERAL, _OBEY, _LIMIT),
     _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
-               Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
-               Parameter("brake", PURE, "1", 0.0, 1.0),
+               _INNER, Parameter("threshold", TIME, "as UN R157", low=0.0), Parameter("brake", PURE, "1", 0.0, 1.0),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
-               Parameter("delay", TIME, "0.35 s", low=0.0),
-               Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
-               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT,
-               Parameter("foresees", default="True")),
+               Parameter("delay", TIME, "0.35 s", low=0.0), Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
+               Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True")),
+    _behaviour("RSSBehavior", "Run another behavior; brake where responsibility-sensitive safety calls it dangerous.",
+               _INNER, Parameter("response", TIME, "1 s", low=0.0),
+               Parameter("leader_braking", ACCELERATION, "8 m/s^2", 0.1),
+               Parameter("least_braking", ACCELERATION, "4 m/s^2", 0.1)),
+    _behaviour("CarefulDriverBehavior", "Run another behavior; brake as the careful human driver of UN R157.",
+               _INNER, Parameter("perception", TIME, "0.4 s", low=0.0), Parameter("delay", TIME, "0.75 s", low=0.0),
+               Parameter("reference_deceleration", ACCELERATION, "0.774 g", 0.1)),
+    _behaviour("FuzzySafetyBehavior", "Run another behavior; brake by the fuzzy safety model of UN R157.",
+               _INNER, Parameter("delay", TIME, "0.75 s", low=0.0),
+               Parameter("comfortable_deceleration", ACCELERATION, "4 m/s^2", low=0.01),
+               Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
+               Parameter("leader_braking", ACCELERATION, "7 m/s^2", 0.1)),
     _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
                Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),

@@ -5,7 +5,7 @@ Rules of the table of mistakes (`explain.table`): from the context of an error t
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import nearest
+from cortex_dsl.spelling import SYNONYMS, nearest
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.explain import phrasing
 from cortex_dsl.syntax.explain.context import ErrorContext, Word
@@ -236,10 +236,13 @@ def misspelt_statement(context: ErrorContext) -> Diagnostic | None:
         return None
     if context.first.text in RESERVED or context.first.text in _STATEMENT_WORDS:
         return None
+    begins = f"`{context.first.text}` begins no statement"
+    if action := next((name for name in SYNONYMS.get(context.first.text, ()) if name.endswith("Action")), None):
+        return errors.UNEXPECTED.at(context.first.span, begins, cure=f"write `take {action}(…)`, in a behavior")
     meant = nearest(context.first.text, _STATEMENT_WORDS)
     return errors.UNEXPECTED.at(
         context.first.span,
-        f"`{context.first.text}` begins no statement",
+        begins,
         f"did you mean `{meant}`?" if meant else "",
         cure=f"write `{meant}`" if meant else "did you forget an operator or `=` after it?",
     )

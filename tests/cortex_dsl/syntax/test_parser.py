@@ -77,6 +77,14 @@ def test_spoken_units_are_answered_with_the_right_one(word: str) -> None:
     assert diagnostic.cure == f"write `{SPOKEN_UNITS[word]}`"
 
 
+@pytest.mark.parametrize(("word", "action"), [("brake", "SetBrakeAction"), ("steer", "SetSteerAction")])
+def test_a_pedal_is_an_action(word: str, action: str) -> None:
+    """Who brakes in a behavior wants the action, and not `break`."""
+    with pytest.raises(CompileError) as caught:
+        parse(Source("a.scn", f"behavior B():\n    {word} at 3\n"))
+    assert caught.value.diagnostics[0].cure == f"write `take {action}(…)`, in a behavior"
+
+
 def test_reserved_words_are_those_of_the_grammar() -> None:
     """Grammar and messages agree on what is never a name."""
     found = re.search(r"^NAME: /\(\?!\(\?:(.*?)\)", GRAMMAR, re.MULTILINE)

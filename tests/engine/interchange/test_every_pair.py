@@ -2,6 +2,8 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -153,11 +155,31 @@ def test_the_worst_comes_first_and_third_parties_end_nothing() -> None:
     assert (np.diff(ranked.score) <= 0).all()
 
 
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_who_had_touched_a_third_is_who_a_search_of_all_finds(seed: int) -> None:
+    """Before the two were nearest, one of them had a contact with somebody else."""
+    rng = np.random.default_rng(seed)
+    windows = np.array([rng.choice(5, 2, replace=False) for _ in range(12)])
+    when, touched = rng.integers(0, 5, 12).astype(float), rng.random(12) < 0.6
+    outcomes = SimpleNamespace(min_distance_time=when[:, np.newaxis], collided=touched)
+
+    def had(actor: int, partner: int, time: float) -> bool:
+        rows = [row for row in range(12) if touched[row] and actor in windows[row] and when[row] < time]
+        return any(partner not in windows[row] for row in rows)
+
+    wanted = [had(a, b, t) or had(b, a, t) for (a, b), t in zip(windows.tolist(), when, strict=True)]
+    assert every_pair._after_contact(windows, cast("Any", outcomes), 5).tolist() == wanted
+
+
 def test_what_is_too_much_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Samples and windows are bounded, with a cure; an unknown profile has one, too."""
     tracks = crowd(1)
     with pytest.raises(InterchangeError, match="there is no risk profile"):
         rank_pairs(tracks, profile="mine")
+    monkeypatch.setattr(every_pair, "MOST_JUDGED", 7)
+    with pytest.raises(InterchangeError, match="near one another at"):
+        rank_pairs(tracks)
     monkeypatch.setattr(every_pair, "MOST_WINDOWS", 2)
     with pytest.raises(InterchangeError, match="more than 2 times"):
         rank_pairs(tracks)

@@ -5,6 +5,7 @@ The samples are written here, from the columns that each data set or simulator p
 
 import json
 import math
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -324,6 +325,32 @@ def commonroad(folder: Path) -> Path:
     return path
 
 
+def osi(folder: Path) -> Path:
+    """ASAM OSI: protobuf messages, each behind its length."""
+
+    def number(field: int, value: int) -> bytes:
+        digits = [value >> shift & 127 for shift in range(0, max(value.bit_length(), 1), 7)]
+        return bytes([field << 3, *(digit | 128 for digit in digits[:-1]), digits[-1]])
+
+    def inner(field: int, content: bytes) -> bytes:
+        return number(field, len(content)).replace(bytes([field << 3]), bytes([field << 3 | 2]), 1) + content
+
+    def reals(field: int, *values: float) -> bytes:
+        return inner(field, b"".join(struct.pack("<Bd", n << 3 | 1, value) for n, value in enumerate(values, 1)))
+
+    trace = b""
+    for k in range(SAMPLES):
+        truth = inner(2, number(1, 100 + k // RATE) + number(2, k % RATE * (10**9 // RATE))) + inner(3, number(1, 2))
+        for d in CROSSING:
+            pose = reals(2, *d.at(k), 0.7) + reals(3, 0.0, 0.0, d.heading) + reals(4, *d.velocity, 0.0)
+            base = inner(2, reals(1, d.length, d.width, 1.5) + pose)
+            truth += inner(5, inner(1, number(1, int(d.name))) + base + number(3, 2) + inner(6, number(1, 4)))
+        trace += struct.pack("<I", len(truth)) + truth
+    path = folder / "trace.osi"
+    path.write_bytes(trace)
+    return path
+
+
 def plain(folder: Path) -> Path:
     """A plain table with velocities and without headings."""
     rows = [[k, d.name, *d.at(k), *d.velocity, d.length, d.width, "car"] for d, k in every(CROSSING)]
@@ -343,6 +370,7 @@ WRITERS: dict[Callable[[Path], Path], tuple[Drive, ...]] = {
     esmini_log: CROSSING,
     dat_table: CROSSING,
     carla_log: CROSSING,
+    osi: CROSSING,
     commonroad: CROSSING,
     plain: CROSSING,
 }
@@ -390,7 +418,7 @@ def test_a_drive_is_read_as_it_was(write: Callable[[Path], Path], tmp_path: Path
 def test_every_row_has_a_sample() -> None:
     """Every layout and every kind of file is written above, or is ours and written by an export."""
     assert len({layout.name for layout in LAYOUTS}) == len(LAYOUTS) == 7
-    assert set(SOURCES) == {"esmini log", "table", "SUMO", "CommonRoad", "CARLA", "MCAP"}
+    assert set(SOURCES) == {"esmini log", "table", "SUMO", "CommonRoad", "CARLA", "OSI", "MCAP"}
     for layout in LAYOUTS:
         assert layout_of(layout.known_by) is layout
 
@@ -498,6 +526,9 @@ def test_who_walks_lies_in_a_file_beside(tmp_path: Path) -> None:
         ("a.txt", "Frame 1 at 0 seconds\n", "no positions"),
         ("a.txt", "what is this", "neither CARLA's recorder"),
         ("a.csv", "Index [-], TimeStamp [s], #1 Entitity_Name [-]\n", "no column `#1 World_Position_X [m]`"),
+        ("a.osi", "\x05\0\0\0abc", "a.osi, message 1: the message is cut off"),
+        ("a.osi", "\x02\0\0\0\xff\xff", "the message cannot be decoded"),
+        ("a.osi", "\x02\0\0\0\x08\x01", "nobody moves in it"),
         ("a.mcap", "\x89MCAP no", "no MCAP of ours"),
         ("a.zip", "", "ends in .csv"),
     ],

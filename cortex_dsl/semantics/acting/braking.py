@@ -1,0 +1,198 @@
+"""The library's emergency brake, and what all who brake for others share: whom to wait for, and until when.
+
+The emergency brake acts on the ways that both go, as `foreseeing` tells them; with `foresees=False` on time to
+collision, exact for the outlines, at constant velocities. The default threshold of both is that of UN Regulation 157
+(automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle that cuts in must be avoided:
+
+    TTC < v_rel / (2 * 6 m/s^2) + 0.35 s
+
+the time that a steady 6 m/s^2 takes away from the relative speed while closing half as fast on average, and 0.35 s
+before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
+larger, so earlier, for those who cross. Once it brakes it goes on until the actor stands or is off its collision
+course: nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving (Hirst and
+Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while an actor is
+close ahead in the lane or intersection.
+"""
+
+import math
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.acting.foreseeing import (
+    GAP,
+    LINE,
+    Conflict,
+    Sight,
+    braking_helps,
+    can_stop,
+    foreseen,
+    throttle,
+)
+from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.driving import together
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, outline_of, state
+from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees
+from cortex_dsl.semantics.model.values import Actor
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, sin, where
+from engine.vocabulary import Command, State
+
+REFERENCE_DECELERATION = 6.0
+REFERENCE_DELAY = 0.35
+CLEAR = 4.0
+"""Time to collision above which braking ends [s]."""
+MARGIN = 0.3
+"""Two who are in the area so shortly after one another count as being there at a time [s]; *ours*."""
+RESUMED = 5.0
+"""Speed that a driver at rest is taken to go on with [m/s]; *ours*."""
+STANDSTILL = 0.01
+"""[m/s]"""
+HOLD_GAP = 3.0
+"""Between the outlines, within which a standing actor keeps standing; *ours* [m]."""
+
+
+def inner_acts(job: Job) -> ir.Block:
+    """What the behaviour that is given does.
+
+    Raises:
+        Mistake: it is none.
+    """
+    span = job.call.spans["behavior"]
+    call = as_behaviour(job.given("behavior"), span)
+    if call is None:
+        actual = kind_name(job.given("behavior"))
+        raise WRONG_KIND.mistake(
+            span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
+        )
+    return job.inline(call)
+
+
+def emergency_brake(job: Job) -> ir.Block:
+    """Another behaviour; full brakes while a collision is close, until it is not or the actor stands."""
+    if job.flag("foresees", default=True):
+        partners, sight = others(job.ev, job.actor), Sight.of(job)
+        close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
+        # It brakes on while it would begin to: a handler that ends at once would be entered again, without an action.
+        on = close | job.ev.algebra.any_of([stays_close(job, each, sight) for each in partners]) | blocked(job)
+    else:
+        close = _collision_is_close(job)
+        on = _on_collision_course(job) | blocked(job)
+    return (ir.TryInterrupt(job.call.span, inner_acts(job), ((close, (_full_brake(job, on),)),)),)
+
+
+def _on_collision_course(job: Job) -> Term:
+    """Whether something would be hit soon, and no later than where braking begins."""
+    soon = maximum(CLEAR, job.number("threshold")) if job.given("threshold") is not None else CLEAR
+    return moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < soon)
+
+
+def _collision_is_close(job: Job) -> Term:
+    if job.given("threshold") is not None:
+        close = job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < job.number("threshold")
+    else:
+        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
+    return moves(job) & close
+
+
+def _within_reference(job: Job, other: Actor) -> Term:
+    """TTC < v_rel / (2 b) + delay."""
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
+    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
+    return is_present(job.ev, other) & (time < threshold)
+
+
+def _works(job: Job) -> Term:
+    """Whether the actor moves, within the range of speeds in which its brake works."""
+    speed = job.speed()
+    return moves(job) & (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
+
+
+def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
+    """Whether it is time to brake for another: where ways cross, as long as one can stop before the area, or passes
+    behind; in one lane by time to collision.
+    """
+    still = job.ev.algebra.literal(0.0)
+    conflict = foreseen(job, -1.0, other, sight, job.speed(), still)
+    speed, closing = job.speed(), closing_speed(job, other, conflict)
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    delay = job.number("delay", REFERENCE_DELAY)
+    if job.given("threshold") is not None:
+        threshold = job.number("threshold")
+        last = maximum(conflict.arrives, conflict.their_arrival) < threshold
+        in_lane = conflict.enter < closing * threshold
+    else:
+        last = conflict.enter < speed * (speed / braking + delay) + LINE
+        # TTC < v_rel / (2 b) + delay
+        in_lane = (closing > 0.0) & (conflict.enter < closing * (closing / braking + delay))
+    crossing = conflict.crosses & conflict.coincides(MARGIN) & last
+    crossing = crossing & (can_stop(job, conflict) | braking_helps(job, conflict))
+    following = (conflict.is_ahead | conflict.comes) & conflict.exists & in_lane
+    return is_present(job.ev, other) & (crossing | following)
+
+
+def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
+    """Whether to go on braking, or to wait."""
+    conflict = _going_on(job, other, sight)
+    inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
+    closes = conflict.enter < closing_speed(job, other, conflict) * CLEAR
+    follows = (conflict.is_ahead | conflict.comes) & conflict.exists & closes
+    return is_present(job.ev, other) & (_awaited(job, conflict) | ((follows | inside) & moves(job)))
+
+
+def waits(job: Job, other: Actor, sight: Sight) -> Term:
+    """Whether to wait before an area until one who drives on is through before another."""
+    return is_present(job.ev, other) & _awaited(job, _going_on(job, other, sight))
+
+
+def _going_on(job: Job, other: Actor, sight: Sight) -> Conflict:
+    """What is foreseen of one who takes its foot off the brake."""
+    return foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
+
+
+def _awaited(job: Job, conflict: Conflict) -> Term:
+    last = where(conflict.parts, conflict.clears, conflict.arrives) + GAP
+    comes_first = conflict.crosses & (conflict.enter > 0.0) & (last >= conflict.their_arrival)
+    return comes_first & (can_stop(job, conflict) | braking_helps(job, conflict))
+
+
+def closing_speed(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """How fast the gap to another shrinks that is on one's way [m/s]."""
+    return job.speed() - hypot(*_velocity(job, other)) * conflict.along
+
+
+def blocked(job: Job) -> Term:
+    """Return whether the actor stands close behind another."""
+    close = job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
+    return ~moves(job) & close
+
+
+def _close_ahead(job: Job, other: Actor) -> Term:
+    ev = job.ev
+    near = box_distance(outline_of(ev, job.actor), outline_of(ev, other)) < HOLD_GAP
+    here, there = current_pose(ev, job.actor), current_pose(ev, other)
+    return ev.algebra.all_of((is_present(ev, other), near, sees(ev, job.actor, other), together(ev, here, there)))
+
+
+def moves(job: Job) -> Term:
+    return job.speed() > STANDSTILL
+
+
+def _full_brake(job: Job, while_: Term) -> ir.Act:
+    pedal = job.number("brake", 1.0)
+    return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
+
+
+def _relative_speed(job: Job, other: Actor) -> Term:
+    (x, y), (other_x, other_y) = _velocity(job, job.actor), _velocity(job, other)
+    return hypot(other_x - x, other_y - y)
+
+
+def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
+    """Of the rear axle, along the heading; somebody whom a third may strike can slide across it."""
+    if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
+        x, y = job.ev.algebra.velocity(actor.index)
+        return x, y
+    heading, speed = current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
+    return speed * cos(heading), speed * sin(heading)

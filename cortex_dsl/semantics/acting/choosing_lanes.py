@@ -1,0 +1,161 @@
+"""The library's driver who chooses its lane: behind others the Intelligent Driver Model, to another lane by MOBIL.
+
+Kesting, Treiber and Helbing (2007), "General lane-changing model MOBIL for car-following models", Transportation
+Research Record 1999, 86-94, equations 2 and 3, with symmetric rules. It changes where whoever is then behind it brakes
+by no more than `safe_deceleration`, and where its own gain, and `politeness` times the gain of both who are then and
+now behind it, are more than `advantage`:
+
+    a_c' - a_c + p (a_n' - a_n + a_o' - a_o) > advantage        a_n' > -safe_deceleration
+
+Accelerations are those of the Intelligent Driver Model, also of the others, who are taken to drive by its parameters
+and to want to go as fast as it does, or as they do now. It changes to lanes of its own direction.
+"""
+
+import math
+from collections.abc import Callable
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.acting.following import (
+    COMFORTABLE_DECELERATION,
+    MAX_ACCELERATION,
+    idm,
+    move_over,
+)
+from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
+from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.lanes import NOBODY, index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import notice_reach, unhidden
+from cortex_dsl.semantics.model.values import Actor
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    lead_on,
+    maximum,
+    path_distance,
+    path_project,
+    where,
+)
+from engine.frozen import frozen
+from engine.road.network import Lane
+from engine.road.sections import to_left, to_right
+from engine.vocabulary import State
+
+POLITENESS = 0.2
+ADVANTAGE = 0.1
+SAFE_DECELERATION = 4.0
+STAY, LEFT, RIGHT = -1.0, 1.0, 2.0
+"""What is chosen."""
+
+
+@frozen
+class _Lane:
+    """A lane as its driver would drive in it."""
+
+    path: Term
+    gap: Term
+    """To who is ahead [m] …"""
+    lead: Term
+    """… and how fast that goes [m/s]."""
+    behind: Term
+    """From who is behind [m]; infinite of nobody …"""
+    speed: Term
+    """… and how fast that goes [m/s]."""
+
+
+def choose_lane(job: Job) -> ir.Block:
+    """Follow a lane behind whoever is ahead, and move over to another where that is better."""
+    job.must_steer()
+    algebra, span = job.ev.algebra, job.call.span
+    choice = job.ev.run.new_local()
+    chosen = algebra.local(choice)
+
+    def choose(what: float) -> ir.Act:
+        return ir.SetLocal(span, choice, algebra.literal(what))
+
+    keep, lane = job.kept(_lane_now(job))
+    own, here = job.kept(_route(job, lane))
+    left, right = (_beside(job, lane, find) for find in (to_left, to_right))
+    now = _lane(job, here)
+    drive = ir.Follow(span, here, _speed(job, now), job.max_lateral(), job.ev.run.new_local())
+    handlers = tuple(
+        ((beside >= 0.0) & _is_better(job, now, _lane(job, _route(job, beside))), (choose(what), ir.Abort(span)))
+        for what, beside in ((RIGHT, right), (LEFT, left))
+    )
+    change, path = job.kept(_route(job, where(chosen < RIGHT, left, right)))
+    # At the end of its way the driver has nothing to choose, and is done.
+    over = ir.Branch(span, chosen > 0.0, (change, *move_over(job, path, _speed(job, _lane(job, path)))), ())
+    rounds = (keep, own, choose(STAY), ir.TryInterrupt(span, (drive,), handlers), over)
+    return (choose(LEFT), ir.Loop(span, chosen > 0.0, rounds))
+
+
+def _lane_now(job: Job) -> Term:
+    index = index_of(job.ev, lane_at(job.ev, current_pose(job.ev, job.actor)))
+    assert index is not None
+    return index
+
+
+def _route(job: Job, lane: Term) -> Term:
+    return looked_up(job.ev, lane, [each.default_route for each in network_of(job.ev).lanes], missing=0.0)
+
+
+def _beside(job: Job, lane: Term, find: Callable[[Lane], Lane | None]) -> Term:
+    """The lane beside a lane that leads the same way; -1: there is none."""
+    lanes = [(each, find(each)) for each in network_of(job.ev).lanes]
+    same = [NOBODY if other is None or other.forward != each.forward else float(other.id) for each, other in lanes]
+    return looked_up(job.ev, lane, same)
+
+
+def _pair(job: Job) -> tuple[Term, Term]:
+    """A and b of the model."""
+    acceleration = job.number("max_acceleration", MAX_ACCELERATION)
+    return acceleration, job.number("comfortable_deceleration", COMFORTABLE_DECELERATION)
+
+
+def _speed(job: Job, lane: _Lane) -> Term:
+    """The target speed by which the speed controller gives the model's acceleration in a lane."""
+    return job.speed() + idm(job, job.speed(), job.target_speed(), lane.gap, lane.lead, _pair(job)) / SPEED_GAIN
+
+
+def _lane(job: Job, path: Term) -> _Lane:
+    algebra = job.ev.algebra
+    gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
+    behind, speed = algebra.literal(math.inf), algebra.literal(0.0)
+    for other in others(job.ev, job.actor):
+        if other.kind not in NOT_VEHICLES:
+            distance = _distance_behind(job, path, other)
+            speed = where(distance < behind, state(job.ev, other, State.SPEED), speed)
+            behind = where(distance < behind, distance, behind)
+    return _Lane(path, gap, lead, behind, speed)
+
+
+def _distance_behind(job: Job, path: Term, other: Actor) -> Term:
+    """From another's front to my rear along a lane [m]; infinite of who is not behind me in it, or not seen."""
+    ev = job.ev
+    here, there = current_pose(ev, job.actor), current_pose(ev, other)
+    wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
+    long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
+    apart = path_project(path, here.x, here.y) - path_project(path, there.x, there.y)
+    in_it = path_distance(path, there.x, there.y) < wide
+    is_behind = ev.algebra.all_of((is_present(ev, other), in_it, apart >= 0.0, unhidden(ev, job.actor, other)))
+    return where(is_behind, maximum(apart - long, 0.0), math.inf)
+
+
+def _is_better(job: Job, now: _Lane, then: _Lane) -> Term:
+    """Whether another lane is safe, and worth it."""
+    speed, pair = job.speed(), _pair(job)
+    target = job.target_speed()
+
+    def model(of: Term, gap: Term, lead: Term) -> Term:
+        return idm(job, of, maximum(target, of), gap, lead, pair)
+
+    long = size_of(job.actor, "length")
+    mine = idm(job, speed, target, then.gap, then.lead, pair) - idm(job, speed, target, now.gap, now.lead, pair)
+    forced = model(then.speed, then.behind, speed)
+    new = where(then.behind < math.inf, forced - model(then.speed, then.behind + long + then.gap, then.lead), 0.0)
+    old_gap = now.behind + long + now.gap
+    old = model(now.speed, old_gap, now.lead) - model(now.speed, now.behind, speed)
+    others_gain = new + where(now.behind < math.inf, old, 0.0)
+    gain = mine + job.number("politeness", POLITENESS) * others_gain
+    is_safe = forced > -job.number("safe_deceleration", SAFE_DECELERATION)
+    return is_safe & (gain > job.number("advantage", ADVANTAGE))

@@ -1,0 +1,348 @@
+"""Models of safe driving around another behaviour: that one drives, and where the model sees a risk it brakes instead.
+
+*Responsibility-sensitive safety*: Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable
+self-driving cars", arXiv:1708.06374. Nearer than the distances of definitions 1, 2 and 6 the proper response is to
+brake by at least `least_braking`. Of routes that cross nobody is taken to have the right of way here: before the area
+in which both may be at a time one still has to be able to stop after the response time. Parameters are those with which
+CARLA runs Intel's ad-rss-lib.
+
+*The careful driver* of UN Regulation 157, Annex 4, Appendix 3: another 0.375 m off the middle of its lane towards this
+one, or in it, that would be hit in less than 2 s, or that brakes by more than 5 m/s^2 within 2 s of headway, is a risk.
+It is perceived for 0.4 s, 0.75 s later braking begins and builds up by 12.65 m/s^3 to 0.774 g.
+
+*The fuzzy safety model* of the same regulation: Mattas, Makridis, Botzoris et al. (2020), "Fuzzy surrogate safety
+metrics for real-time assessment of rear-end collision risk", Accident Analysis and Prevention 148, 105794. With u and
+u_l the speeds, t = 0.75 s, 4 and 6 m/s^2 of comfortable and hard braking, 7 m/s^2 of the one ahead, d = 2 m, PFS falls
+from 1 to 0 as the gap less d grows from u t + u^2 / (2 * 6) - u_l^2 / (2 * 7) to u t + u^2 / (2 * 4) - u_l^2 / (2 * 7)
++ d; CFS, while closing, from g + c^2 / (2 * 6) to g + c^2 / (2 * 4), g being the gap that goes within t and c the speed
+at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 0 it is 4 + CFS * 2 m/s^2.
+
+Both models of the regulation speak of one lane. Where ways cross (*ours*), the careful driver takes for a risk whom it
+would meet within 4 s, as `engine.avoidability` does, and the fuzzy model takes the area in which they would meet for
+one who stands there.
+"""
+
+import math
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.acting.braking import MARGIN, blocked, closing_speed, inner_acts, moves, stays_close, waits
+from cortex_dsl.semantics.acting.foreseeing import LEAST_LINE, Conflict, Sight, braking_helps, can_stop, foreseen
+from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
+from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
+from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import unhidden
+from cortex_dsl.semantics.model.values import Actor, Pose
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    cos,
+    maximum,
+    minimum,
+    path_distance,
+    path_pose,
+    path_project,
+    sin,
+    where,
+)
+from engine.frozen import frozen
+from engine.vocabulary import Command, State
+
+GRAVITY = 9.81
+JERK = 12.65
+"""With which the brakes of both models of UN R157 build up [m/s^3]."""
+NOT_RISKY = -1.0
+"""In the place of the time since when there is a risk."""
+
+
+@frozen
+class _Seen:
+    """Another, as the models look at it."""
+
+    other: Actor
+    conflict: Conflict
+    in_lane: Term
+    """Whether it is on my way already, before me …"""
+    speed: Term
+    """… how fast it goes my way [m/s]; less than 0 of who comes towards me."""
+    closing: Term
+    """How fast the gap shrinks [m/s]."""
+    crosses: Term
+    """Whether both are in an area of ways that cross at a time, and I can do something about it."""
+    beside: "_Beside | None"
+    """Where it is on a lane beside mine; None of who never is in a lane."""
+
+    @property
+    def gap(self) -> Term:
+        """To it, or to the area [m]."""
+        return self.conflict.enter
+
+
+@frozen
+class _Beside:
+    """Another against the lane that I am in."""
+
+    ahead: Term
+    """From my front to its rear, along my lane; less than 0 where they overlap [m]."""
+    apart: Term
+    """Between the sides of both outlines, across my lane [m]."""
+    speed: Term
+    """Along my lane …"""
+    nearing: Term
+    """… and towards me, across it [m/s]."""
+    deviation: Term
+    """From the middle of its own lane [m]."""
+
+
+def _seen(job: Job, other: Actor) -> _Seen:
+    still = job.ev.algebra.literal(0.0)
+    conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still)
+    present, closing = is_present(job.ev, other), closing_speed(job, other, conflict)
+    in_lane = present & conflict.exists & (conflict.is_ahead | conflict.comes)
+    crosses = present & conflict.crosses & conflict.coincides(MARGIN) & (conflict.enter > 0.0)
+    crosses = crosses & (can_stop(job, conflict) | braking_helps(job, conflict))
+    beside = None if other.kind in NOT_VEHICLES else _beside(job, other)
+    return _Seen(other, conflict, in_lane, job.speed() - closing, closing, crosses, beside)
+
+
+def _beside(job: Job, other: Actor) -> _Beside:
+    ev, network = job.ev, network_of(job.ev)
+    here, there = current_pose(ev, job.actor), current_pose(ev, other)
+    path = _lane_path(job, here, [each.default_route for each in network.lanes])
+    s, foot = path_project(path, there.x, there.y), path_project(path, here.x, here.y)
+    long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
+    wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
+    aside = _left_of(path, s, there) - _left_of(path, foot, here)
+    _, _, heading = path_pose(path, s)
+    speed, turn = state(ev, other, State.SPEED), there.heading - heading
+    across = speed * sin(turn)
+    own = _lane_path(job, there, [each.path for each in network.lanes])
+    return _Beside(
+        ahead=where(unhidden(ev, job.actor, other), s - foot - long, math.inf),
+        apart=abs(aside) - wide,
+        speed=speed * cos(turn),
+        nearing=where(aside > 0.0, -across, across),
+        deviation=path_distance(own, there.x, there.y),
+    )
+
+
+def _lane_path(job: Job, pose: Pose, paths: list[int]) -> Term:
+    lane = index_of(job.ev, lane_at(job.ev, pose))
+    assert lane is not None
+    return looked_up(job.ev, lane, [float(path) for path in paths], missing=0.0)
+
+
+def _left_of(path: Term, s: Term, pose: Pose) -> Term:
+    x, y, heading = path_pose(path, s)
+    return (pose.y - y) * cos(heading) - (pose.x - x) * sin(heading)
+
+
+def _partners(job: Job) -> list[_Seen]:
+    return [_seen(job, other) for other in others(job.ev, job.actor)]
+
+
+def _brake(job: Job, while_: Term, deceleration: Term) -> ir.Act:
+    pedal = minimum(1.0, deceleration / size_of(job.actor, "maxBraking"))
+    return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
+
+
+def _must_wait(job: Job) -> Term:
+    """Whether to wait before an area, or behind somebody."""
+    sight = Sight.of(job)
+    return job.ev.algebra.any_of([waits(job, each, sight) for each in others(job.ev, job.actor)]) | blocked(job)
+
+
+# -- responsibility-sensitive safety -----------------------------------------------------------------------------------
+
+RESPONSE = 1.0
+SPEEDING_UP = 3.5
+LEADER_BRAKING = 8.0
+LEAST_BRAKING = 4.0
+IN_LANE_BRAKING = 3.0
+DRIFTING, DRIFT_BRAKING, DRIFT_MARGIN = 0.2, 0.8, 0.1
+"""As `engine.metrics.values.RESPONSIBILITY` has them; a test compares the two [s, m/s^2, m]."""
+
+
+def responsibility(job: Job) -> ir.Block:
+    """Another behaviour; the proper response while a situation is dangerous."""
+    seen = _partners(job)
+    dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
+    needed = job.ev.algebra.literal(0.0)
+    for each in seen:
+        # Braking by least_braking is enough where the distance was kept; where another has taken it, it is not.
+        stopping = job.speed() * job.speed() / (2.0 * maximum(each.gap - LEAST_LINE, LEAST_LINE))
+        shrinking = maximum(each.closing, 0.0)
+        keeping = shrinking * shrinking / (2.0 * maximum(each.gap, LEAST_LINE))
+        needed = maximum(needed, where(each.crosses, stopping, where(each.in_lane, keeping, 0.0)))
+    braking = maximum(needed, job.number("least_braking", LEAST_BRAKING))
+    brake = _brake(job, dangerous | _must_wait(job), braking)
+    return (ir.TryInterrupt(job.call.span, inner_acts(job), ((dangerous, (brake,)),)),)
+
+
+def _is_dangerous(job: Job, seen: _Seen) -> Term:
+    speed, gap = job.speed(), seen.gap
+    following = seen.in_lane & seen.conflict.is_ahead & (gap < _safe_behind(job, seen.speed))
+    meeting = seen.in_lane & seen.conflict.comes & (gap < _safe_oncoming(job, -seen.speed))
+    dangerous = following | meeting | (seen.crosses & (gap < _stopping(job, speed, _least(job)) + LEAST_LINE))
+    if (beside := seen.beside) is None:
+        return dangerous
+    near = (beside.ahead >= 0.0) & (beside.ahead < _safe_behind(job, beside.speed))
+    near = near & (beside.apart > 0.0) & (beside.nearing > 0.0) & (beside.speed > 0.0)
+    return dangerous | (is_present(job.ev, seen.other) & near & (beside.apart < _safe_beside(job, beside.nearing)))
+
+
+def _least(job: Job) -> Term:
+    return job.number("least_braking", LEAST_BRAKING)
+
+
+def _stopping(job: Job, speed: Term, braking: Term | float, speeding_up: float = SPEEDING_UP) -> Term:
+    """What one needs who speeds up for the response time and then brakes [m]."""
+    response = job.number("response", RESPONSE)
+    faster = speed + response * speeding_up
+    return 0.5 * (speed + faster) * response + faster * faster / (2.0 * braking)
+
+
+def _safe_behind(job: Job, leading: Term) -> Term:
+    """Definition 1 [m]."""
+    lead = maximum(leading, 0.0)
+    stop = lead * lead / (2.0 * job.number("leader_braking", LEADER_BRAKING))
+    return maximum(_stopping(job, job.speed(), _least(job)) - stop, 0.0)
+
+
+def _safe_oncoming(job: Job, oncoming: Term) -> Term:
+    """Definition 2: I am in my own lane [m]."""
+    theirs = _stopping(job, maximum(oncoming, 0.0), _least(job))
+    return _stopping(job, job.speed(), IN_LANE_BRAKING) + theirs
+
+
+def _safe_beside(job: Job, nearing: Term) -> Term:
+    """Definition 6 of one who comes nearer, and of me who does not [m]."""
+    still = job.ev.algebra.literal(0.0)
+    return sum((_stopping(job, each, DRIFT_BRAKING, DRIFTING) for each in (nearing, still)), DRIFT_MARGIN + still)
+
+
+# -- the models of UN R157: a risk is seen for some time, then brakes build up -----------------------------------------
+
+
+def _after_a_while(job: Job, risk: Term, late: Term, on: Term, deceleration: Term) -> ir.Block:
+    """The behaviour that is given; once there has been a risk for some time brakes, as long as `on`."""
+    algebra, span = job.ev.algebra, job.call.span
+    number = job.ev.run.new_local()
+    since, now = algebra.local(number), algebra.time()
+    forget = ir.SetLocal(span, number, algebra.literal(NOT_RISKY))
+    for_long = now - since
+    begun = (since >= 0.0) & moves(job) & (for_long >= late - 1e-9)
+    built_up = JERK * (for_long - late)
+    handlers = (
+        (risk & (since < 0.0), (ir.SetLocal(span, number, now),)),
+        (~risk & (since >= 0.0), (forget,)),
+        (begun, (_brake(job, on, minimum(deceleration, built_up)), forget)),
+    )
+    return (forget, ir.TryInterrupt(span, inner_acts(job), handlers))
+
+
+PERCEPTION = 0.4
+DELAY = 0.75
+"""Of both models [s]."""
+HARDEST = 0.774 * GRAVITY
+DEVIATION = 0.375
+CRITICAL = 2.0
+"""Time to collision below which somebody is a risk, and headway to one who brakes by `ALARMING` [s]."""
+ALARMING = 5.0
+HORIZON = 4.0
+"""As `engine.avoidability` has it [s]."""
+
+
+def careful_driver(job: Job) -> ir.Block:
+    """Another behaviour; the brakes of UN R157's careful human driver while there is a risk."""
+    seen, sight = _partners(job), Sight.of(job)
+    risk = job.ev.algebra.any_of([_is_risk(job, each) for each in seen]) & moves(job)
+    goes_on = job.ev.algebra.any_of([stays_close(job, each.other, sight) for each in seen]) | blocked(job)
+    late = job.number("perception", PERCEPTION) + job.number("delay", DELAY)
+    hardest = job.number("reference_deceleration", HARDEST)
+    # Afterwards it speeds up for nobody whom it follows nearer than that headway.
+    near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
+    brakes = risk | goes_on
+    return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0))
+
+
+def _is_risk(job: Job, seen: _Seen) -> Term:
+    conflict, speed = seen.conflict, job.speed()
+    soon = seen.gap < seen.closing * CRITICAL
+    brakes = state(job.ev, seen.other, State.ACCELERATION) < -ALARMING
+    alarming = conflict.is_ahead & brakes & (seen.gap < speed * CRITICAL)
+    meets = seen.crosses & (maximum(conflict.arrives, conflict.their_arrival) < HORIZON)
+    risk = (seen.in_lane & (soon | alarming)) | meets
+    if (beside := seen.beside) is None:
+        return risk
+    cuts_in = (beside.ahead >= 0.0) & (beside.ahead < (speed - beside.speed) * CRITICAL) & (beside.speed > 0.0)
+    cuts_in = cuts_in & (beside.deviation > DEVIATION) & (beside.nearing > 0.0) & (beside.apart > 0.0)
+    return risk | (is_present(job.ev, seen.other) & cuts_in & (beside.apart < NEXT_LANE))
+
+
+NEXT_LANE = 3.5
+"""Who leaves more room than this beside it is not in a neighbouring lane [m]; *ours*."""
+COMFORTABLE, HARD, THEIRS = 4.0, 6.0, 7.0
+"""Braking of the fuzzy model, and of the one ahead [m/s^2]."""
+ROOM = 2.0
+"""Of the fuzzy model, at rest [m]."""
+SPARE = 0.1
+"""Of who comes from the side: by how much later than the ego is there [s]."""
+
+
+def fuzzy_safety(job: Job) -> ir.Block:
+    """Another behaviour; brakes by how unsafe the fuzzy model finds the situation."""
+    seen = _partners(job)
+    braking = job.ev.algebra.literal(0.0)
+    for each in seen:
+        braking = maximum(braking, _reaction(job, each))
+    risk = (braking > 0.0) & moves(job)
+    on = risk | _must_wait(job)
+    # Nobody who waits is let roll.
+    held = where(risk, braking, job.number("comfortable_deceleration", COMFORTABLE))
+    return _after_a_while(job, risk, job.number("delay", DELAY), on, held)
+
+
+def _reaction(job: Job, seen: _Seen) -> Term:
+    """By how much to brake for another [m/s^2]."""
+    lead = where(seen.in_lane, maximum(seen.speed, 0.0), 0.0)
+    counts, gap = seen.in_lane | seen.crosses, seen.gap
+    if (beside := seen.beside) is not None:
+        cuts_in = is_present(job.ev, seen.other) & _cuts_in(job, seen.other, beside) & ~counts
+        lead, gap = where(cuts_in, beside.speed, lead), where(cuts_in, beside.ahead, gap)
+        counts = counts | cuts_in
+    return where(counts, _fuzzy(job, minimum(gap, 1e4), lead), 0.0)
+
+
+def _cuts_in(job: Job, other: Actor, beside: _Beside) -> Term:
+    """Whether another is beside the ego before that has gone past it."""
+    long = size_of(job.actor, "length") + size_of(other, "length")
+    closing = job.speed() - beside.speed
+    before = beside.apart * closing < beside.nearing * (beside.ahead + long + SPARE * closing)
+    return (beside.ahead >= 0.0) & (beside.apart > 0.0) & (beside.nearing > 0.0) & (closing > 0.0) & before
+
+
+def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:
+    """Braking by PFS and CFS for one ahead [m/s^2]."""
+    late, speed = job.number("delay", DELAY), job.speed()
+    soft = job.number("comfortable_deceleration", COMFORTABLE)
+    hard = job.number("reference_deceleration", HARD)
+    stop = lead * lead / (2.0 * job.number("leader_braking", THEIRS))
+    reach = speed * late - stop
+    square = speed * speed
+    proactive = _share(gap - ROOM, reach + square / (2.0 * hard), reach + square / (2.0 * soft) + ROOM)
+    now = maximum(state(job.ev, job.actor, State.ACCELERATION), -soft)
+    after = speed + late * now
+    gone = (speed + 0.5 * late * now - lead) * late
+    left = after - lead
+    critical = _share(gap, gone + left * left / (2.0 * hard), gone + left * left / (2.0 * soft))
+    # One who is slower than the other within the delay has (u - u_l)^2 / 2 a to go until then.
+    slowed = where(gap < (speed - lead) * (speed - lead) / (2.0 * maximum(-now, 1e-6)), 1.0, 0.0)
+    critical = where(speed <= lead, 0.0, where(left < 0.0, slowed, critical))
+    return where(critical > 0.0, soft + critical * (hard - soft), proactive * soft)
+
+
+def _share(gap: Term, unsafe: Term, safe: Term) -> Term:
+    """1 up to an unsafe gap, 0 from a safe one on, and linear between."""
+    part = (safe - gap) / maximum(safe - unsafe, 1e-6)
+    return where(gap < unsafe, 1.0, minimum(1.0, maximum(0.0, part)))

@@ -1,0 +1,152 @@
+"""A trace of ASAM OSI: messages `GroundTruth`, one after the other, each behind its length.
+
+Source: ASAM Open Simulation Interface 3.7, `osi_groundtruth.proto`, `osi_object.proto`, `osi_common.proto`, and "OSI
+trace files" (a length is an unsigned number of 32 bits, its lowest byte first); Protocol Buffers, "Encoding". Only the
+few fields that say motion are decoded, so that no package is needed. Positions and velocities are those of the boxes'
+centres, in metres, radians and m/s.
+"""
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from engine.interchange.contract import InterchangeError, reading
+from engine.interchange.kinds import UNSET, Code, kind_of
+from engine.interchange.logs.rows import Row, tracks_of_rows
+from engine.interchange.tables.layouts import Layout, Point
+from engine.interchange.tables.tracks import Tracks
+from engine.vocabulary import ActorKind
+
+LONGEST = 100_000_000
+"""Bytes of one message."""
+KEYS = ("time", "actor", "x", "y", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
+LAYOUT = Layout(
+    name="OSI",
+    known_by=(),
+    columns={"actor": "id", "heading": "orientation.yaw"},
+    point=Point.CENTER,
+    said="positions and velocities are those of the boxes' centres",
+    kinds={kind.name.lower(): kind for kind in ActorKind},
+)
+VARINT, DOUBLE, BYTES, FLOAT = 0, 1, 2, 5
+"""Wire types."""
+Message = dict[int, list[int | float | bytes]]
+"""Values by field number."""
+
+
+def read_osi(path: Path) -> Tracks:
+    """Raises InterchangeError: unreadable, no such trace, cut off, or without moving objects."""
+    with reading(path), path.open("rb") as file:
+        return tracks_of_rows(path, LAYOUT, KEYS, _rows(file, path.name))
+
+
+def _rows(file: BinaryIO, name: str) -> Iterator[Row]:
+    number = 0
+    while head := file.read(4):
+        number += 1
+        place = f"{name}, message {number}"
+        size = struct.unpack("<I", head)[0] if len(head) == 4 else LONGEST + 1
+        content = file.read(size) if size <= LONGEST else b""
+        if len(content) < size:
+            cure = "let it be written to its end; a trace of OSI holds messages behind their lengths"
+            raise InterchangeError("the message is cut off, or this is no trace of OSI", cure, place)
+        try:
+            yield from ((number, row) for row in _moving(fields(content)))
+        except (ValueError, struct.error, OverflowError):
+            cure = "name a trace of GroundTruth, in protobuf's binary form"
+            raise InterchangeError("the message cannot be decoded", cure, place) from None
+
+
+def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
+    """Everybody who moves, at the time of a `GroundTruth`."""
+    stamp = _inner(truth, 2)
+    time = _whole(stamp, 1) + _whole(stamp, 2) / 1e9
+    host = _whole(_inner(truth, 3), 1, UNSET)
+    for content in truth.get(5, ()):
+        thing = fields(_bytes(content))
+        own, base, kind = _whole(_inner(thing, 1), 1), _inner(thing, 2), _inner(thing, 6)
+        size, at, turned, velocity = (_inner(base, field) for field in (1, 2, 3, 4))
+        code = Code(_whole(thing, 3), _whole(kind, 5, UNSET), _whole(kind, 1, UNSET))
+        found = kind_of(code)
+        yield {
+            "time": time,
+            "actor": str(own),
+            "x": _real(at, 1),
+            "y": _real(at, 2),
+            "heading": _real(turned, 3),
+            "vel_x": _real(velocity, 1),
+            "vel_y": _real(velocity, 2),
+            "length": _real(size, 1),
+            "width": _real(size, 2),
+            "type": "" if found is None else found.name.lower(),
+            "role": "ego" if own == host else "",
+        }
+
+
+# -- Protocol Buffers --------------------------------------------------------------------------------------------------
+
+
+def fields(content: bytes) -> Message:
+    """The fields of a message.
+
+    Raises:
+        ValueError: it is none.
+    """
+    found: Message = {}
+    at = 0
+    while at < len(content):
+        key, at = _varint(content, at)
+        value: int | float | bytes
+        if key & 7 == VARINT:
+            value, at = _varint(content, at)
+        elif key & 7 == BYTES:
+            size, at = _varint(content, at)
+            value, at = content[at : at + size], at + size
+        elif key & 7 in (DOUBLE, FLOAT):
+            form, size = ("<d", 8) if key & 7 == DOUBLE else ("<f", 4)
+            value, at = struct.unpack(form, content[at : at + size])[0], at + size
+        else:
+            raise ValueError("no such wire type")
+        if at > len(content):
+            raise ValueError("cut off")
+        found.setdefault(key >> 3, []).append(value)
+    return found
+
+
+def _varint(content: bytes, at: int) -> tuple[int, int]:
+    """A whole number, seven bits a byte, and where it ends."""
+    value = 0
+    for shift in range(0, 70, 7):
+        if at >= len(content):
+            break
+        byte, at = content[at], at + 1
+        value |= (byte & 127) << shift
+        if byte < 128:
+            return value, at
+    raise ValueError("a number without end")
+
+
+def _inner(message: Message, field: int) -> Message:
+    """The message in a field; an empty one where there is none."""
+    return fields(_bytes(message[field][-1])) if field in message else {}
+
+
+def _bytes(value: float | bytes) -> bytes:
+    if not isinstance(value, bytes):
+        raise ValueError("a number where a message should be")
+    return value
+
+
+def _whole(message: Message, field: int, default: int = 0) -> int:
+    value = message.get(field, [default])[-1]
+    if not isinstance(value, int):
+        raise ValueError("no whole number")
+    return value
+
+
+def _real(message: Message, field: int) -> float:
+    value = message.get(field, [0.0])[-1]
+    if not isinstance(value, float):
+        raise ValueError("no number")
+    return value
