@@ -117,21 +117,23 @@ def avoidability(
     config: SimulationConfig = DEFAULTS,
     driver: Driver = R157,
     contact: ContactConfig = CONTACT,
+    jobs: int = 1,
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
-    run, outlines, path = room(program, config, samples_of(config) + 1)
     reach = weather_sight(program, scenes)
+    said: list[Avoidability | None] = [None] * len(scenes)
 
-    def answer(row: int) -> Avoidability | None:
-        if not scenes.valid[row]:
-            return None
-        case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
-        sees = driver._replace(reach=min(driver.reach, float(reach[row])))
-        again = drive_again(shared, run, case, outlines, path, sees)
-        return None if again.contact == NEVER else _answer(again, config.time_step)
+    def drive(first: int, last: int) -> None:
+        run, outlines, path = room(program, config, samples_of(config) + 1)
+        for row in (first + np.flatnonzero(scenes.valid[first:last])).tolist():
+            case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
+            sees = driver._replace(reach=min(driver.reach, float(reach[row])))
+            again = drive_again(shared, run, case, outlines, path, sees)
+            said[row] = None if again.contact == NEVER else _answer(again, config.time_step)
 
-    return tuple(answer(row) for row in range(len(scenes)))
+    in_parts(len(scenes), jobs, drive)
+    return tuple(said)
 
 
 def blame(

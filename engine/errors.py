@@ -6,6 +6,7 @@ from a worker's process to ours as it is. Where a name is unknown, the cure offe
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from functools import lru_cache
 from heapq import nlargest
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,13 @@ MOST_COMPARED = 300
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate that `word` was probably meant to be, or None if none is near."""
-    by_folded = {candidate.lower(): candidate for candidate in candidates}
+    return _nearest(word, frozenset(candidates))
+
+
+@lru_cache(maxsize=8)
+def _nearest(word: str, candidates: frozenset[str]) -> str | None:
+    """Of a few words kept: one mistake asks more than once, and among thousands of names each time takes long."""
+    by_folded = {candidate.lower(): candidate for candidate in sorted(candidates)}
     folded = word.lower()
     begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
     if begun:
@@ -55,7 +62,7 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
 def _most_alike(word: str, candidates: Iterable[str]) -> list[str]:
     """Those that share most neighbouring pairs of letters with a word, for whole words are compared in milliseconds."""
     pairs = {word[i : i + 2] for i in range(len(word) - 1)}
-    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(pair in each for pair in pairs), -len(each), each))
+    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(map(each.__contains__, pairs)), -len(each), each))
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected

@@ -12,6 +12,7 @@ from benchmarks.validation.items import Item
 from benchmarks.validation.looks import looked
 from benchmarks.validation.material import EXAMPLES, cases, written
 from benchmarks.validation.roads import counted, specs
+from benchmarks.validation.samples import SCRIPTS, sampled
 from benchmarks.validation.table import BEGIN, END, markdown, write
 from engine.maps import RoadSpec
 
@@ -23,7 +24,13 @@ def items(tmp_path_factory: pytest.TempPathFactory) -> list[Item]:
     """A scene without contact, written in every way."""
     folder = tmp_path_factory.mktemp("validation")
     found = cases(EXAMPLES[0], folder / "run", top=0, others=1)
-    return [*written(found, folder / "files"), *looked(folder / "looks", 5), *encounters(folder / "encounters")]
+    samples = sampled(folder / "samples", 5, {name: SCRIPTS[name] for name in ("ranges", "regions")})
+    return [
+        *written(found, folder / "files"),
+        *looked(folder / "looks", 5),
+        *encounters(folder / "encounters"),
+        *samples,
+    ]
 
 
 def test_every_check_has_what_it_needs() -> None:

@@ -21,6 +21,7 @@ from benchmarks.validation.items import Item
 from benchmarks.validation.looks import looked
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases, written
 from benchmarks.validation.roads import swept
+from benchmarks.validation.samples import sampled
 from benchmarks.validation.table import markdown, show, write
 
 LACKING = {"scenario_runner": "SCENARIO_RUNNER_ROOT"}
@@ -60,6 +61,9 @@ def _items(arguments: argparse.Namespace, console: Console, asked: set[str]) -> 
     if "looks" in asked:
         console.print("looking past one another", style="dim")
         yield from looked(folder / "looks", arguments.looks)
+    if "samples" in asked:
+        console.print("sampling scripts of Scenic", style="dim")
+        yield from sampled(folder / "samples")
     if not arguments.cases_only:
         console.print("writing every kind of road", style="dim")
         yield from swept(folder / "roads")

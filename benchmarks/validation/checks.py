@@ -60,6 +60,13 @@ CHECKS = (
         ("looks",),
         ('"seen": true', '"seen": false'),
     ),
+    Check(
+        "scenic",
+        "Scenic's sampler",
+        "scenes of the same law: 400 each, all tests together at 0.01",
+        ("samples",),
+        (r"Range\((-?\d+), (\d+)\)", r"Range(\g<1>, 1\g<2>)"),
+    ),
     Check("commonroad", "CommonRoad's reader", "no warning, everybody there", ("commonroad",), NO_OBSTACLE),
     Check(
         "commonroad_collisions",

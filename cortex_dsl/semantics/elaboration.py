@@ -263,8 +263,13 @@ Key = tuple[int, str, int]
 
 def _keys(requirements: Sequence[ir.Requirement]) -> list[Key]:
     """What identifies a requirement in every variant: line, name, and which of its like it is."""
-    names = [(r.line, r.name) for r in requirements]
-    return [(*name, names[:i].count(name)) for i, name in enumerate(names)]
+    met: Counter[tuple[int, str]] = Counter()
+    keys = []
+    for each in requirements:
+        name = (each.line, each.name)
+        keys.append((*name, met[name]))
+        met[name] += 1
+    return keys
 
 
 def _requirement_keys(possible: Sequence[Draft]) -> dict[Key, ir.Requirement]:

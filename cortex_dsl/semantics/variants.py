@@ -44,6 +44,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Degrees: operators.degrees,
     nodes.String: operators.string,
     nodes.Constant: operators.constant,
+    nodes.InitialScenario: operators.initial_scenario,
     nodes.Name: operators.name,
     nodes.Attribute: operators.attribute,
     nodes.Index: lists.index,

@@ -173,6 +173,9 @@ class ExpressionBuilder:
     def constant(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.Constant({"True": True, "False": False, "None": None}[str(tree.children[0])], span=span)
 
+    def initial_scenario(self, _tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.InitialScenario(span=span)
+
     def name(self, tree: Branch, span: Span) -> nodes.Expression:
         word = str(tree.children[0])
         if (ours := _FOREIGN_CONSTANTS.get(word)) is not None:
@@ -429,8 +432,9 @@ _B = ExpressionBuilder
 _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expression]] = {
     method.__name__: method
     for method in (
-        _B.number, _B.with_unit, _B.string, _B.constant, _B.name, _B.attribute, _B.index, _B.call, _B.starred,
-        _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary, _B.binary,
+        _B.number, _B.with_unit, _B.string, _B.constant, _B.initial_scenario, _B.name, _B.attribute, _B.index, _B.call,
+        _B.starred, _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary,
+        _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
         _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.seen_from, _B.angle_from, _B.angle_to,
         _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.relative_to, _B.slice, _B.new,

@@ -50,6 +50,11 @@ class Constant(Expression):
 
 
 @frozen
+class InitialScenario(Expression):
+    """`initial scenario`: whether no scenario was set up before this one."""
+
+
+@frozen
 class Name(Expression):
     id: str
 

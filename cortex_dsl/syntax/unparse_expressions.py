@@ -77,6 +77,10 @@ def _constant(node: nodes.Constant) -> Written:
     return str(node.value), Level.ATOM
 
 
+def _initial_scenario(_node: nodes.InitialScenario) -> Written:
+    return "initial scenario", Level.ATOM
+
+
 def _name(node: nodes.Name) -> Written:
     return node.id, Level.ATOM
 
@@ -255,6 +259,7 @@ _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
     nodes.WithUnit: _with_unit,
     nodes.String: _string,
     nodes.Constant: _constant,
+    nodes.InitialScenario: _initial_scenario,
     nodes.Name: _name,
     nodes.Attribute: _attribute,
     nodes.Index: _index,

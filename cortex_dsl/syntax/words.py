@@ -183,6 +183,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("back of", "back of A", "The middle of its rear edge; `back left of` and `back right of` are its corners."),
         ("visible", "visible REGION", "The part of a region that is in the view of the ego."),
         ("not visible", "not visible REGION", "The part of a region that is out of the view of the ego."),
+        ("initial scenario", "initial scenario", "Whether no other scenario was set up before this one."),
         ("can see", "A can see B", "Whether one is in the view of the other."),
         ("deg", "X deg", "An angle in degrees."),
         ("intersects", "A intersects B", "Whether outlines overlap."),

@@ -49,6 +49,11 @@ class Runs:
     def valid(self) -> Bools:
         return self.outcomes.verdict == 0
 
+    def only(self, rows: Bools) -> "Runs":
+        """Some of them."""
+        tables = self.scenes, self.outcomes, self.risk
+        return Runs(self.program, self.config, *(take(table, rows) for table in tables))
+
     def encounters(self, row: int) -> list[Encounter]:
         """The ego and each other that it meets, of one valid scene, driven again."""
         driven = trajectory(self.program, self.scenes, row, self.config.simulation, self.config.contact)
@@ -93,14 +98,17 @@ def avoidable(runs: Runs) -> Floats:
     that it does not 1 / (1 + seconds that it comes too late), 0 where the scene is lost; without a collision of the
     ego's own making 1 / (1 + |conflict gap| / 1 s), below 1.
     """
-    values = np.minimum(1.0 / (1.0 + _least_gaps(runs)), np.nextafter(1.0, 0.0))
+    values, blamed = np.zeros(len(runs.outcomes)), np.zeros(len(runs.outcomes), dtype=bool)
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
+    simulation, jobs = runs.config.simulation, runs.config.search.jobs
     answers = avoidability(
-        runs.program, take(runs.scenes, collided), runs.config.simulation, contact=runs.config.contact
+        runs.program, take(runs.scenes, collided), simulation, contact=runs.config.contact, jobs=jobs
     )
     for row, answer in zip(collided.tolist(), answers, strict=True):
         if answer is not None and not answer.struck:
-            values[row] = _blamed(answer)
+            values[row], blamed[row] = _blamed(answer), True
+    others = runs.valid & ~blamed
+    values[others] = np.minimum(1.0 / (1.0 + _least_gaps(runs.only(others))), np.nextafter(1.0, 0.0))
     return values
 
 

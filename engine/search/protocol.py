@@ -23,7 +23,7 @@ StreamAt = Callable[[int, int], Generator]
 """(generation, slot) -> the stream of the operator that fills that slot; no two addresses share numbers."""
 
 
-MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle")
+MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle", "pair", "side")
 """What a result holds beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
 
 

@@ -1,21 +1,26 @@
-"""Scenic: what its parser makes of a road, and where its compiler puts the objects of a source."""
+"""Scenic: what its parser makes of a road, where its compiler puts the objects of a source, what it samples."""
 
 import json
 import math
+import random
 from pathlib import Path
 
+import numpy as np
 import scenic
 from answering import answer
 from scenic.core.object_types import Object, OrientedPoint
 from scenic.core.vectors import Vector
 from scenic.domains.driving.roads import Network
+from scipy.stats import ks_2samp
 
 NEAR = 1e-6
 """Of positions [m] and headings [rad]."""
 
 
 def check(job: dict) -> list[str]:
-    """A road is counted, a source compiled, looks are taken."""
+    """A road is counted, a source compiled, looks are taken, scenes sampled."""
+    if "drawn" in job:
+        return sample(job)
     if job["file"].endswith(".json"):
         return take_looks(job)
     return count(job) if job["file"].endswith(".xodr") else place(job)
@@ -46,6 +51,36 @@ def place(job: dict) -> list[str]:
         if off > NEAR or abs(turned) > NEAR:
             found.append(f"{Path(job['file']).name}: an object is off by {off:.3g} m and {turned:.3g} rad")
     return found
+
+
+ROUND = 4
+"""Digits that are compared: where something has one value, both have it but for rounding."""
+MOST_TRIES = 100_000
+
+
+def sample(job: dict) -> list[str]:
+    """As many scenes as ours; which of their columns have another law."""
+    random.seed(1)
+    np.random.seed(1)  # Scenic draws from it
+    scenario = scenic.scenarioFromFile(job["file"], mode2D=True)
+    count = len(next(iter(job["drawn"].values())))
+    scenes = [scenario.generate(maxIterations=MOST_TRIES)[0] for _ in range(count)]
+    theirs: dict[str, list[float]] = {name: [] for name in job["drawn"]}
+    for scene in scenes:
+        for number, thing in enumerate(scene.objects):
+            heading = thing.heading + math.pi / 2
+            values = thing.position.x, thing.position.y, math.cos(heading), math.sin(heading)
+            names = "x", "y", "cosine of heading", "sine of heading"
+            for name, value in zip(names, values, strict=True):
+                theirs[f"{name} of object {number}"].append(value)
+    return [finding for name in theirs if (finding := differs(name, job["drawn"][name], theirs[name], job["level"]))]
+
+
+def differs(name: str, ours: list[float], theirs: list[float], level: float) -> str:
+    rounded = [np.round(np.array(each) + math.pi * 10.0 ** -(ROUND + 1), ROUND) for each in (ours, theirs)]
+    p = ks_2samp(*rounded, method="asymp").pvalue
+    means = [f"{np.mean(each):.3g}" for each in rounded]
+    return f"{name}: p = {p:.1e}, means {means[0]} here and {means[1]} there" if p < level else ""
 
 
 HEIGHT = 2.0

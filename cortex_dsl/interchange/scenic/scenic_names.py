@@ -20,7 +20,7 @@ SHARED_FUNCTIONS = frozenset(
         "Range", "Normal", "TruncatedNormal", "Uniform", "Discrete", "DiscreteRange", "abs", "min", "max", "sum",
         "hypot", "sin", "cos", "round", "len", "filter", "map", "any", "all", "range", "list", "tuple", "localPath",
         "withinDistanceToAnyObjs", "withinDistanceToAnyCars", "withinDistanceToAnyPedestrians",
-        "withinDistanceToObjsInLane", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
+        "withinDistanceToObjsInLane", "resample", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
         "SetReverseAction",
     }
 )  # fmt: skip

@@ -27,6 +27,7 @@ from cortex_dsl.semantics.evaluation.operators import combine
 from cortex_dsl.semantics.evaluation.roads import map_line, reasons_for_road
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
+    POISON,
     Actor,
     BehaviourCall,
     BehaviourValue,
@@ -53,6 +54,8 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
+TIME_STEPS = (1e-4, 1.0)
+"""What a step may last [s]."""
 SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM, "fair")
 
 
@@ -111,7 +114,17 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
             ev.scope[entry.name] = value
         elif maps.read_named(ev, value, entry.span):
             continue
-        _note_idle_param(ev, entry)
+        if entry.name == "timestep" and ev.file.from_scenic:
+            _take_timestep(ev, Given(value, entry.value.span))
+        else:
+            _note_idle_param(ev, entry)
+
+
+def _take_timestep(ev: Evaluator, given: Given) -> None:
+    """Scenic's simulators step as this param says; `simulation(time_step=...)` comes first."""
+    if given.value is not POISON and ev.file.settings.time_step is None:
+        step = known_number(ev, given, TIME, "`timestep`", *TIME_STEPS)
+        ev.file.settings = replace(ev.file.settings, time_step=step)
 
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
@@ -168,7 +181,7 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
         attempts = whole_number(ev, value, span, "`max_attempts`")
         numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
         return attempts
-    low, high = (1e-4, 1.0) if name == "time_step" else (1e-4, 1e5)
+    low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
     return known_number(ev, argument, TIME, f"`{name}`", low, high)
 
 

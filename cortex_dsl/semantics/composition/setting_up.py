@@ -250,6 +250,7 @@ def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments
             with suppress(control.Leaving):  # said to stand in the wrong place
                 _set_up_by(here, statement, instance)
     instance.actors = ev.run.built.actors[before:]
+    ev.run.built.has_set_up |= bool(node.setup)
     if ev.run.ego is None:
         ev.run.built.first_ego = instance.ego
     number(ev.run)

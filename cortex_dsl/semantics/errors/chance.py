@@ -39,6 +39,18 @@ EMPTY_RANGE = Problem(
         "ego = new Car on road, with speed 5 m/s\n",
     ),
 )
+NOTHING_TO_RESAMPLE = Problem(
+    "SCN516",
+    "`resample` draws a number again, but this is no drawn one: it is {actual}",
+    "a constant, a sum and a param of the search are not what one distribution draws",
+    "write the distribution itself again",
+    page=Page(
+        "`resample` of what was not drawn",
+        "`resample(x)` draws once more from the distribution that x was drawn from; a constant has none.",
+        "x = 5\nego = new Car at (x, resample(x))\n",
+        "x = Range(4, 6)\nego = new Car at (x, resample(x))\n",
+    ),
+)
 BAD_DEVIATION = Problem(
     "SCN503",
     "the standard deviation must be above 0, but is {actual}",

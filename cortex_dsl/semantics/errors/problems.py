@@ -89,7 +89,7 @@ class Findings:
 
     def add(self, diagnostic: Diagnostic) -> None:
         """Keep one finding; a place has each code at most once, the first."""
-        if diagnostic.severity is Severity.ERROR and diagnostic.label.span in self._settled:
+        if diagnostic.severity is Severity.ERROR and self.is_settled(diagnostic.label.span):
             return
         here = self._found.setdefault((diagnostic.severity, diagnostic.label.span), {})
         here.setdefault(diagnostic.code, diagnostic)
@@ -105,6 +105,10 @@ class Findings:
             copied.add(finding)
         copied._settled = frozenset(span for severity, span in self._found if severity is Severity.ERROR)
         return copied
+
+    def is_settled(self, span: Span) -> bool:
+        """Whether an error of an earlier stage stands at a place, so that nothing more is told there."""
+        return span in self._settled
 
     @property
     def has_errors(self) -> bool:

@@ -105,7 +105,7 @@ def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Ca
         case Kind.FUNCTION:
             return _function(ev, row, given, node.span)
         case Kind.DISTRIBUTION:
-            return random_values.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
+            return random_values.drawn(ev, row.name, given, Site(node.span))
         case Kind.ACTION:
             return _action(ev, row, given, node.span)
         case Kind.BEHAVIOUR:
@@ -131,6 +131,7 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
     **driving.MEANINGS,
     **over_run.MEANINGS,
     **regions.MEANINGS,
+    **random_values.MEANINGS,
 }
 
 

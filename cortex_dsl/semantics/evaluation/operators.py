@@ -82,6 +82,10 @@ def constant(ev: Evaluator, node: nodes.Constant) -> Value:
     return None if node.value is None else Truth(ev.algebra.truth(node.value))
 
 
+def initial_scenario(ev: Evaluator, _node: nodes.InitialScenario) -> Value:
+    return Truth(ev.algebra.truth(not ev.run.built.has_set_up))
+
+
 def name(ev: Evaluator, node: nodes.Name) -> Value:
     if node.id == "self" and ev.moment.actor is not None:
         return ev.moment.actor

@@ -5,7 +5,7 @@ a behaviour the uniform numbers come from the scene's behaviour stream, a new on
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.chance import (
@@ -13,17 +13,18 @@ from cortex_dsl.semantics.errors.chance import (
     FIXED_EXHAUSTED,
     LIST_AS_OPTION,
     MIXED_OPTIONS,
+    NOTHING_TO_RESAMPLE,
     RANDOM_WHILE_RUNNING,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import TWO_UNITS
 from cortex_dsl.semantics.evaluation import bounds_given, numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
-from cortex_dsl.semantics.evaluation.functions import whole_number
+from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
-from cortex_dsl.semantics.model.wording import option_name, source_text
+from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
@@ -226,7 +227,22 @@ def sample_call(ev: Evaluator, call: nodes.Call, site: Site) -> Value:
     """The value of a distribution call."""
     assert isinstance(call.function, nodes.Name)
     name = call.function.id
-    return DISTRIBUTIONS[name](ev, name, evaluate_arguments(ev, call.arguments), site)
+    return drawn(ev, name, evaluate_arguments(ev, call.arguments), site)
+
+
+def drawn(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    """The value of a distribution; of a number it is noted down how another is drawn, for `resample`."""
+    value = DISTRIBUTIONS[name](ev, name, given, site)
+    if isinstance(value, Quantity) and not isinstance(value.expr, ir.Literal):
+        ev.run.redrawn[value.expr] = lambda at, span: drawn(at, name, given, Site(span, site.unit))
+    return value
+
+
+def _resample(ev: Evaluator, x: Given, span: Span) -> Value:
+    again = ev.run.redrawn.get(x.value.expr) if isinstance(x.value, Quantity) else None
+    if again is None:
+        raise NOTHING_TO_RESAMPLE.mistake(x.span, actual=kind_name(x.value))
+    return again(ev, span)
 
 
 def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | None:
@@ -321,3 +337,5 @@ DISTRIBUTIONS: dict[str, Distribution] = {
     "Discrete": _weighted,
     "Fixed": _fixed,
 }
+
+MEANINGS: Mapping[str, Meaning] = {"resample": _resample}

@@ -172,6 +172,8 @@ class Evaluator:
                 return self.usable(scope[name])
         if name == "ego" and self.ego is not None:
             return self.ego
+        if self.file.findings.is_settled(span):
+            raise Mistake
         raise UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
 
     def usable(self, value: Value) -> Value:

@@ -151,7 +151,7 @@ class FileContext:
     """What these need of a run that is over; all variants number them alike."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
     """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
-
+    _rule_numbers: dict[RuleKey, int] = field(default_factory=dict)
     controls: dict[str, Control] = field(default_factory=dict)
     """The actors that are driven from outside, by the name of their controllers; all variants number them alike."""
 
@@ -160,6 +160,8 @@ class FileContext:
 
     def gene_bounds(self) -> dict[int, Interval]:
         """SI bounds of every gene that stands for its own value."""
+        if self._bounded == len(self.genes):
+            return self._bounds
         for i, g in enumerate(islice(self.genes.values(), self._bounded, None), self._bounded):
             if g.kind != GeneKind.INDEX:
                 self._bounds[i] = g.low * g.scale, g.high * g.scale
@@ -169,7 +171,7 @@ class FileContext:
     def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
         """Number of the rule of this kind written at `span`."""
         self.rules.setdefault((span, kind), name)
-        return list(self.rules).index((span, kind))
+        return self._rule_numbers.setdefault((span, kind), len(self._rule_numbers))
 
     def reading(self, reading: ir.Reading) -> int:
         """Number of a reading."""
@@ -216,6 +218,8 @@ class Built:
     """The `mutate` statements of every scope."""
     mutated: set[tuple[Scope, str]] = field(default_factory=set)
     """Scopes and names of what carries noise."""
+    has_set_up: bool = False
+    """Whether a scenario with a setup was set up."""
     network: Network | None = None
     signals: SignalPlan | None = None
     environment: Environment | None = None
@@ -285,6 +289,8 @@ class VariantState:
     """The scenario that the run is, with the top level of the file."""
     compared: dict[Term, ir.Dimension | None] = field(default_factory=dict)
     """Dimension of what each comparison compares."""
+    redrawn: dict[Term, Callable[..., Value]] = field(default_factory=dict)
+    """Of each number that was drawn, what draws another like it."""
     assigning: str = ""
     """The name that is about to be assigned; it names objects and choices."""
 

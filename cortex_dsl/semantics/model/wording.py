@@ -4,6 +4,7 @@ dimension: messages about its requirements use the same one.
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import chain
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.model.areas import Area
@@ -156,7 +157,7 @@ def spoken_unit(
     written: nodes.Expression, condition: ir.Expr, dimension: ir.Dimension, genes: Mapping[str, ir.GeneInfo]
 ) -> str:
     """The first unit of a dimension that a condition writes, else that of a param it reads; "" where there is none."""
-    words = (*_written(written), *param_units(condition, genes))
+    words = chain(_written(written), param_units(condition, genes))
     return next((word for word in words if word in UNITS and UNITS[word].dimension == dimension), "")
 
 
@@ -171,8 +172,8 @@ def _written(condition: nodes.Expression) -> Iterator[str]:
 
 def param_units(condition: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> Iterator[str]:
     """The units of the params that an expression reads, in the order of the file; "" of those without."""
-    read = {leaf.index for leaf in leaves(condition) if isinstance(leaf, ir.Gene)}
-    yield from (gene.unit for index, gene in enumerate(genes.values()) if index in read)
+    known = list(genes.values())
+    yield from (known[index].unit for index in sorted({e.index for e in leaves(condition) if isinstance(e, ir.Gene)}))
 
 
 def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) -> str:

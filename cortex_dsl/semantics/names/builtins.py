@@ -126,6 +126,7 @@ _ROWS = (
     _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
     _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
     _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    _function("resample", "A drawn number once more: drawn from the same distribution, by itself.", "x"),
     # -- mathematics
     _function("abs", "Absolute value.", "x"),
     _function("min", "Least of several numbers, or of a list.", variadic=True),

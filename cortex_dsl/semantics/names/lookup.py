@@ -105,11 +105,10 @@ class Names:
 
     def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
         """Return the cure for `truck` where no object has that name: the class `Truck` is not what is missing."""
-        mine = candidates - BUILTINS.keys()
-        if not name[0].islower() or nearest(name, mine) is not None:
+        meant = class_called(name, names_of(Kind.CLASS)) if name[0].islower() else None
+        if meant is None or nearest(name, candidates - BUILTINS.keys()) is not None:
             return ""
-        meant = class_called(name, names_of(Kind.CLASS))
-        return f"make it first: `{name} = new {meant} …`" if meant else ""
+        return f"make it first: `{name} = new {meant} …`"
 
     def _report(self, name: str, span: Span) -> None:
         if name in self.table.all_names:

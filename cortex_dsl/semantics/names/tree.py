@@ -20,28 +20,36 @@ from cortex_dsl.syntax import nodes
 
 @cache
 def _field_names(kind: type) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(kind))
+    return tuple(f.name for f in fields(kind) if f.name != "span")
 
 
-def parts(node: nodes.Node) -> Iterator[nodes.Node]:
+def parts(node: nodes.Node) -> list[nodes.Node]:
     """The nodes directly inside a node, in the order of the text."""
+    found: list[nodes.Node] = []
     for name in _field_names(type(node)):
-        yield from _nodes_in(getattr(node, name))
+        value = getattr(node, name)
+        if isinstance(value, nodes.Node):
+            found.append(value)
+        elif isinstance(value, tuple):
+            found.extend(_nodes_among(value))
+    return found
 
 
 def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
     """All nodes below a node."""
-    for part in parts(node):
+    waiting = parts(node)[::-1]
+    while waiting:
+        part = waiting.pop()
         yield part
-        yield from everything_in(part)
+        waiting.extend(reversed(parts(part)))
 
 
-def _nodes_in(value: object) -> Iterator[nodes.Node]:
-    if isinstance(value, nodes.Node):
-        yield value
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _nodes_in(item)
+def _nodes_among(values: tuple[object, ...]) -> Iterator[nodes.Node]:
+    for value in values:
+        if isinstance(value, nodes.Node):
+            yield value
+        elif isinstance(value, tuple):
+            yield from _nodes_among(value)
 
 
 def attributes_read(module: nodes.Module) -> frozenset[str]:

@@ -52,6 +52,8 @@ Kind = tuple[int, int, int]
 class BestFirst(InCube):
     """An invalid or failed result counts as a try, and nothing is stepped from it."""
 
+    exploring = EXPLORING
+
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
         self._points, self._steps = np.empty((0, len(box))), np.empty(0)
@@ -68,7 +70,7 @@ class BestFirst(InCube):
         self._steps = np.full(self._population, WIDEST)
         self._stepped_from = np.empty(0, dtype=np.int64)
         if len(self._value) and self._cube.size:
-            count = self._population - round(EXPLORING * self._population)
+            count = self._population - round(self.exploring * self._population)
             self._stepped_from = self._chosen(count)
             self._points[:count], self._steps[:count] = self._children(stream)
         return [self._proposal(slot, point) for slot, point in enumerate(self._points)]
@@ -127,10 +129,14 @@ def near(points: Floats, point: Floats) -> np.ndarray:
 
 def kind_of(result: Result) -> Kind:
     """From where the other came at the closest approach, and how fast both were; -1 of what is not known."""
-    angle = measure(result, "approach_angle")
-    sector = -1 if isnan(angle) else round(angle / (2.0 * pi) * SECTORS) % SECTORS
     ego, other = (measure(result, name) for name in ("ego_speed", "other_speed"))
-    return sector, _step_of(ego), _step_of(other)
+    return sector_of(result), _step_of(ego), _step_of(other)
+
+
+def sector_of(result: Result) -> int:
+    """From where the other came, of `SECTORS`; -1 where that is not known."""
+    angle = measure(result, "approach_angle")
+    return -1 if isnan(angle) else round(angle / (2.0 * pi) * SECTORS) % SECTORS
 
 
 def _step_of(speed: float) -> int:

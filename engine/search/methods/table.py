@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from engine.config import Config
 from engine.search.methods.best_first import BestFirst
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting
+from engine.search.methods.failure_kinds import FailureKinds
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
@@ -111,6 +112,14 @@ SEARCHERS: dict[str, SearcherEntry] = {
             title="best-first search",
             style="green",
             alias="bf",
+        ),
+        SearcherEntry(
+            name="failure_kinds",
+            summary="failures bred kind by kind: many, that differ",
+            build=_plain(FailureKinds),
+            title="failures by kind",
+            style="green",
+            alias="fk",
         ),
         SearcherEntry(
             name="trust_regions",

@@ -21,12 +21,13 @@ Rasmussen and Williams (2006), algorithm 2.1 and equation 4.17 (Matern 5/2).
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import ceil, isnan
+from math import ceil
 from typing import cast
 
 import numpy as np
 from numpy.random import Generator
 
+from engine.search.methods.best_first import sector_of
 from engine.search.methods.cube import InCube
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats, Ints
@@ -53,7 +54,6 @@ SEEN = 0.15
 """What an earlier start of the same kind costs a start, in shares of all runs that are better."""
 NEAR = 0.1
 """Nearer to an earlier centre than this, in every gene, no region starts."""
-SECTORS = 8
 STANDING = 0.5
 """Who is slower stands [m/s]."""
 
@@ -166,9 +166,7 @@ class TrustRegions(InCube):
 
 def kind_of(result: Result) -> Kind:
     """From where the other came at the closest approach, and whether each moved."""
-    angle = measure(result, "approach_angle")
-    sector = -1 if isnan(angle) else round(angle / (2.0 * np.pi) * SECTORS) % SECTORS
-    return sector, measure(result, "ego_speed") > STANDING, measure(result, "other_speed") > STANDING
+    return sector_of(result), measure(result, "ego_speed") > STANDING, measure(result, "other_speed") > STANDING
 
 
 def _candidates(region: Region, stream: Generator) -> Floats:

@@ -285,3 +285,41 @@ def test_a_wrong_place_does_not_hide_what_is_wrong_in_a_behavior() -> None:
     )
     assert sorted(errors(text)) == ["SCN205", "SCN303"]
     assert sorted(errors(text.replace("Car at 3 m,", "Pedestrian"))) == ["SCN205", "SCN407"]
+
+
+def test_resample_draws_from_the_same_distribution_by_itself() -> None:
+    """Uncorrelated, of the same law; a second one too; what the first depends on stays as it was drawn."""
+    text = f"m = Range(20, 40)\nx = Normal(m, 1)\nego = new Car at (x, resample(x)), with speed m * 1 m/s{FREE}\n"
+    drawn = rows(HERE + text, 400)[:, 0]
+    x, y, m = drawn[:, Column.X], drawn[:, Column.Y], drawn[:, Column.SPEED]
+    assert abs(float(np.corrcoef(x - m, y - m)[0, 1])) < 0.2
+    assert float(np.std(x - m)) == pytest.approx(1.0, abs=0.15) == pytest.approx(float(np.std(y - m)), abs=0.3)
+
+
+def test_a_concrete_copy_keeps_what_was_drawn_again() -> None:
+    scenario = compile_text(HERE + f"x = Uniform(4, 6, 9)\nego = new Car at (x, resample(x)), facing 0 deg{FREE}\n")
+    scenes = scenario.sample(1, seed=3)
+    copy = compile_text(scenario.concrete(scenes))
+    assert np.array_equal(copy.sample(1).values[0, :2], scenes.values[0, :2])
+    assert scenes.values[0, 0] != scenes.values[0, 1]
+
+
+def test_the_initial_scenario_is_the_first_with_a_setup() -> None:
+    """Scenic's own cases: of two that `compose` starts the first, none where the one that runs has a setup."""
+    part = "scenario Sub(y):\n    setup:\n        if initial scenario:\n            ego = new Object at (0, 0)\n"
+    part += "        p = new Object at (9, y)\n"
+    bare = "scenario Main():\n    compose:\n        do Sub(9), Sub(19)\n"
+    placed = bare.replace("    compose", "    setup:\n        ego = new Object at (30, 0)\n    compose")
+    assert rows(HERE + part + bare)[0, :, Column.X].tolist() == [0.0, 9.0, 9.0]
+    assert rows(HERE + part + placed)[0, :, Column.X].tolist() == [30.0, 9.0, 9.0]
+
+
+def test_the_timestep_of_scenic_is_the_step_of_the_run() -> None:
+    """With a `model` line; `simulation` comes first, and one that is no step is refused."""
+    car = "ego = new Car on road\n"
+    said = "param timestep = 0.1\n"
+    assert compile_text(MODEL + said + car).config.simulation.time_step == 0.1
+    assert compile_text(HERE + said + car).config.simulation.time_step == 0.05
+    both = MODEL + said + "simulation(time_step=0.02 s)\n" + car
+    assert compile_text(both).config.simulation.time_step == 0.02
+    assert errors(MODEL + "param timestep = 9\n" + car) == ["SCN402"]

@@ -1,6 +1,7 @@
 """What a search looks for: rows by name, what they make of runs, and what is said of those that cannot be."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -102,6 +103,8 @@ def test_avoidable_is_graded(runs: Runs) -> None:
         assert answer.avoidance is not Avoidance.LOST or values[row] == 0.0
     assert (values[~outcomes.collided] < 1.0).all()
     assert (values >= 0.0).all()
+    in_threads = replace(runs.config, search=replace(runs.config.search, jobs=3))
+    np.testing.assert_array_equal(how_avoidable(replace(runs, config=in_threads)), values)
 
 
 def test_conflict_is_nothing_on_contact_and_worse_than_that_without(runs: Runs) -> None:

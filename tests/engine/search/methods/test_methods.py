@@ -18,6 +18,7 @@ from engine.search.campaign import Campaign
 from engine.search.methods.best_first import BestFirst, rarity
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
+from engine.search.methods.failure_kinds import FailureKinds
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
@@ -44,6 +45,7 @@ METHODS: dict[str, Build] = {
     "differential_evolution": DifferentialEvolution,
     "niching": NichingSearch,
     "best_first": BestFirst,
+    "failure_kinds": FailureKinds,
     "trust_regions": TrustRegions,
     "cmaes": CovarianceAdaptation,
     "nsga2": NonDominatedSorting,
@@ -57,6 +59,7 @@ LEARNING = (
     "differential_evolution",
     "niching",
     "best_first",
+    "failure_kinds",
     "trust_regions",
     "cmaes",
 )
@@ -293,6 +296,28 @@ def test_best_first_search_leaves_a_slope_that_ends(
         for method in ("best_first", "random")
     }
     assert away["best_first"] < 0.02 < 0.08 < away["random"]
+
+
+# -- failures by kind --------------------------------------------------------------------------------------------------
+
+
+def test_failures_that_chance_decides_are_bred_from(
+    spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]
+) -> None:
+    """In a small place every fifth run fails, without a slope that leads there: ten times random's are found."""
+    space, place = spaces([0.0] * 3, [1.0] * 3), np.array([0.3, 0.7, 0.4])
+
+    def chance(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        again = np.array([np.random.default_rng(key.tolist()).random() for key in keys])
+        failed = (np.linalg.norm(genomes - place, axis=1) < 0.15) & (again < 0.2)
+        return rows(np.zeros(len(keys), dtype=np.int32), np.where(failed, 0.0, 9.0))
+
+    config = SearchConfig(generations=15, population=100, probes=0)
+    found = {
+        method: int(search(method, space, chance, config).evaluations.rollouts.collided.sum())
+        for method in ("failure_kinds", "random")
+    }
+    assert found["failure_kinds"] > 10 * (found["random"] + 1)
 
 
 # -- trust regions -----------------------------------------------------------------------------------------------------
