@@ -14,7 +14,7 @@ LONGEST = 350
 LONGER = {
     "cortex_dsl/ir.py": 490,
     "cortex_dsl/syntax/nodes.py": 820,
-    "cortex_dsl/syntax/expressions.py": 450,
+    "cortex_dsl/syntax/expressions.py": 455,
 }
 """Files that are one list each of small things of one kind, where a reader jumps to a name."""
 

@@ -47,12 +47,14 @@ BODY = (
 TABLES: dict[str, tuple[Row, ...]] = {
     "specifiers": (
         _same("`with P V`", "a = new Object with foo 3\n", "on others than an `Object`: what the file asks for"),
-        _same("`at V`", "a = new Object at (20, 3)\n"),
+        _differs("`at V`", "heads as an oriented point does; Scenic 3 takes its place alone",
+                 "a = new Object at (20, 3)\n"),
         _same("`in R`, `on R`", "a = new Car in road\nb = new Car on road\n"),
         _same("`contained in R`", "a = new Car contained in road\n"),
         _same("`offset by V`", "a = new Object offset by (0, 9)\n"),
         _same("`offset along D by V`", "a = new Object offset along 30 deg by (0, 9)\n"),
-        _same("`beyond P by V from Q`", "a = new Object beyond (9, 9) by 3 from ego\n"),
+        _differs("`beyond P by V from Q`", "heads as Q does, as Scenic's reference says; Scenic 3.1.1 heads north",
+                 "a = new Object beyond (9, 9) by 3 from ego\n"),
         _same("`visible [from X]`, `not visible [from X]`", "a = new Car visible\nb = new Car not visible from ego\n"),
         _same("`left of`, `right of`, `ahead of`, `behind`", "a = new Object left of (9, 9) by (1, 2)\n"),
         _missing("`above`, `below`", PLAIN, "a = new Object above ego by 3\n"),
