@@ -206,8 +206,9 @@ def _counts(one: Driven, blind: Driven) -> np.ndarray:
 
 def _row(file: str, driver: str, counts: np.ndarray) -> Row:
     scenes, hits, avoidable, struck, stood, free, through, lost = (float(number) for number in counts)
-    shares = [each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood)]
-    return Row(file, driver, int(scenes), *shares, through / free if free else float("nan"), lost / max(scenes, 1.0))
+    hits, avoidable, struck, stood, lost = (each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood, lost))
+    through = through / free if free else float("nan")
+    return Row(file, driver, int(scenes), hits, avoidable, struck, stood, through, lost)
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------

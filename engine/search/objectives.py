@@ -7,6 +7,7 @@ The paper's risk is no row that costs anything: a search for it alone keeps and 
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,8 +52,9 @@ class Runs:
 
     def only(self, rows: Bools) -> "Runs":
         """Some of them."""
-        tables = self.scenes, self.outcomes, self.risk
-        return Runs(self.program, self.config, *(take(table, rows) for table in tables))
+        return replace(
+            self, scenes=take(self.scenes, rows), outcomes=take(self.outcomes, rows), risk=take(self.risk, rows)
+        )
 
     def encounters(self, row: int) -> list[Encounter]:
         """The ego and each other that it meets, of one valid scene, driven again."""

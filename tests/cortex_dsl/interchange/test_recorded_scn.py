@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from engine.interchange.measuring import measure
 from engine.interchange.sources import read_recording
 from engine.vocabulary import State
 
-SEEN = {"EGO_AHEAD": 0, "EGO_PACE": 1, "TRUCK_9_AHEAD": 0, "TRUCK_9_PACE": 1}
+SEEN: dict[str, Any] = {"EGO_AHEAD": 0, "EGO_PACE": 1, "TRUCK_9_AHEAD": 0, "TRUCK_9_PACE": 1}
 
 
 def near_miss(path: Path, step: float = 0.04, radius: float = 40.0) -> Path:
