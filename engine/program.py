@@ -20,7 +20,7 @@ from engine.errors import CortexError
 from engine.frozen import frozen
 from engine.judged import NOTHING_JUDGED, Judged, judged_from
 from engine.maps import MapSpec, map_content, map_from
-from engine.tables import ROAD_INDEX, CodeTables, Floats, Ints, RoadTables
+from engine.tables import ROAD_INDEX, CodeTables, Floats, Ints, RoadTables, kept_road
 from engine.vocabulary import RuleKind
 
 
@@ -313,7 +313,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         **own,
         "space": ParamSpace(**space, **group("space.")),
         "code": CodeTables(**group("code.")),
-        "road": RoadTables(**group("road.")),
+        "road": kept_road(group("road.")),
         "road_spec": map_from(header["road_spec"]),
         "settings": Settings(**header["settings"]),
         "actors": tuple(header["actors"]),

@@ -3,6 +3,7 @@
 This module imports neither numba nor the rest of the engine, so the compiler may build tables without them.
 """
 
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -62,6 +63,12 @@ class RoadTables(NamedTuple):
     """(cells, 3): x, y of a point of the cell that lies on no edge, and 1 where it is in the road, else 0."""
     cell_frame: Floats = np.zeros(0)
     """(5,): least x and least y of all cells, side of a cell [m], columns, rows. Off the cells there is no road."""
+
+
+def kept_road(arrays: Mapping[str, np.ndarray]) -> RoadTables:
+    """Tables whose arrays were kept; without their index if that is another version's."""
+    index = {} if ROAD_INDEX - arrays.keys() else {name: arrays[name] for name in ROAD_INDEX}
+    return RoadTables(**{name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX}, **index)
 
 
 def no_road() -> RoadTables:

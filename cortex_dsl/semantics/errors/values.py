@@ -328,7 +328,7 @@ LIST_TOO_LONG = Problem(
     ),
 )
 BAD_TRACK = Problem(
-    "SCN449",
+    "SCN457",
     "this track cannot be replayed: {reason}",
     cure="{cure}",
     page=Page(
