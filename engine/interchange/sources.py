@@ -229,4 +229,4 @@ def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...
                 rear_to_center=actor.rear_to_center,
             )
         )
-    return Tracks(tuple(tracks), remarks, file, begin)
+    return Tracks(tuple(tracks), remarks, file, begin, buildings=recording.buildings)

@@ -325,6 +325,30 @@ def commonroad(folder: Path) -> Path:
     return path
 
 
+def test_what_stands_beside_a_road_of_commonroad(tmp_path: Path) -> None:
+    """Buildings that are rectangles are walls, wherever their place is said; what else there is, is left out by name."""
+    text = commonroad(tmp_path).read_text()
+    assert read_recording(tmp_path / "scenario.xml").recording.buildings is None
+    box = "<rectangle><length>9</length><width>4</width>"
+    around = (
+        f'<environmentObstacle id="71"><type>building</type><shape>{box}<orientation>0.5</orientation><center><x>300</x>'
+        "<y>-7</y></center></rectangle></shape></environmentObstacle>",
+        f'<environmentObstacle id="72"><type>pillar</type><shape>{box}</rectangle></shape></environmentObstacle>',
+        f'<environmentObstacle id="73"><type>building</type><shape>{2 * f"{box}</rectangle>"}</shape>'
+        "</environmentObstacle>",
+    )
+    path = tmp_path / "town.xml"
+    path.write_text(text.replace("</commonRoad>", f"{''.join(around)}</commonRoad>"))
+    read = read_recording(path)
+    assert read.recording.buildings is not None
+    assert read.recording.buildings.tolist() == [[300.0, -7.0, 0.5, 9.0, 4.0]]
+    (said,) = [each for each in read.remarks if "environment" in each]
+    assert said.endswith('no rectangular buildings: the first is "72"')
+    path.write_text(path.read_text().replace("<width>4", "<width>-4"))
+    with pytest.raises(InterchangeError, match="a building of -4 m"):
+        read_recording(path)
+
+
 def osi(folder: Path) -> Path:
     """ASAM OSI: protobuf messages, each behind its length."""
 
