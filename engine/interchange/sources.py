@@ -65,7 +65,8 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
             (".xml",),
             b"<commonRoad",
             "engine.interchange.logs.commonroad:read_commonroad",
-            "time steps of the file's own size; the ego is its solution, `NAME.solution.xml`, where that lies beside",
+            "time steps of the file's own size; the ego is its solution, `NAME.solution.xml`, where that lies beside; "
+            "buildings are walls",
         ),
         "CARLA": Source(
             "CARLA's recorder, as text",

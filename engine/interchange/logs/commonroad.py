@@ -54,7 +54,8 @@ def read_commonroad(path: Path) -> Tracks:
 
 def _with_buildings(tracks: Tracks, root: Node) -> Tracks:
     """Of what stands beside the road, buildings that are rectangles are walls; the rest is left out with a remark."""
-    walls, left = [], []
+    walls: list[tuple[float, ...]] = []
+    left: list[str] = []
     for node in root.every("environmentObstacle"):
         shape = node.need("shape")
         if _type(node) == "building" and [each.tag for each in shape.children] == ["rectangle"]:

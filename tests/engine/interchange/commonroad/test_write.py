@@ -251,7 +251,8 @@ def test_buildings_are_there_and_stop_the_ego(tmp_path: Path) -> None:
     read = read_recording(tmp_path / "case.cr.xml").recording
     assert read.buildings is not None
     assert np.array_equal(read.buildings, blocks)
-    boxes = [Box(*state[[State.X, State.Y, State.HEADING]], *SIZE) for state in read.states[:, 0]]
+    places = read.states[:, 0, [State.X, State.Y, State.HEADING]].tolist()
+    boxes = [Box(x, y, heading, *SIZE) for x, y, heading in places]
     hit = [any(box_distance(box, Box(*row)) == 0.0 for row in blocks.tolist()) for box in boxes]
     assert hit == [False, False, False, True, False, False]
     outcomes = measure(read).outcomes
