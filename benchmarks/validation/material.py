@@ -127,6 +127,7 @@ def facts(case: ExportCase) -> dict[str, Any]:
     return {
         "places": recording.states[0][there[0]][:, [State.X, State.Y, State.HEADING]].tolist(),
         "movers": int(there.any(axis=0).sum()),
+        "buildings": 0 if recording.buildings is None else len(recording.buildings),
         "rows": int(there.sum()),
         "size": [ego.length, ego.width],
         "step": recording.step,

@@ -66,7 +66,8 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
             (".xml",),
             b"<commonRoad",
             "engine.interchange.logs.commonroad:read_commonroad",
-            "time steps of the file's own size; the ego is its solution, `NAME.solution.xml`, where that lies beside",
+            "time steps of the file's own size; the ego is its solution, `NAME.solution.xml`, where that lies beside; "
+            "buildings are walls",
         ),
         "CARLA": Source(
             "CARLA's recorder, as text",
@@ -231,4 +232,4 @@ def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...
                 slides=states[:, State.PRESENT] == SLIDING,
             )
         )
-    return Tracks(tuple(tracks), remarks, file, begin)
+    return Tracks(tuple(tracks), remarks, file, begin, buildings=recording.buildings)

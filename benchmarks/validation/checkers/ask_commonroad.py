@@ -12,8 +12,11 @@ def check(job: dict) -> list[str]:
     found = [] if str(solution.scenario_id) == str(scenario.scenario_id) else ["benchmark ids differ"]
     if set(solution.planning_problem_ids) != set(problems.planning_problem_dict):
         found.append("the solution is one of other problems")
-    if len(scenario.obstacles) != job["movers"] - 1:
-        found.append(f"{len(scenario.obstacles)} obstacles, not {job['movers'] - 1}")
+    walls = [each.obstacle_type.value for each in scenario.environment_obstacle]
+    if walls != ["building"] * job["buildings"]:
+        found.append(f"{len(walls)} obstacles of the environment, not {job['buildings']} buildings")
+    if len(scenario.obstacles) != job["movers"] - 1 + len(walls):
+        found.append(f"{len(scenario.obstacles) - len(walls)} obstacles, not {job['movers'] - 1}")
     crossed = [each for each in scenario.lanelet_network.lanelets if not each.polygon.shapely_object.is_valid]
     return found + [f"lanelet {each.lanelet_id} crosses itself" for each in crossed]
 

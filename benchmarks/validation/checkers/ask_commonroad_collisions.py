@@ -24,10 +24,14 @@ def check(job: dict) -> list[str]:
 
 
 def first_collision(scenario: object, solution: object, size: list[float]) -> int | None:
-    """The first step at which the ego, in its own size, overlaps somebody."""
+    """The first step at which the ego, in its own size, overlaps somebody, or a building. What the checker makes of a
+    scenario by itself leaves obstacles of the environment out, which have a shape and no states.
+    """
     trajectory = solution.planning_problem_solutions[0].trajectory
     ego = create_collision_object(TrajectoryPrediction(trajectory, Rectangle(*size)))
-    others = [create_collision_object(each) for each in scenario.obstacles]
+    walls = [each.obstacle_shape for each in scenario.environment_obstacle]
+    bodies = [*scenario.static_obstacles, *scenario.dynamic_obstacles, *walls]
+    others = [create_collision_object(each) for each in bodies]
     for step in range(len(trajectory.state_list)):
         checker = pycrcc.CollisionChecker()
         for other in others:

@@ -19,6 +19,7 @@ from cortex_dsl.interchange.scenic.scenic_names import (
 )
 from cortex_dsl.interchange.scenic.write_expressions import Expressions, heading_from_north
 from cortex_dsl.semantics.model.values import Actor, Pose, Value
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS
 from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.source import Span
@@ -26,7 +27,7 @@ from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write
 from engine.interchange.contract import InterchangeError
 from engine.interchange.recording import Recording
-from engine.vocabulary import State
+from engine.vocabulary import ActorKind, State
 
 Block = tuple[nodes.Statement, ...]
 
@@ -89,12 +90,9 @@ def _param_entry(file: Statements, entry: nodes.ParamEntry) -> Block:
     return nodes.Assign((entry.name,), text, span=NOWHERE), written
 
 
-def _signals(file: Statements, node: nodes.Signals) -> Block:
-    return file.left_out(node, "traffic lights, which Scenic's driving library does not have")
-
-
-def _environment(file: Statements, node: nodes.Environment) -> Block:
-    return file.left_out(node, "the environment: Scenic's driving library knows neither grip nor fog")
+def _lacking(why: str) -> Callable[[Statements, nodes.Statement], Block]:
+    """A statement that Scenic has not, whatever it says."""
+    return lambda file, node: file.left_out(node, why)
 
 
 def _import(file: Statements, node: nodes.Import) -> Block:
@@ -214,8 +212,10 @@ _HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
     nodes.Model: _nothing,
     nodes.Simulation: _nothing,
     nodes.Mutate: _nothing,
-    nodes.Signals: _signals,
-    nodes.Environment: _environment,
+    nodes.Signals: _lacking("traffic lights, which Scenic's driving library does not have"),
+    nodes.Environment: _lacking("the environment: Scenic's driving library knows neither grip nor fog"),
+    nodes.Expect: _lacking("Scenic has no `expect`"),
+    nodes.Optimize: _lacking("Scenic has neither `maximize` nor `minimize`"),
     nodes.Param: _param,
     nodes.Import: _import,
     nodes.ImportFrom: _import_from,
@@ -259,8 +259,19 @@ def made(to: Expressions, node: nodes.New) -> nodes.New:
     kept = (each for with_ in given for each in _property(to, with_))
     placed = stand.specifiers() if stand else list(map(partial(_placing, to), _placings(node)))
     added = _sizes(value, to.recording, given) if isinstance(value, Actor) else []
-    free = [] if node.class_name in ("Point", "OrientedPoint") else [_with("regionContainedIn", "everywhere")]
-    return replace(node, specifiers=(*placed, *kept, *added, *free))
+    return replace(node, specifiers=(*placed, *kept, *added, *_free(to, node)))
+
+
+def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
+    """Nobody has to be on a road at the start, nor where the ego sees it, which Scenic asks of every `Object` but those
+    of its driving library.
+    """
+    if node.class_name in ("Point", "OrientedPoint"):
+        return
+    yield _with("regionContainedIn", "everywhere")
+    seen = {to.recording.actors[each.index].kind for each in to.worth(node.span) if isinstance(each, Actor)}
+    if ActorKind.OBSTACLE in (seen or {ACTOR_KINDS.get(node.class_name)}):
+        yield _with("requireVisible", "False")
 
 
 def _stand(value: Value, recording: Recording) -> Stand | None:

@@ -9,6 +9,8 @@ from engine.interchange.opendrive.check import twice
 from engine.interchange.own_xml import read_tree
 from engine.interchange.recording import RecordedCase
 
+OTHERS, BUILDINGS = ("dynamicObstacle", "staticObstacle"), ("environmentObstacle",)
+
 
 def check_commonroad(
     case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions
@@ -25,7 +27,8 @@ def check_commonroad(
                 yield tree.finding(element, f"it refers to {to}, which is not there", "name an id of this file")
         if tree.find("planningProblem") is None:
             yield tree.finding(tree.root, "the ego has no planningProblem", "give it one")
-        others = sum(1 for tag in ("dynamicObstacle", "staticObstacle") for _ in tree.root.iter(tag))
-        wanted = len(timeline(case.replay).others)
-        if others != wanted:
-            yield tree.finding(tree.root, f"{others} obstacles of {wanted} are there", "export it again")
+        line = timeline(case.replay)
+        there = (("obstacles", OTHERS, len(line.others)), ("buildings", BUILDINGS, len(line.buildings)))
+        for what, tags, wanted in there:
+            if (found := sum(1 for tag in tags for _ in tree.root.iter(tag))) != wanted:
+                yield tree.finding(tree.root, f"{found} {what} of {wanted} are there", "export it again")

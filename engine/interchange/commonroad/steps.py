@@ -65,6 +65,11 @@ class Timeline:
     """All actors that are there at some step."""
 
     @property
+    def buildings(self) -> Floats:
+        """As `Recording.buildings`."""
+        return _buildings(self.recording)
+
+    @property
     def signals(self) -> SignalTimes | None:
         """The plan of the lights as it runs from step 0 on."""
         signals = self.recording.signals
@@ -100,12 +105,13 @@ def timeline(recording: Recording) -> Timeline:
 
 
 def _through_contact(recording: Recording) -> Recording:
-    """Whole steps, one of them after contact; there the two stand where they would without it, their outlines overlap.
+    """Whole steps, one of them after contact; there the two stand where they would without it, their outlines overlap;
+    or the ego, which then overlaps a building.
 
     CommonRoad looks for collisions at whole steps, and contact physics has most outlines apart again by then.
     """
     whole, contact = recording.on_steps(), recording.contact
-    if contact is None or len(contact.actors) < 2:  # a building overlaps nobody there
+    if contact is None:
         return whole
     after = int(np.searchsorted(whole.time, contact.time + SAME_INSTANT, "right"))
     if after == 0:
@@ -118,22 +124,28 @@ def _through_contact(recording: Recording) -> Recording:
     if elapsed < SHORT * recording.step:  # too short to show a direction
         before, elapsed = whole.states[max(after - 2, 0)], elapsed + recording.step
     ahead = (whole.time[after] - contact.time) / elapsed
-    pair, states = list(contact.actors), whole.states.copy()
-    states[after, pair] = _overlapping(recording, contact, touching[pair], ahead * (touching - before)[pair])
+    who, states = list(contact.actors), whole.states.copy()
+    states[after, who] = _overlapping(recording, contact, touching[who], ahead * (touching - before)[who])
     return replace(whole, states=states)
 
 
 def _overlapping(recording: Recording, contact: Contact, touching: Floats, way: Floats) -> Floats:
-    """States of the two that touch, moved on along their way until their outlines overlap: two that graze would have
-    passed at its end.
+    """States of the two that touch, or of the one that touches a building, moved on along their way until outlines
+    overlap: two that graze would have passed at its end.
     """
-    one, other = (recording.actors[i] for i in contact.actors)
+    walls = [Box(*row) for row in _buildings(recording).tolist()]
     for halvings in range(HALVINGS):
         states = touching.copy()
         states[:, PLACE] += 0.5**halvings * way[:, PLACE]
-        if box_distance(_box(one, states[0]), _box(other, states[1])) == 0.0:
+        ego, *other = (_box(recording.actors[i], state) for i, state in zip(contact.actors, states, strict=True))
+        if any(box_distance(ego, each) == 0.0 for each in other or walls):
             return states
     return touching
+
+
+def _buildings(recording: Recording) -> Floats:
+    assert recording.road is not None
+    return build_network(recording.road).buildings
 
 
 def _box(actor: RecordedActor, state: Floats) -> Box:

@@ -26,7 +26,7 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import PHASES, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number, xml_text
-from engine.maps import RoadSpec
+from engine.kernels.geometry import Box
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
@@ -87,8 +87,8 @@ def remarks(line: Timeline) -> tuple[str, ...]:
 
 
 def _buildings(line: Timeline) -> Iterator[str]:
-    if isinstance(line.recording.road, RoadSpec) and line.recording.road.buildings is not None:
-        yield "the buildings beside the road are left out"
+    if len(line.buildings):
+        yield "buildings are obstacles of the environment, which CommonRoad's own collision checker passes over"
 
 
 def _contact(line: Timeline) -> Iterator[str]:
@@ -102,7 +102,10 @@ def _contact(line: Timeline) -> Iterator[str]:
             "CommonRoad knows whole steps only"
         )
     after = int(step + 1e-6) + 1
-    yield f"at step {after} the two stand as they would without contact, as far on as their outlines overlap"
+    if len(contact.actors) < 2:
+        yield f"at step {after} {names} stands as it would without contact, as far on as it reaches into the building"
+    else:
+        yield f"at step {after} the two stand as they would without contact, as far on as their outlines overlap"
     yield "what follows first contact is contact physics, which no vehicle model of CommonRoad drives"
 
 
@@ -199,6 +202,8 @@ def _scenario(line: Timeline, ids: Ids, name: str) -> Element:
     add_road(root, ids, line.signals, recording.step)
     for track in sorted(line.others, key=_is_dynamic):  # static ones first, as the schema has them
         _add_actor(root, ids.actor(track.index), track)
+    for index, row in enumerate(line.buildings.tolist(), len(recording.actors)):
+        _add_building(root, ids.actor(index), Box(*row))
     _add_problem(root, ids.actor(0), line.ego)
     return root
 
@@ -272,6 +277,25 @@ def _add_state(parent: Element, tag: str, track: Course, step: int) -> None:
     )
 
 
+# -- buildings
+
+
+def _add_building(root: Element, id: int, block: Box) -> None:  # noqa: A002 -- the attribute's name
+    """The schema has the type `building` for obstacles of the environment alone."""
+    element = child(root, "environmentObstacle", id=id)
+    add_text(element, "type", "building")
+    _add_box(child(element, "shape"), block)
+
+
+def _add_box(parent: Element, box: Box) -> None:
+    """A rectangle with its place."""
+    rectangle = add_rectangle(parent, box.length, box.width)
+    add_text(rectangle, "orientation", decimal(box.heading))
+    center = child(rectangle, "center")
+    add_text(center, "x", decimal(box.x))
+    add_text(center, "y", decimal(box.y))
+
+
 # -- the ego
 
 
@@ -282,8 +306,5 @@ def _add_problem(root: Element, id: int, ego: Course) -> None:  # noqa: A002 -- 
     goal = child(problem, "goalState")
     last = len(ego) - 1
     add_interval(goal, "time", last, last)
-    area = add_rectangle(child(goal, "position"), ego.actor.length, ego.actor.width)
-    add_text(area, "orientation", decimal(ego.heading[-1]))
-    center = child(area, "center")
-    add_text(center, "x", decimal(ego.x[-1]))
-    add_text(center, "y", decimal(ego.y[-1]))
+    area = Box(float(ego.x[-1]), float(ego.y[-1]), float(ego.heading[-1]), ego.actor.length, ego.actor.width)
+    _add_box(child(goal, "position"), area)

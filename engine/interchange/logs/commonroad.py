@@ -1,18 +1,23 @@
-"""A CommonRoad scenario: obstacles with their trajectories, and the ego as its solution, where that lies beside it.
+"""A CommonRoad scenario: obstacles with their trajectories, buildings as walls, and the ego as its solution, where that
+lies beside it.
 
 Source: CommonRoad, "XML format 2020a" (and 2018b, whose obstacles have a role): positions are centres of rectangles,
 times count steps of the file's `timeStepSize`, angles are radians. States that are intervals say no motion.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from engine.interchange.commonroad.write import VEHICLES
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.tracks import Tracks
 from engine.interchange.xml import Limits, Node, read_xml
+from engine.opendrive.read import LARGEST_BUILDING
 from engine.vocabulary import ActorKind
 
 LIMITS = Limits(megabytes=200.0, elements=12_000_000)
@@ -42,8 +47,39 @@ def read_commonroad(path: Path) -> Tracks:
     """Raises InterchangeError: unreadable, no scenario, an outline that is no rectangle, a state that is no number."""
     root = read_xml(path, "commonRoad", LIMITS, texts=True)
     step = root.number("timeStepSize", low=1e-6)
-    rows = [*_ego(path, step), *(row for node in root.every(*OBSTACLES) for row in _obstacle(node, step, _last(root)))]
-    return tracks_of_rows(path, LAYOUT, KEYS, rows)
+    last = _last(root)
+    rows = [*_ego(path, step), *(row for node in root.every(*OBSTACLES) for row in _obstacle(node, step, last))]
+    return _with_buildings(tracks_of_rows(path, LAYOUT, KEYS, rows), root)
+
+
+def _with_buildings(tracks: Tracks, root: Node) -> Tracks:
+    """Of what stands beside the road, buildings that are rectangles are walls; the rest is left out with a remark."""
+    walls: list[tuple[float, ...]] = []
+    left: list[str] = []
+    for node in root.every("environmentObstacle"):
+        shape = node.need("shape")
+        if _type(node) == "building" and [each.tag for each in shape.children] == ["rectangle"]:
+            walls.append(_wall(shape.children[0]))
+        else:
+            left.append(node.text("id"))
+    what = "obstacles of the environment are left out that are no rectangular buildings"
+    remarks = (f"{what}: the first is {quoted(left[0])}",) if left else ()
+    return replace(tracks, remarks=(*tracks.remarks, *remarks), buildings=np.array(walls) if walls else None)
+
+
+def _wall(box: Node) -> tuple[float, ...]:
+    """Its row of `Recording.buildings`.
+
+    Raises:
+        InterchangeError: a value is missing or no number, or a size is none of a building.
+    """
+    heading, center = box.find("orientation"), box.find("center")
+    place = (center.need(axis).content_number() if center else 0.0 for axis in ("x", "y"))
+    sizes = [box.need(name) for name in ("length", "width")]
+    for each in sizes:
+        if not 0.0 < each.content_number() <= LARGEST_BUILDING:
+            raise each.error(f"a building of {each.content_number():g} m", f"correct the {each.tag}")
+    return *place, heading.content_number() if heading else 0.0, *(each.content_number() for each in sizes)
 
 
 def _last(root: Node) -> int:

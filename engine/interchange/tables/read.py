@@ -97,6 +97,7 @@ def recording_of(
         time=time - time[0],
         states=_states(kept, time),
         step=usual_step(time) if step is None else step,
+        buildings=tracks.buildings,
         commands=False,
     )
     gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_of(t.time)))

@@ -100,6 +100,8 @@ class Tracks:
     """The first time, as the file counts [s]; tracks count from there."""
     numbered: bool = False
     """Whether actors have numbers alone, of which 0 is the ego's unless something else is said."""
+    buildings: Floats | None = None
+    """As `Recording.buildings`."""
 
 
 def tracks_of(cells: Cells) -> Tracks:

@@ -109,15 +109,20 @@ def test_another_brake_is_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 4])
-@pytest.mark.parametrize("name", ["xosc", "csv"])
+@pytest.mark.parametrize("name", ["xosc", "csv", "commonroad"])
 def test_a_run_that_ends_at_a_building_is_read_back(name: str, seed: int, tmp_path: Path) -> None:
-    """An OpenSCENARIO file brings the buildings in its road; a table has none, and is judged with those of the run. The
-    speed of who slides, or is stopped by a wall, has no one meaning.
+    """An OpenSCENARIO file brings the buildings in its road; a table has none, and is judged with those of the run; in
+    CommonRoad files they are counted. The speed of who slides, or is stopped by a wall, has no one meaning.
     """
     scenario = load(Path(__file__).parents[2] / "agreement" / "walls.scn")
     case = case_of_scene(scenario, scenario.scene_of_seed(seed), Path("walls.scn"), seed, "")
     assert case.outcomes.end_reason[0] == EndReason.BUILDING
     assert spoiled(case, name, tmp_path, "", "", "") == []
+    if name == "commonroad":
+        (found,) = spoiled(
+            case, name, tmp_path, f"{STEM}.cr.xml", r"(?s) <environmentObstacle .*</environmentObstacle>\n", ""
+        )
+        assert found.reason == "0 buildings of 4 are there"
 
 
 NEVER = """

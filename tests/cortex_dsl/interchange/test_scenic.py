@@ -131,6 +131,28 @@ def test_lights_are_left_out_with_their_line() -> None:
     assert "with behavior FollowLaneBehavior(9)" in text
 
 
+def test_expectations_and_objectives_are_left_out_with_their_line() -> None:
+    """Scenic refuses a file with such a line as a whole; all of its lines stay, behind number signs."""
+    text, remarks = written(
+        f'{ROAD}{EGO}\nexpect always ego.speed < 9 m/s as "slow"\nmaximize largest(\n    ego.speed\n) as "fast"\n'
+        "minimize final(ego.speed)\n"
+    )
+    assert not re.search(r"^(expect|maximize|minimize)\b", text, re.MULTILINE)
+    assert '# left out, Scenic has no `expect`:\n# expect always ego.speed < 9 m/s as "slow"\n' in text
+    assert '# maximize largest(\n#     ego.speed\n# ) as "fast"\n' in text
+    assert "line 3: Scenic has no `expect`: left out" in remarks
+    neither = "Scenic has neither `maximize` nor `minimize`: left out"
+    assert [f"line 4: {neither}", f"line 7: {neither}"] == [each for each in remarks if neither in each]
+
+
+@pytest.mark.parametrize("thing", ["Obstacle", "Barrier", "Object", "Crate"])
+def test_things_may_stand_where_the_ego_does_not_see_them(thing: str) -> None:
+    """Scenic's `Object` has to be seen at the start unless it says otherwise; its cars and pedestrians need not."""
+    text = body(f"class Crate(Obstacle):\n    length: 2 m\nthing = new {thing} at (6 m, 6 m), facing 0 deg")
+    assert text.count("with requireVisible False") == 1
+    assert "with requireVisible False" in text[text.index("thing = new") :]
+
+
 def test_a_condition_without_words_is_left_out_alone() -> None:
     """The rest of the behaviour stays."""
     text, remarks = written(

@@ -325,6 +325,29 @@ def commonroad(folder: Path) -> Path:
     return path
 
 
+def test_what_stands_beside_a_road_of_commonroad(tmp_path: Path) -> None:
+    """Buildings that are rectangles are walls; what else there is, is left out by name."""
+    text = commonroad(tmp_path).read_text()
+    assert read_recording(tmp_path / "scenario.xml").recording.buildings is None
+    box = "<rectangle><length>9</length><width>4</width>"
+    turned = f"{box}<orientation>0.5</orientation><center><x>300</x><y>-7</y></center></rectangle>"
+    shapes = [("building", turned), ("pillar", turned), ("building", 2 * f"{box}</rectangle>")]
+    around = "".join(
+        f'<environmentObstacle id="{number}"><type>{kind}</type><shape>{shape}</shape></environmentObstacle>'
+        for number, (kind, shape) in enumerate(shapes, 71)
+    )
+    path = tmp_path / "town.xml"
+    path.write_text(text.replace("</commonRoad>", f"{around}</commonRoad>"))
+    read = read_recording(path)
+    assert read.recording.buildings is not None
+    assert read.recording.buildings.tolist() == [[300.0, -7.0, 0.5, 9.0, 4.0]]
+    (said,) = [each for each in read.remarks if "environment" in each]
+    assert said.endswith('no rectangular buildings: the first is "72"')
+    path.write_text(path.read_text().replace("<width>4", "<width>-4"))
+    with pytest.raises(InterchangeError, match="a building of -4 m"):
+        read_recording(path)
+
+
 def osi(folder: Path) -> Path:
     """ASAM OSI: protobuf messages, each behind its length."""
 

@@ -59,7 +59,8 @@ scenario CutIn(gap):
         facing -1.5707963267948966,
         with width 1.0,
         with length 1.0,
-        with regionContainedIn everywhere
+        with regionContainedIn everywhere,
+        with requireVisible False
     slow = new Car at (1.75, -35.914363685625936),
         facing 0.0,
         with speed 9,

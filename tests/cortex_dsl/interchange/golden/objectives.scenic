@@ -10,8 +10,18 @@
 # To look at it: scenic --2d objectives.scenic
 #
 # Not as in the original:
-# - line 17: `minimum distance` is written as the distance between centres
-# - line 18: Scenic has no `collided` of an object: left out
+# - line 17: Scenic has no `expect`: left out
+# - line 18: Scenic has no `expect`: left out
+# - line 19: Scenic has no `expect`: left out
+# - line 20: Scenic has no `expect`: left out
+# - line 21: Scenic has no `expect`: left out
+# - line 22: Scenic has no `expect`: left out
+# - line 23: Scenic has neither `maximize` nor `minimize`: left out
+# - line 24: Scenic has neither `maximize` nor `minimize`: left out
+# - line 25: Scenic has neither `maximize` nor `minimize`: left out
+# - line 26: Scenic has neither `maximize` nor `minimize`: left out
+# - line 27: Scenic has neither `maximize` nor `minimize`: left out
+# - line 28: Scenic has neither `maximize` nor `minimize`: left out
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
 # - a pedal that is set holds until it is set again, not for one step
 
@@ -64,17 +74,28 @@ truck = new Truck at (-1.7499999999999973, 15.511955928032044),
     with length 9.14,
     with regionContainedIn everywhere
 
-expect always distance from ego to truck > 0 as "room"
-# left out, Scenic has no `collided` of an object:
+# left out, Scenic has no `expect`:
+# expect always (minimum distance from ego to truck) > 0 m as "room"
+# left out, Scenic has no `expect`:
 # expect always not self.collided as "no contact"
-expect eventually ego.speed < 2 or always ego.speed > 1 as "steady"
-expect (ego.speed > 1 until distance to truck < 9) implies next ego in road as "until"
-expect always ego.position in road and ego can see truck as "on the road"
-expect always relative heading of ego from truck < 20 deg as "turned"
-maximize largest(ego.speed) - least(ego.speed) as "spread"
-minimize mean(distance to truck) + 1 * final(ego.speed) as "near"
-maximize total(1 if ego.speed > 3 else 0) as "fast for"
-maximize delta_v as "delta-V"
-minimize post_encroachment_time as "PET"
-minimize min_distance + 1 * closing_speed as "close"
+# left out, Scenic has no `expect`:
+# expect (eventually ego.speed < 2 m/s) or (always ego.speed > 1 m/s) as "steady"
+# left out, Scenic has no `expect`:
+# expect (ego.speed > 1 m/s until (distance to truck) < 9 m) implies (next ego in road) as "until"
+# left out, Scenic has no `expect`:
+# expect always (ego.position in road and ego can see truck) as "on the road"
+# left out, Scenic has no `expect`:
+# expect always relative heading of ego from truck < 20 deg as "turned"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# maximize largest(ego.speed) - least(ego.speed) as "spread"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# minimize mean(distance to truck) + 1 s * final(ego.speed) as "near"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# maximize total(1 if ego.speed > 3 m/s else 0) as "fast for"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# maximize delta_v as "delta-V"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# minimize post_encroachment_time as "PET"
+# left out, Scenic has neither `maximize` nor `minimize`:
+# minimize min_distance + 1 s * closing_speed as "close"
 terminate after 7 seconds

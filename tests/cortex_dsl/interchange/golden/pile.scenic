@@ -112,6 +112,7 @@ crate = new Obstacle at (1.0, -15.0),
     with friction GRIP,
     with width 1.0,
     with length 1.0,
-    with regionContainedIn everywhere
+    with regionContainedIn everywhere,
+    with requireVisible False
 
 terminate after 10 seconds

@@ -15,14 +15,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from engine.interchange import Export, InterchangeError, Recording, SignalTimes
+from engine.interchange import Contact, Export, InterchangeError, Recording, SignalTimes
 from engine.interchange.commonroad import write_commonroad
-from engine.interchange.commonroad.write import benchmark_id
+from engine.interchange.commonroad.write import VEHICLES, benchmark_id
+from engine.interchange.measuring import measure
+from engine.interchange.sources import read_recording
 from engine.interchange.xml import decimal
+from engine.kernels.geometry import Box, box_distance
 from engine.maps import RoadSpec
 from engine.road import build_network
 from engine.road.opendrive.network import map_file
-from engine.vocabulary import ActorKind, State
+from engine.vocabulary import ActorKind, EndReason, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, STEP, absent, actor, crash, recording
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.schemas import findings
@@ -30,6 +33,8 @@ from tests.schemas import findings
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 GOLDEN = Path(__file__).parent / "golden"
 NUMBER = r"[1-9][0-9]*"
+SIZE = VEHICLES[2]
+"""Of the ego, a car."""
 
 
 def text_of(export: Export) -> str:
@@ -208,6 +213,58 @@ def test_contact_at_a_step_shows_at_the_next() -> None:
     made = replace(made, time=time, states=states, contact=replace(contact, time=0.2))
     assert outlines_overlap(scenario(made), made)[1:4] == [False, False, True]
     assert not any("lies between" in remark for remark in write_commonroad(made, "case").remarks)
+
+
+def into_a_wall() -> Recording:
+    """At 5 m/s the ego's front meets a block 0.23 s into the run, and physics has it back where it came from."""
+    road = replace(ROAD, buildings=2.0)
+    x, y, heading, length, _ = build_network(road).buildings[0].tolist()
+    made = recording(samples=6, road=road)
+    off = 0.5 * (length + made.actors[0].length)
+    touching = made.states[2:3].copy()
+    touching[0, 0, [State.X, State.Y]] = x - off * math.cos(heading), y - off * math.sin(heading)
+    along = np.array([math.cos(heading), math.sin(heading)])
+    made.states[:, 0, [State.X, State.Y]] = (
+        touching[0, 0, [State.X, State.Y]] - SPEED * np.abs(made.time - 0.23)[:, None] * along
+    )
+    made.states[:, 0, State.HEADING] = touching[0, 0, State.HEADING] = heading
+    time, states = np.insert(made.time, 3, 0.23), np.insert(made.states, 3, touching, axis=0)
+    return replace(made, time=time, states=states, contact=Contact(0.23, (0,)))
+
+
+def test_buildings_are_there_and_stop_the_ego(tmp_path: Path) -> None:
+    """As obstacles of the environment, whose type `building` the schema has; the ego overlaps one at the step after its
+    contact alone, and our own reader takes them for the walls that they are.
+    """
+    made = into_a_wall()
+    assert made.road is not None
+    blocks = build_network(made.road).buildings
+    root = scenario(made)
+    walls = root.findall("environmentObstacle")
+    assert [each.findtext("type") for each in walls] == ["building"] * len(blocks) == ["building"] * 4
+    assert not list(root.iter("staticObstacle"))
+    export = write_commonroad(made, "case")
+    assert any("collision checker" in remark for remark in export.remarks)
+    assert any(remark.startswith("at step 3 ego stands as it would without contact") for remark in export.remarks)
+    for name, text in export.files.items():
+        (tmp_path / name).write_text(str(text), encoding="utf-8")
+    read = read_recording(tmp_path / "case.cr.xml").recording
+    assert read.buildings is not None
+    assert np.array_equal(read.buildings, blocks)
+    places = read.states[:, 0, [State.X, State.Y, State.HEADING]].tolist()
+    boxes = [Box(x, y, heading, *SIZE) for x, y, heading in places]
+    hit = [any(box_distance(box, Box(*row)) == 0.0 for row in blocks.tolist()) for box in boxes]
+    assert hit == [False, False, False, True, False, False]
+    outcomes = measure(read).outcomes
+    assert outcomes.end_reason[0] == EndReason.BUILDING
+    assert 0.2 < outcomes.end_time[0] <= 0.3
+
+
+def test_a_road_without_buildings_has_no_obstacles_of_the_environment() -> None:
+    """And says nothing of them."""
+    export = write_commonroad(recording(ActorKind.CAR), "case")
+    assert "environmentObstacle" not in text_of(export)
+    assert not any("building" in remark for remark in export.remarks)
 
 
 def test_who_only_graze_overlap_too() -> None:
