@@ -4,7 +4,7 @@ An actor has properties `cortexc.…`: its own name and kind, what its element h
 sample at which it is there, of what does not follow exactly from its positions. A file has parameters `cortexc_…`.
 
 Speeds do not follow exactly from positions, so they are written beside them; `openscenario.read.speeds` holds the two
-against each other.
+against each other. Of who slides after an impact the samples at which it does are written, too: `PRESENT`, 1 or 2.
 """
 
 import re
@@ -16,7 +16,7 @@ import numpy as np
 
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedActor, Recording
 from engine.interchange.xml import INFINITE, LARGEST, NUMBER, number
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
 FILE_PREFIX = "cortexc_"
@@ -28,7 +28,7 @@ FIELDS = ("mass", "wheelbase", "max_acceleration", "max_braking", "max_steer", "
 MOTION = (State.SPEED, State.ACCELERATION)
 COMMANDS = (State.STEER, State.THROTTLE, State.BRAKE)
 """Columns that do not follow exactly from positions."""
-COLUMNS: Mapping[str, State] = {f"{PREFIX}{state.name.lower()}": state for state in (*MOTION, *COMMANDS)}
+COLUMNS: Mapping[str, State] = {f"{PREFIX}{state.name.lower()}": state for state in (*MOTION, *COMMANDS, State.PRESENT)}
 LONGEST = 10_000_000
 """Letters of one property: half a million numbers."""
 
@@ -59,7 +59,8 @@ def _escaped(text: str) -> str:
 def of_samples(recording: Recording, actor: int) -> dict[str, str]:
     """The step, and one number for each sample at which the actor is there."""
     there = recording.there[:, actor]
-    carried = (*MOTION, *COMMANDS) if recording.commands else MOTION
+    carried = (*MOTION, *(COMMANDS if recording.commands else ()))
+    carried = (*carried, State.PRESENT) if recording.slides[actor] else carried
     columns = {key: state for key, state in COLUMNS.items() if state in carried}
     return {
         STEP: number(recording.step),
@@ -107,7 +108,8 @@ def samples_in(properties: Properties) -> Samples | None:
     if time is None or not len(time) or not (np.diff(time) > 0.0).all():
         return None
     full = {state: values for state, values in columns.items() if values is not None and len(values) == len(time)}
-    return Samples(time, full) if len(full) == len(columns) and full.keys() >= set(MOTION) else None
+    known = np.isin(full.get(State.PRESENT, 1.0), (1.0, SLIDING)).all()
+    return Samples(time, full) if len(full) == len(columns) and full.keys() >= set(MOTION) and known else None
 
 
 def _numbers(text: str) -> Floats | None:
@@ -135,6 +137,8 @@ class Carried:
         values = self.columns[column]
         if column in OF_STEPS:
             return values[np.minimum(np.searchsorted(self.time, times - SAME_INSTANT), len(values) - 1)]
+        if column == State.PRESENT:
+            return values[np.maximum(np.searchsorted(self.time, times + SAME_INSTANT) - 1, 0)]
         return np.interp(times, self.time, values)
 
     def there(self, times: Floats) -> np.ndarray:

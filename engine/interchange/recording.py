@@ -1,8 +1,7 @@
 """A run as other tools see it: its actors, where each was when, and where the recording comes from. SI units, radians.
 
 Positions are centres of outlines, headings anticlockwise from +x and not wrapped: a vehicle that turns has headings
-that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs. The
-end of the file makes a recording of a run of ours.
+that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs.
 """
 
 from collections.abc import Mapping
@@ -17,7 +16,7 @@ from engine.maps import MapSpec
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 
 if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
@@ -159,6 +158,11 @@ class Recording:
         return self.states[:, :, State.PRESENT] != 0.0
 
     @property
+    def slides(self) -> NDArray[np.bool_]:
+        """(actors,) who is ever loose after an impact: only its places tell how it moves then."""
+        return (self.states[:, :, State.PRESENT] == SLIDING).any(axis=0)
+
+    @property
     def never_there(self) -> tuple[int, ...]:
         """The actors that take no part: the run ended before they came in."""
         return tuple(np.flatnonzero(~self.there.any(axis=0)).tolist())
@@ -171,8 +175,7 @@ class Recording:
             raise InterchangeError(f"the times of `{self.name}` do not ascend", "record each instant once, in order")
         broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))
         if len(broken):
-            sample, actor = (int(index) for index in broken[0])
-            who, when = self.actors[actor].name, self.time[sample]
+            who, when = self.actors[int(broken[0, 1])].name, self.time[broken[0, 0]]
             raise InterchangeError(f"the state of `{who}` at {when:g} s is no number", "take a run that did not break")
 
     def taking_part(self) -> "Recording":

@@ -21,6 +21,7 @@ from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.tracks import TableTrack, Tracks
 from engine.opendrive.read import read_opendrive
+from engine.tables import SLIDING
 from engine.vocabulary import State
 
 HEAD = 4096
@@ -228,6 +229,7 @@ def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...
                 length=actor.length,
                 width=actor.width,
                 rear_to_center=actor.rear_to_center,
+                slides=states[:, State.PRESENT] == SLIDING,
             )
         )
     return Tracks(tuple(tracks), remarks, file, begin, buildings=recording.buildings)

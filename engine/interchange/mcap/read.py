@@ -10,14 +10,14 @@ import numpy as np
 
 from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError, quoted, reading
-from engine.interchange.mcap.write import ACTORS
+from engine.interchange.mcap.write import ACTORS, SLIDES
 from engine.interchange.tables.tracks import TableTrack, Tracks
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 MOST_MESSAGES = 1_000_000
-Sample = tuple[float, float, float, float, float, float, float]
-"""Time [s], x, y, heading, speed, length, width."""
+Sample = tuple[float, ...]
+"""Time [s], x, y, heading, speed, length, width, 1 while loose after an impact."""
 
 
 def read_mcap(path: Path) -> Tracks:
@@ -53,8 +53,9 @@ def _tracks(reader: Any, name: str) -> Tracks:
             numbers = json.loads(message.data)
             for entity in boxes.pop(message.log_time)["entities"]:
                 seconds = (message.log_time - begin) / 1e9
-                own = _sample(entity["cubes"][0], seconds, float(numbers[entity["id"]]["speed"]))
-                samples.setdefault(entity["id"], []).append(own)
+                told = numbers[entity["id"]]
+                own = _sample(entity["cubes"][0], seconds, float(told["speed"]))
+                samples.setdefault(entity["id"], []).append((*own, float(told.get(SLIDES, 0.0))))
     if not samples:
         raise InterchangeError("nobody moves in it", "record one actor at least", name)
     nothing: Mapping[str, str] = {}
@@ -78,7 +79,7 @@ def _sample(cube: Any, seconds: float, speed: float) -> Sample:
 
 
 def _track(name: str, samples: list[Sample], said: Mapping[str, Any]) -> TableTrack:
-    time, x, y, heading, speed, length, width = np.array(samples).T
+    time, x, y, heading, speed, length, width, slides = np.array(samples).T
     kind = ActorKind[str(said.get("kind", "car")).upper()]
     usual = MODELS[kind].rear_to_center * float(length[0]) / MODELS[kind].length
     return TableTrack(
@@ -93,4 +94,5 @@ def _track(name: str, samples: list[Sample], said: Mapping[str, Any]) -> TableTr
         length=float(length[0]),
         width=float(width[0]),
         rear_to_center=float(said.get("rear_to_center", usual)),
+        slides=slides != 0.0,
     )

@@ -21,7 +21,7 @@ from engine.kernels.geometry import Box, box_distance
 from engine.maps import MapSpec
 from engine.road import build_network
 from engine.road.outline import outline
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
 # -- scenes: boxes for those who take part, lines for the road, in one frame -------------------------------------------
@@ -171,6 +171,9 @@ NUMBERS = {
     "brake": State.BRAKE,
 }
 
+SLIDES = "slides"
+"""A number of who is loose after an impact."""
+
 
 def write_mcap(recording: Recording, stem: str) -> Export:
     """`<stem>.mcap`.
@@ -283,6 +286,8 @@ def _numbers(recording: Recording, sample: int, gaps: dict[int, tuple[Floats, Fl
         if not there[i]:
             continue
         message[actor.name] = {name: float(state[column]) for name, column in NUMBERS.items()}
+        if state[State.PRESENT] == SLIDING:
+            message[actor.name][SLIDES] = 1.0
         if i in gaps:
             between = zip(("distance", "closing_speed"), (float(each[sample]) for each in gaps[i]), strict=True)
             message[actor.name].update({name: value for name, value in between if math.isfinite(value)})

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError, quoted
-from engine.interchange.tables.columns import TEXTS, Cells, Chosen, Column, check_complete, choose
+from engine.interchange.tables.columns import SLIDES, TEXTS, Cells, Chosen, Column, check_complete, choose
 from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
 from engine.interchange.tables.layouts import Layout, layout_of
 from engine.interchange.tables.parquet import ParquetFile
@@ -55,7 +55,7 @@ DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
 """Where a column is gathered: an array of doubles or of 64-bit integers, or a list of texts."""
-OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype")
+OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype", SLIDES)
 
 
 def read_csv_cells(path: Path, rate: float | None = None) -> Cells:

@@ -41,7 +41,10 @@ OMEGA = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "wid
 """Columns of omega-prime that motion is read from."""
 NAME = "name"
 """A column that we add to those of omega-prime, whose readers let it stand."""
+SLIDES = "slides"
+"""Another one, where anybody does: 1 at each sample at which it is loose after an impact, else 0."""
 OMEGA_NEEDED = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width")
+OMEGA_READ = (*OMEGA, NAME, SLIDES)
 
 UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
@@ -195,10 +198,10 @@ def unread_remark(unread: Sequence[str]) -> str:
 
 def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
     """Its names are exact, and its units SI."""
-    twice = next((name for name in (*OMEGA, NAME) if names.count(name) > 1), None)
+    twice = next((name for name in OMEGA_READ if names.count(name) > 1), None)
     if twice is not None:
         raise InterchangeError(f"two columns are called `{twice}`", "leave one of them out, or rename it", place)
-    return {name: Column(names.index(name), name) for name in (*OMEGA, NAME) if name in names}
+    return {name: Column(names.index(name), name) for name in OMEGA_READ if name in names}
 
 
 def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:

@@ -100,12 +100,15 @@ class Held:
     """What it holds are degrees."""
 
 
-def held_headings(who: str, time: Floats, positions: Floats, heading: Floats, *, unit_said: bool) -> Held:
+def held_headings(
+    who: str, time: Floats, positions: Floats, heading: Floats, loose: np.ndarray, *, unit_said: bool
+) -> Held:
     """Headings [rad], not wrapped; those of motion where most lie across it.
 
-    `unit_said`: whether they are known to be radians.
+    `loose` (samples,): where it slides after an impact, which may be any way; `unit_said`: whether they are known to be
+    radians.
     """
-    direction = _directions(time, positions)
+    direction = np.where(loose, math.nan, _directions(time, positions))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return Held(heading)

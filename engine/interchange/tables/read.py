@@ -19,7 +19,7 @@ from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.plausible import GAP
 from engine.interchange.tables.tracks import TableTrack, Tracks, tracks_of
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
 
@@ -199,6 +199,7 @@ def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
         positions=track.positions[kept],
         heading=track.heading[kept],
         speed=track.speed[kept],
+        slides=None if track.slides is None else track.slides[kept],
     )
 
 
@@ -269,7 +270,9 @@ def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
         there = (time >= track.time[0]) & (time <= track.time[-1])
         for gap in gaps_of(track.time):
             there &= (time <= track.time[gap]) | (time >= track.time[gap + 1])
-        states[:, actor, State.PRESENT] = there
+        before = np.maximum(np.searchsorted(track.time, time, "right") - 1, 0)
+        loose = False if track.slides is None else track.slides[before]
+        states[:, actor, State.PRESENT] = np.where(loose, SLIDING, 1.0) * there
         states[1:, actor, State.ACCELERATION] = np.diff(states[:, actor, State.SPEED]) / np.diff(time)
     return states
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from engine.interchange.contract import InterchangeError, cited, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
-from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
 from engine.interchange.tables.conventions import ahead
 from engine.interchange.tables.plausible import (
     MOVING,
@@ -85,6 +85,8 @@ class TableTrack:
     length: float
     width: float
     rear_to_center: float
+    slides: np.ndarray | None = None
+    """(samples,) where it is loose after an impact; None where nothing says so."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,12 @@ class _Gathered:
         if self.cells.layout is not None:
             positions = positions - ahead(self.cells.layout.point, length, behind) * along(heading)
         is_ego = self._is_ego(label, rows)
-        return TableTrack(label, name, kind, is_ego, own, positions, heading, speed, length, width, behind)
+        slides = self._slides(rows)
+        return TableTrack(label, name, kind, is_ego, own, positions, heading, speed, length, width, behind, slides)
+
+    def _slides(self, rows: Ints) -> np.ndarray:
+        """(samples,) where it is loose after an impact, as a table of ours says."""
+        return self.cells.whole[SLIDES][rows] != 0 if SLIDES in self.cells.whole else np.zeros(len(rows), bool)
 
     def _is_ego(self, label: str, rows: Ints) -> bool:
         """By what the table says of it: omega-prime has a key for it, and its names mean nothing."""
@@ -250,7 +257,8 @@ class _Gathered:
         column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
         if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
             self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
-        held = held_headings(name, time, positions, np.unwrap(heading), unit_said=bool(column.unit))
+        loose, unit_said = self._slides(rows), bool(column.unit)
+        held = held_headings(name, time, positions, np.unwrap(heading), loose, unit_said=unit_said)
         if held.in_degrees:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
         self._remark(held.remark)
@@ -286,7 +294,8 @@ class _Gathered:
             unit = columns[VELOCITY[0]].factor if columns[VELOCITY[0]].unit else 0.0
             held = held_speeds(name, called, time, positions, velocity, unit)
             self._remark(held.remark)
-            return along_heading(held.values, heading), _turning_point(time, held.values, heading, behind)
+            turning_point = _turning_point(time, held.values, heading, behind, self._slides(rows))
+            return along_heading(held.values, heading), turning_point
         if "speed" in numbers:
             speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0
             ahead = speed[:, np.newaxis] * along(heading)
@@ -298,17 +307,17 @@ class _Gathered:
         return along_heading(rates(time, rear), heading), behind
 
 
-def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float) -> float:
+def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float, loose: np.ndarray) -> float:
     """How far the centre lies ahead of the point that does not swing in a turn: the rear axle.
 
     Every driven sample of a turn says it, as the centre's velocity across the heading over the yaw rate. What follows
-    contact does not: it begins, in a table of ours, with the one sample that is on no step. Where samples disagree, as
-    measured ones do, it is the usual one of such a body.
+    contact does not: it begins, in a table of ours, with the one sample that is on no step. Nor does one at which it is
+    `loose`. Where samples disagree, as measured ones do, it is the usual one of such a body.
     """
     last = driven(time)
     turning = rates(time[:last], heading[:last])
     swing = (velocity * across(heading)).sum(axis=1)[:last]
-    shown = np.abs(turning) > TURNING
+    shown = (np.abs(turning) > TURNING) & ~loose[:last]
     if not shown.any():
         return usual
     distances = swing[shown] / turning[shown]

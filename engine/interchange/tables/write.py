@@ -3,7 +3,8 @@
 x, y, z is the centre of the box, velocities and accelerations are the centre's, yaw lies in (-pi, pi], an actor's idx
 is its number in the recording, the ego's 0. A time is a whole number of nanoseconds, which the instant of contact is
 not: its row stands at the next one, with all actors where linear motion has them then, less than 1e-7 m on. A reader
-searches contact again, so nothing is lost by that.
+searches contact again, so nothing is lost by that. Where others strike one another before, a column more than
+omega-prime has tells at which samples an actor slides: those that follow from nothing but the places.
 
 Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); its columns are those of ASAM OSI.
 """
@@ -18,10 +19,10 @@ from numpy.typing import NDArray
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
-from engine.interchange.tables.columns import NAME
+from engine.interchange.tables.columns import NAME, SLIDES
 from engine.interchange.tables.parquet import parquet_bytes
 from engine.interchange.tables.plausible import across, along, rates
-from engine.tables import Floats, Ints
+from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import State
 
 NANOS = 1e9
@@ -47,7 +48,7 @@ COLUMNS = [
     "role",
     "subtype",
 ]
-WHOLE = frozenset({"total_nanos", "idx", "type", "role", "subtype"})
+WHOLE = frozenset({"total_nanos", "idx", "type", "role", "subtype", SLIDES})
 """Columns of whole numbers; the others are metres, seconds and radians."""
 EXACT = 1e-3
 """Nanoseconds by which a time may miss a whole number of them and still be it: of a day, the last digit of a float."""
@@ -66,10 +67,10 @@ def write_csv(recording: Recording, stem: str) -> Export:
     table = omega_prime_table(recording)
     names = [_cell(actor.name) for actor in recording.actors]
     columns: list[list[str]] = [
-        *(_texts(table[name]) for name in COLUMNS),
+        *map(_texts, table.values()),
         [names[idx] for idx in table["idx"].tolist()],
     ]
-    lines = [",".join((*COLUMNS, NAME)), *map(",".join, zip(*columns, strict=True))]
+    lines = [",".join((*table, NAME)), *map(",".join, zip(*columns, strict=True))]
     return Export({f"{stem}.csv": "\n".join(lines) + "\n"}, _remarks(recording))
 
 
@@ -86,11 +87,12 @@ def write_parquet(recording: Recording, stem: str, road: tuple[str, str] | None 
 
 
 def omega_prime_table(recording: Recording) -> Table:
-    """The columns of omega-prime, all samples of all who are there."""
+    """The columns of omega-prime, all samples of all who are there; and who slides when, where anybody does."""
     nanos = _nanos(recording)
     states = _on_nanoseconds(recording, nanos)
     parts = [_of_actor(recording, states, nanos, actor) for actor in range(len(recording.actors))]
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}
+    columns = [*COLUMNS, SLIDES] if recording.slides.any() else COLUMNS
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in columns}
     order = np.lexsort((joined["idx"], joined["total_nanos"]))
     return {name: column[order] for name, column in joined.items()}
 
@@ -160,6 +162,7 @@ def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> 
         "vel_y": velocity[:, 1],
         "acc_x": acceleration[:, 0],
         "acc_y": acceleration[:, 1],
+        SLIDES: (own[rows, State.PRESENT] == SLIDING).astype(np.int64),
         **{name: np.full(len(rows), value) for name, value in (constant | zero).items()},
         **{name: np.full(len(rows), value, dtype=np.int64) for name, value in whole.items()},
     }
@@ -168,14 +171,17 @@ def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> 
 def _motion(recording: Recording, own: Floats, first: int, last: int, behind: float) -> tuple[Floats, Floats]:
     """Velocity and acceleration of the centre over one stretch, (samples, 2) each.
 
-    While it is driven: the rear axle's speed along the heading, and the swing about it. After contact, where nothing
-    rolls any more, what its positions say.
+    While it is driven: the rear axle's speed along the heading, and the swing about it. While it slides it swings as
+    its positions say, and after contact, where nothing rolls any more, moves so.
     """
     time, own = recording.time[first : last + 1], own[first : last + 1]
     driven = min(max(recording.scored_samples() - first, 0), len(own))
     heading, speed = own[:driven, State.HEADING], own[:driven, State.SPEED]
-    swing = behind * rates(time[:driven], heading)
-    velocity = rates(time, own[:, [State.X, State.Y]])
+    places = own[:, [State.X, State.Y]]
+    seen = (rates(time[:driven], places[:driven]) * across(heading)).sum(axis=1)
+    slides = own[:driven, State.PRESENT] == SLIDING
+    swing = np.where(slides, seen, behind * rates(time[:driven], heading))
+    velocity = rates(time, places)
     velocity[:driven] = speed[:, np.newaxis] * along(heading) + swing[:, np.newaxis] * across(heading)
     return velocity, rates(time, velocity)
 
@@ -193,6 +199,8 @@ def _remarks(recording: Recording, *, has_road: bool = False) -> tuple[str, ...]
     """What these columns cannot hold, and, without the road in its metadata, the file."""
     road = "" if has_road else ", and nothing of the road"
     remarks = [f"omega-prime's columns hold neither steering angles nor pedals{road}"]
+    if not has_road and recording.buildings is not None and len(recording.buildings):
+        remarks.append("CSV has no place for buildings: who reads it judges an ego that runs into one as if it went on")
     if again := _those_who_come_back(recording):
         names = ", ".join(again)
         remarks.append(f"omega-prime's own check wants no gap in an actor's rows; {names} comes back after one")

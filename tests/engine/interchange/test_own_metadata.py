@@ -55,6 +55,7 @@ def test_motion_alone_reads_back_without_commands() -> None:
         ("cortexc.speed", "1 2 3 1_000 5"),
         ("cortexc.speed", "1 2 3 1e300 5"),
         ("cortexc.steer", "left"),
+        ("cortexc.present", "1 2 3 1 1"),
     ],
 )
 def test_broken_samples_are_not_believed(name: str, text: str) -> None:

@@ -3,8 +3,9 @@ Metres, seconds, m/s.
 
 A step of ours of length h that ends at speed v, with acceleration a, is v h - a h²/2 long, whatever speed was set at
 once before it, and leads along the middle of both headings; a pedestrian turns first (`engine.kernels.bicycle`). What
-was recorded elsewhere has noise, and no pedals: there, steps and the whole way fit roughly. Vertices of others are
-looked at for leaps, which no simulator would make.
+was recorded elsewhere has noise, and no pedals: there, steps and the whole way fit roughly. A step in which a body
+slides after an impact is none of these, and is measured by its vertices. Vertices of others are looked at for leaps,
+which no simulator would make.
 """
 
 import math
@@ -19,7 +20,7 @@ from engine.interchange.openscenario.read.samples import Part, centers, usual_st
 from engine.interchange.own_metadata import Carried
 from engine.interchange.recording import SAME_INSTANT, RecordedActor
 from engine.kernels.approach import search_contact
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
 FITS = 1e-6
@@ -79,6 +80,8 @@ def belief(carried: Carried, actor: RecordedActor, poses: Floats, scored: Scored
     """Hold what an actor carries against `poses` (samples, 3) of its vertices at these samples."""
     steps, speeds = _steps(carried, actor.kind, poses), carried.columns[State.SPEED]
     together = steps.length < 1.5 * scored.step
+    if State.PRESENT in carried.columns:
+        together &= carried.columns[State.PRESENT][1:] != SLIDING
     driven = steps.only(together & (steps.end < scored.last - SAME_INSTANT))
     ours = State.STEER in carried.columns
     wrong = _wrong(driven, actor) if ours else _rough(driven)
