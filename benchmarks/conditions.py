@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from benchmarks.in_memory import parser, plan_of
+from benchmarks.campaigns import parser, plan_of
 from engine.risk import PROFILES
 from engine.search.evaluator import make_evaluator
 from engine.search.insight.clusters import Cluster, FreshDraws, clusters, rate
@@ -22,7 +22,7 @@ ASKED_FOR = 0.9
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    options = parser(__doc__, runs=5).parse_args(arguments)
+    options = parser(__doc__, runs=5, keeps=False).parse_args(arguments)
     plan = plan_of(options, ("random",))
     told = held = 0
     print("| scenario | conditions told | of groups | held by their interval | lift, least to greatest |")

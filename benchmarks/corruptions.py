@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any
 
 import cortex_dsl as cx
+from benchmarks.campaigns import EXAMPLES
 from benchmarks.fuzz import limited
-from benchmarks.in_memory import EXAMPLES
 from engine.search.journal_reader import read_journal
 from engine.search.store import JOURNAL, StoreError
 

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from benchmarks.in_memory import carried_out, parser, plan_of
+from benchmarks.campaigns import carried_out, parser, plan_of
 from cortex_dsl.report.findings.study_report import yields_text
 from engine.search.journal import finite
 from engine.study.comparisons import MEASURES, NAMED_FIRST, Comparison, compare_all
@@ -23,7 +23,7 @@ SHOWN = (*(measure.name for measure in NAMED_FIRST), "RL", "NC", "MDG", "MDEC", 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     plan = plan_of(options, ("random", "ga"))
-    records, seconds = carried_out(plan, options.jobs)
+    records, seconds = carried_out(plan, options.jobs, options.keep)
     rows = compare_all(plan, records, [measure for measure in MEASURES if measure.name in SHOWN])
     settings = {
         "runs": options.runs,

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from benchmarks.in_memory import EXAMPLES
+from benchmarks.campaigns import EXAMPLES
 from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import origin_of
 from engine.paper import FILES

@@ -28,7 +28,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks.in_memory import carried_out, parser, plan_of
+from benchmarks.campaigns import carried_out, parser, plan_of
 from engine.search.journal import finite
 from engine.search.searchers import SEARCHERS
 from engine.study.comparisons import (
@@ -90,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     made.add_argument("--each", action="store_true", help="avoidable kinds and collisions of each scenario instead")
     options = made.parse_args(arguments)
     plan = plan_of(options, methods_of(options.methods))
-    records, seconds = carried_out(plan, options.jobs)
+    records, seconds = carried_out(plan, options.jobs, options.keep)
     comparisons = compare_all(plan, records, COMPARED)
     if options.each:
         print(of_each(plan, records))

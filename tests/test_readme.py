@@ -44,8 +44,8 @@ def test_its_options_exist(page: Path) -> None:
         named -= set(getattr(import_module(module), name).parser()._option_string_actions)
     for benchmark in re.findall(r"python -m benchmarks\.(\w+)", text):
         source = (ROOT / "benchmarks" / f"{benchmark}.py").read_text(encoding="utf-8")
-        if "in_memory" in source:  # the options that benchmarks of many runs share
-            source += (ROOT / "benchmarks" / "in_memory.py").read_text(encoding="utf-8")
+        if "campaigns" in source:  # the options that benchmarks of many runs share
+            source += (ROOT / "benchmarks" / "campaigns.py").read_text(encoding="utf-8")
         named -= set(re.findall(r'add_argument\("(--[a-z-]+)"', source))
     assert named
     assert named <= set(build_parser()._option_string_actions)

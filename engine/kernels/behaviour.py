@@ -17,7 +17,7 @@ from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import Leg
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
@@ -254,7 +254,7 @@ def _reach(plan: Plan, run: Run, row: int) -> float:
     return run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
 
 
-@kernel
+@shared
 def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
     """`Op.SEES` where the viewer or what it looks at is a place."""
     code, registers = plan.code, run.registers

@@ -68,8 +68,12 @@ def inlined(function: Function) -> Function:
 
 
 def shared(function: Function) -> Function:
-    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all."""
-    return _finished(function, shared=True)
+    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all.
+
+    It makes no arrays and counts no references, whoever has it compiled first. What is rarely run is better shared than
+    contained: a step that is small stays in the processor's caches.
+    """
+    return _finished(function, {"_nrt": False} if is_known(numba.__version__) else {}, shared=True)
 
 
 def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any]) -> Function:
@@ -82,9 +86,9 @@ def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any
     return function if draft is function else cast("Function", Compiled(function, draft, _finished))
 
 
-def _finished(function: Function, shared: bool = False) -> Function:
+def _finished(function: Function, options: dict[str, Any] | None = None, shared: bool = False) -> Function:
     """A function with machine code of its own, which is cached."""
-    dispatcher: Any = NJIT(**OPTIONS)(function)
+    dispatcher: Any = NJIT(**OPTIONS | (options or {}))(function)
     if dispatcher is function:
         return function
     if is_known(numba.__version__):

@@ -24,7 +24,7 @@ from cortex_dsl.semantics.acting.following import (
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
-from cortex_dsl.semantics.evaluation.lanes import NOBODY, index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.lanes import NOBODY, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import notice_reach, unhidden
 from cortex_dsl.semantics.model.values import Actor
@@ -73,7 +73,9 @@ def choose_lane(job: Job) -> ir.Block:
     def choose(what: float) -> ir.Act:
         return ir.SetLocal(span, choice, algebra.literal(what))
 
-    keep, lane = job.kept(_lane_now(job))
+    start = job.lane()
+    assert start is not None
+    keep, lane = job.kept(start)
     own, here = job.kept(_route(job, lane))
     left, right = (_beside(job, lane, find) for find in (to_left, to_right))
     now = _lane(job, here)
@@ -87,12 +89,6 @@ def choose_lane(job: Job) -> ir.Block:
     over = ir.Branch(span, chosen > 0.0, (change, *move_over(job, path, _speed(job, _lane(job, path)))), ())
     rounds = (keep, own, choose(STAY), ir.TryInterrupt(span, (drive,), handlers), over)
     return (choose(LEFT), ir.Loop(span, chosen > 0.0, rounds))
-
-
-def _lane_now(job: Job) -> Term:
-    index = index_of(job.ev, lane_at(job.ev, current_pose(job.ev, job.actor)))
-    assert index is not None
-    return index
 
 
 def _route(job: Job, lane: Term) -> Term:

@@ -77,7 +77,7 @@ class Job:
         speed = self.number("target_speed", DEFAULT_SPEED)
         if not self.flag("respect_speed_limit"):
             return speed
-        lane = index_of(self.ev, lane_at(self.ev, current_pose(self.ev, self.actor)))
+        lane = self.lane()
         return speed if lane is None else minimum(speed, limit_on(self.ev, lane))
 
     def must_steer(self) -> None:
@@ -87,6 +87,10 @@ class Job:
             raise NOT_A_DRIVER.mistake(self.call.span, behaviour=self.call.name, actual=actual)
 
     # -- the actor now -----------------------------------------------------------------------------------------------
+
+    def lane(self) -> Term | None:
+        """The index of the lane that the actor is in; None on roads without lanes."""
+        return index_of(self.ev, lane_at(self.ev, current_pose(self.ev, self.actor)))
 
     def speed(self) -> Term:
         return state(self.ev, self.actor, State.SPEED)

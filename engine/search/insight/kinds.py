@@ -21,7 +21,9 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Side
 
 SPEEDS = (30.0, 50.0, 70.0)
-"""What parts those that move [km/h]."""
+"""What parts those that move [km/h] …"""
+EDGES = (STANDING, *(speed * KMH for speed in SPEEDS))
+"""… and all [m/s]."""
 PACES = ("stands", f"< {SPEEDS[0]:g}", *(f"{a:g} .. {b:g}" for a, b in pairwise(SPEEDS)), f"> {SPEEDS[-1]:g}")
 """How fast either is [km/h]."""
 
@@ -102,9 +104,8 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
 def codes(evaluations: Evaluations, blame: Ints) -> Ints:
     """(n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
     runs = evaluations.rollouts
-    edges = np.array([STANDING, *(speed * KMH for speed in SPEEDS)])
     ego, other = (
-        np.searchsorted(edges, np.abs(np.nan_to_num(speed)), side="right")
+        np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
         for speed in (runs.ego_speed, runs.other_speed)
     )
     return np.stack([runs.pair, runs.side, sector(runs.approach_angle), ego, other, blame], axis=-1)

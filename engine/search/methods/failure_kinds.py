@@ -28,8 +28,7 @@ from math import isnan
 import numpy as np
 from numpy.random import Generator
 
-from engine.kernels.fault import STANDING
-from engine.search.insight.kinds import SPEEDS
+from engine.search.insight.kinds import EDGES
 from engine.search.methods.best_first import BestFirst, sector_of
 from engine.search.protocol import Box, Result, StreamAt, measure
 from engine.tables import Ints
@@ -42,8 +41,6 @@ FEW = 10
 """With fewer failures than this, whatever touched is bred from, too."""
 SPOT = 0.03
 """Standard deviation of a step from a failure whose parent was none: most of the box around it holds none."""
-EDGES = (STANDING, *(speed / 3.6 for speed in SPEEDS))
-"""What parts speeds [m/s]."""
 
 FailureKind = tuple[int, int, int, int, int]
 
