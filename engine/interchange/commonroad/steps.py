@@ -144,7 +144,8 @@ def _overlapping(recording: Recording, contact: Contact, touching: Floats, way: 
 
 
 def _buildings(recording: Recording) -> Floats:
-    return np.empty((0, 5)) if recording.buildings is None else recording.buildings
+    assert recording.road is not None
+    return build_network(recording.road).buildings
 
 
 def _box(actor: RecordedActor, state: Floats) -> Box:
