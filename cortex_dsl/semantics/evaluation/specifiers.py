@@ -178,7 +178,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
         raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
     by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
-    return on_path(ev, way.path, entry - by, lane)
+    return on_path(ev.algebra.literal(float(way.path)), entry - by, lane)
 
 
 def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
@@ -189,7 +189,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     rest = way.length - leaving
     by = _along(ev, node, rest)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
-    return on_path(ev, way.path, leaving + by, lane)
+    return on_path(ev.algebra.literal(float(way.path)), leaving + by, lane)
 
 
 def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:

@@ -49,8 +49,8 @@ class Pose:
     x: Term
     y: Term
     heading: Term
-    lane: Lane | None = None
-    """The lane along which it surely lies and points, where that is known."""
+    lane: "Lane | LaneNow | None" = None
+    """The lane along which it surely lies and points, where that is known, or drawn with the scene."""
 
 
 @frozen
@@ -63,16 +63,19 @@ class Region:
 
 @frozen
 class Centerline:
-    lane: Lane
+    lane: "Lane | LaneNow"
+    """Known, or drawn with the scene."""
 
 
 @frozen
 class LaneNow:
-    """A lane, or its section, that is only known from the place of an object during the run."""
+    """A lane, or its section, that the run knows from the place of an object, or that is drawn with the scene."""
 
     id: Term
     """Index in `network.lanes`; -1 where there is no such lane."""
     section: bool
+    drawn: frozenset[Span] = frozenset()
+    """Where it was drawn with the scene, as then there surely is such a lane."""
 
 
 @frozen
