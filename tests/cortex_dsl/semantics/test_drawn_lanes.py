@@ -1,7 +1,5 @@
 """Where choices of lanes would make too many variants, the scene draws the lanes: from the same law, as data."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -40,10 +38,9 @@ LEVEL = 0.01 / 8
 
 
 @pytest.fixture
-def drawing(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every lane is drawn that can be."""
     monkeypatch.setattr(elaboration, "CHOSEN_LANES_LIMIT", 1)
-    yield
 
 
 def test_lanes_of_many_actors_are_drawn() -> None:
