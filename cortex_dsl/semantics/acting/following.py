@@ -23,9 +23,10 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
-from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane, trajectory
+from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import notice_reach
+from cortex_dsl.semantics.evaluation.trajectories import trajectory
 from cortex_dsl.semantics.model.values import LaneNow, Value
 from cortex_dsl.semantics.quantities.algebra import (
     Term,

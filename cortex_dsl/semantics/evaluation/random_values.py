@@ -18,15 +18,14 @@ from cortex_dsl.semantics.errors.chance import (
     RANDOM_WHILE_RUNNING,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
-from cortex_dsl.semantics.errors.values import TWO_UNITS
 from cortex_dsl.semantics.evaluation import bounds_given, numbers
-from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments, no_names
+from cortex_dsl.semantics.evaluation.bounds_given import Site, alike, bound_arguments, scaled
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import LaneNow, Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
-from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     floor,
@@ -37,44 +36,11 @@ from cortex_dsl.semantics.quantities.algebra import (
     table,
     where,
 )
-from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
+from cortex_dsl.semantics.quantities.units import dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Lane
-
-
-@frozen
-class Site:
-    """A distribution in the source: its place (with the unit behind it) and that unit."""
-
-    span: Span
-    unit: Unit | None = None
-
-
-def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given]:
-    row = BUILTINS[name]
-    bound = bind_builtin(row, given, span)
-    return [bound[parameter.name] for parameter in row.parameters]
-
-
-def scaled(argument: Given, unit: Unit | None) -> Quantity:
-    """A number of a distribution, with the unit behind the call applied."""
-    number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
-    if unit is None:
-        return number
-    if number.dimension is not None:
-        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
-    return Quantity(number.expr * unit.factor, unit.dimension)
-
-
-def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
-    """Numbers of one dimension."""
-    scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
-    dimension = None
-    for number in scaled_numbers:
-        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
-    return [number.expr for number in scaled_numbers], dimension
 
 
 def uniform(ev: Evaluator) -> Term:

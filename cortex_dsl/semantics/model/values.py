@@ -2,9 +2,8 @@
 
 A number or truth is always an `Term` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
 `none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
-and the network are the objects of `engine.road`. How values are shown to people stands in `wording`.
-
-The `home` of a definition holds the variables of the imported file that has it; None stands for the main file.
+and the network are the objects of `engine.road`. How values are shown to people stands in `wording`. The `home` of a
+definition holds the variables of the imported file that has it; None stands for the main file.
 """
 
 from collections.abc import Callable, Mapping
@@ -64,7 +63,6 @@ class Region:
 @frozen
 class Centerline:
     lane: "Lane | LaneNow"
-    """Known, or drawn with the scene."""
 
 
 @frozen
