@@ -84,7 +84,7 @@ def cruised(scenario: cx.Scenario, scenes: Scenes) -> Lanes:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_stepped_run_is_the_run_of_the_batch_host(name: str) -> None:
     """It ends at the same sample for the same reason, with everybody in the same place, bit for bit."""
-    scenario = scenario_of(name, "ExternalBehavior(trajectory=egoTrajectory)")
+    scenario = scenario_of(name, "ExternalBehavior(trajectory=egoTrajectory, every=0.1 s)")
     scenes = scenario.sample(60, seed=4)
     lanes = cruised(scenario, scenes)
     held(scenario, lanes, scenes)
