@@ -148,8 +148,14 @@ class Lanes:
     def _judge(self, ended: Ints) -> None:
         """Run what has ended again, at once and on record."""
         samples = self.samples[ended]
-        kept = (self._scenes.verdict, self._scenes.variant, self._scenes.values, self._scenes.keys)
-        asked = Requested(*(each[ended] for each in kept), self._orders.decided(ended, samples, int(samples.max()) + 1))
+        scenes = self._scenes
+        asked = Requested(
+            verdict=scenes.verdict[ended],
+            variant=scenes.variant[ended],
+            values=scenes.values[ended],
+            keys=scenes.keys[ended],
+            actions=self._orders.decided(ended, samples, int(samples.max()) + 1),
+        )
         found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
         found.verdict[:] = asked.verdict
         rows = judge_rows if len(self.program.judged) else simulate_rows
