@@ -126,6 +126,7 @@ class Lanes:
         for array, blank in zip(_arrays(self._results), self._blank, strict=True):
             array[chosen] = blank
         self._results.verdict[chosen], self._open[chosen] = scenes.verdict, scenes.valid
+        self._status[chosen, Status.SAMPLE] = 0
         begin_lanes(self.plan, self._scenes, chosen.astype(np.int32), self._run)
         self._paths[chosen] = self.program.routes[np.maximum(scenes.variant, 0)]
         self._reach[chosen] = weather_sight(self.program, scenes)
