@@ -4,7 +4,8 @@ A `CortexError` says what is wrong (`message`) and what to do (`cure`); every on
 from a worker's process to ours as it is. Where a name is unknown, the cure offers the `nearest` one that exists.
 """
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 from heapq import nlargest
@@ -47,22 +48,38 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
 @lru_cache(maxsize=8)
 def _nearest(word: str, candidates: frozenset[str]) -> str | None:
     """Of a few words kept: one mistake asks more than once, and among thousands of names each time takes long."""
-    by_folded = {candidate.lower(): candidate for candidate in sorted(candidates)}
+    by_folded, by_pair = _index(candidates)
     folded = word.lower()
     begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
     if begun:
         return by_folded[min(begun, key=len)]
-    few = by_folded if len(by_folded) <= MOST_COMPARED else _most_alike(folded, by_folded)
+    few = by_folded if len(by_folded) <= MOST_COMPARED else _most_alike(folded, by_folded, by_pair)
     if len(folded) > 2 and (swapped := [each for each in few if sorted(each) == sorted(folded)]):
         return by_folded[min(swapped)]
     matches = get_close_matches(folded, few, n=1, cutoff=0.6)
     return by_folded[matches[0]] if matches else None
 
 
-def _most_alike(word: str, candidates: Iterable[str]) -> list[str]:
+@lru_cache(maxsize=4)
+def _index(candidates: frozenset[str]) -> tuple[Mapping[str, str], Mapping[str, Sequence[str]]]:
+    """Candidates by their small letters, and those by each pair of neighbouring letters that they have."""
+    by_folded = {candidate.lower(): candidate for candidate in sorted(candidates)}
+    by_pair: dict[str, list[str]] = {}
+    for folded in by_folded if len(by_folded) > MOST_COMPARED else ():
+        for pair in _pairs(folded):
+            by_pair.setdefault(pair, []).append(folded)
+    return by_folded, by_pair
+
+
+def _pairs(word: str) -> set[str]:
+    return {word[i : i + 2] for i in range(len(word) - 1)}
+
+
+def _most_alike(word: str, candidates: Iterable[str], by_pair: Mapping[str, Sequence[str]]) -> list[str]:
     """Those that share most neighbouring pairs of letters with a word, for whole words are compared in milliseconds."""
-    pairs = {word[i : i + 2] for i in range(len(word) - 1)}
-    return nlargest(MOST_COMPARED, candidates, key=lambda each: (sum(map(each.__contains__, pairs)), -len(each), each))
+    shared = Counter(each for pair in _pairs(word) for each in by_pair.get(pair, ()))
+    among = shared if len(shared) >= MOST_COMPARED else candidates
+    return nlargest(MOST_COMPARED, among, key=lambda each: (shared[each], -len(each), each))
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected

@@ -3,8 +3,6 @@ which params belong to the system under test.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
-from functools import cache
 from pathlib import PurePath
 from typing import TypeGuard
 
@@ -18,19 +16,13 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 
 
-@cache
-def _field_names(kind: type) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(kind) if f.name != "span")
-
-
 def parts(node: nodes.Node) -> list[nodes.Node]:
     """The nodes directly inside a node, in the order of the text."""
     found: list[nodes.Node] = []
-    for name in _field_names(type(node)):
-        value = getattr(node, name)
+    for value in vars(node).values():
         if isinstance(value, nodes.Node):
             found.append(value)
-        elif isinstance(value, tuple):
+        elif isinstance(value, tuple) and value:
             found.extend(_nodes_among(value))
     return found
 
@@ -41,7 +33,8 @@ def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
     while waiting:
         part = waiting.pop()
         yield part
-        waiting.extend(reversed(parts(part)))
+        if inner := parts(part):
+            waiting.extend(inner[::-1])
 
 
 def _nodes_among(values: tuple[object, ...]) -> Iterator[nodes.Node]:
