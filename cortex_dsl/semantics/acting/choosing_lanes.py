@@ -79,9 +79,7 @@ def choose_lane(job: Job) -> ir.Block:
     def choose(what: float) -> ir.Act:
         return ir.SetLocal(span, choice, algebra.literal(what))
 
-    start = job.lane()
-    assert start is not None
-    keep, lane = job.kept(start)
+    keep, lane = job.kept(_lane_now(job))
     own, here = job.kept(_route(job, lane))
     left, right = (_beside(job, _lane_now(job), find) for find in (to_left, to_right))
     now = _lane(job, here, lane)
@@ -96,6 +94,12 @@ def choose_lane(job: Job) -> ir.Block:
     over = ir.Branch(span, chosen > 0.0, (to, change, *move_over(job, path, _speed(job, _lane(job, path, aim)))), ())
     rounds = (keep, own, choose(STAY), ir.TryInterrupt(span, (drive,), tuple(handlers)), over)
     return (choose(LEFT), ir.Loop(span, chosen > 0.0, rounds))
+
+
+def _lane_now(job: Job) -> Term:
+    index = job.lane()
+    assert index is not None
+    return index
 
 
 def _route(job: Job, lane: Term) -> Term:
