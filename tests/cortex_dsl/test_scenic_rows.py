@@ -79,7 +79,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`X intersects R`", "require ego intersects road\n", "not with regions of the file's own"),
         _same("`H relative to H`, `F relative to H`", "x = 3 deg relative to roadDirection\n"),
         _same("`V offset by V`, `V offset along D by V`", "x = (3, 3) offset along 9 deg by (1, 1)\n"),
-        _missing("`F at V`", "write `facing F` at the place", "x = 3\nd = (roadDirection at ego)\n"),
+        _same("`F at V`", "require (roadDirection at ego) > -9\n"),
         _same("`follow F from V for S`", "p = follow roadDirection from ego for 9\n"),
         _same("`front of X` … `back right of X`", "p = back right of ego\n"),
         _missing("`top of X`, `bottom front left of X`", PLAIN, "p = top of ego\n"),
@@ -116,11 +116,18 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`scenario`, `setup`, `compose`",
               "scenario S():\n    setup:\n        terminate after 1 s\n"
               "scenario Main():\n    compose:\n        do S()\n"),
-        _same("`override X with behavior B`",
-              "scenario S():\n    setup:\n        override ego with behavior BrakeBehavior()\n"
-              "        terminate after 1 s\nscenario Main():\n    compose:\n        do S()\n"),
-        _missing("`param`, `behavior` in a scenario", "shared by all of the file: write them at its top level",
-                 "scenario Main():\n    setup:\n        param p = 3\n    compose:\n        wait\n"),
+        _same("`override X with behavior B`, `with foo V`",
+              "a = new Object with foo 3\nrecord a.foo as foo\nscenario S():\n    setup:\n"
+              "        override ego with behavior BrakeBehavior()\n        override a with foo 4\n"
+              "        terminate after 1 s\nscenario Main():\n    compose:\n        do S()\n",
+              "numbers and truths that no behavior sets"),
+        _missing("`override X with width V`", "what the simulation reads is settled with the scene",
+                 "scenario S():\n    setup:\n        override ego with width 4\n        terminate after 1 s\n"
+                 "scenario Main():\n    compose:\n        do S()\n"),
+        _same("`param`, `behavior`, `monitor`, `def` in a scenario",
+              "scenario Main():\n    setup:\n        param p = Range(3, 4)\n        behavior B():\n            wait\n"
+              "        a = new Object with behavior B\n        require p > 2\n    compose:\n        wait\n",
+              "a param is settled with the scene, whenever the scenario starts"),
         _same("`initial scenario`",
               "scenario Main():\n    setup:\n        x = initial scenario\n    compose:\n        wait\n"),
     ),

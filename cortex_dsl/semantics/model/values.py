@@ -223,6 +223,8 @@ class Actor:
     """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
     overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
     """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
+    overridden: "dict[str, list[tuple[int, Quantity | Truth]]]" = field(default_factory=dict)
+    """The same of properties of the file's own, by name."""
     plain: bool = False
     """Whether it is an `Object`: nothing is known of it but its place and outline, and it may do things."""
     cells: "dict[str, Cell]" = field(default_factory=dict)
@@ -236,6 +238,8 @@ class BehaviourValue:
     node: nodes.BehaviorDefinition
     home: dict[str, Value] | None = None
     """Variables of the imported file that defines it; None: the main file."""
+    scopes: tuple[Mapping[str, Value], ...] = ()
+    """Variables of the scenario that defines it."""
 
 
 @frozen_identity
@@ -258,6 +262,7 @@ class MonitorValue:
 
     node: nodes.MonitorDefinition
     home: dict[str, Value] | None = None
+    scopes: tuple[Mapping[str, Value], ...] = ()
 
 
 @frozen_identity

@@ -71,6 +71,17 @@ def test_angles_count_as_the_file_does() -> None:
         rows(head + EGO + OTHER + f"require abs((apparent heading of other) - {seen} deg) < 1e-9 deg\n")
 
 
+def test_a_field_has_a_heading_at_a_place() -> None:
+    """As the file counts headings; of the road that of the lane there. It binds as `relative to` does."""
+    for head, north in ((HERE, 0.0), (MODEL, 90.0)):
+        field = 'f = VectorField("f", lambda p: (3 * p.x + p.y) * 1 deg)\n'
+        rows(head + EGO + field + "require abs((f at (2 m, -1 m)) - 5 deg) < 1e-9 deg\n")
+        rows(head + EGO + field + "require abs((1 deg relative to f at (2 m, -1 m)) - 6 deg) < 1e-9 deg\n")
+        way = f"require abs((roadDirection at (30 m, -1.75 m)) - {-north} deg) < 1e-9 deg\n"
+        rows(head + EGO + way)
+    assert "SCN550" in errors(HERE + "ego = new Car on road at (1.75, -30)\n")
+
+
 def test_places_beside_others() -> None:
     """`beyond` on the line of sight, a corner of an outline, and the side of a plain point in its own frame."""
     text = (
