@@ -47,9 +47,11 @@ BODY = (
 TABLES: dict[str, tuple[Row, ...]] = {
     "specifiers": (
         _same("`with P V`", "a = new Object with foo 3\n", "on others than an `Object`: what the file asks for"),
-        _differs("`at V`", "heads as an oriented point does; Scenic 3 takes its place alone",
-                 "a = new Object at (20, 3)\n"),
+        _same("`at V`", "a = new Object at (20, 3)\n",
+              "takes the place alone; without a `model` line it heads as an oriented point does"),
         _same("`in R`, `on R`", "a = new Car in road\nb = new Car on road\n"),
+        _differs("`in intersection`", "heads along the lane whose middle is nearest; Scenic 3.1.1 takes the first lane "
+                 "of its list of maneuvers that holds the point", "a = new Car in intersection\n"),
         _same("`contained in R`", "a = new Car contained in road\n"),
         _same("`offset by V`", "a = new Object offset by (0, 9)\n"),
         _same("`offset along D by V`", "a = new Object offset along 30 deg by (0, 9)\n"),
@@ -159,6 +161,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
     ),
     "properties": (
         _same("`position`, `heading`", "x = ego.position.x\ny = ego.heading\n"),
+        _differs("`heading` of a `Pedestrian` that has none", "is north; Scenic 3.1.1 draws one",
+                 "a = new Pedestrian at (9, 9)\n"),
         _missing("`yaw`, `pitch`, `roll`, `orientation`, `parentOrientation`", PLAIN, "x = ego.pitch\n"),
         _same("`width`, `length`", "a = new Object with width 3, with length 2\n"),
         _differs("`height`, `blueprint`, `color`", "are read and do nothing", "a = new Object with height 3\n"),
