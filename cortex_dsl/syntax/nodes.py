@@ -240,7 +240,7 @@ class RelativeTo(Expression):
 
 @frozen
 class FieldAt(Expression):
-    """`field at place`."""
+    """`(field at place)`: only in brackets, for elsewhere `at` says where an object stands."""
 
     field: Expression
     place: Expression

@@ -196,7 +196,7 @@ def _relative_to(node: nodes.RelativeTo) -> Written:
 
 
 def _field_at(node: nodes.FieldAt) -> Written:
-    return f"{write(node.field, Level.OFFSET)} at {write(node.place, Level.MEASURE)}", Level.OFFSET
+    return f"({write(node.field, Level.OFFSET)} at {write(node.place, Level.MEASURE)})", Level.ATOM
 
 
 def _seen_from(node: nodes.SeenFrom) -> Written:

@@ -81,7 +81,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`X intersects R`", "require ego intersects road\n", "not with regions of the file's own"),
         _same("`H relative to H`, `F relative to H`", "x = 3 deg relative to roadDirection\n"),
         _same("`V offset by V`, `V offset along D by V`", "x = (3, 3) offset along 9 deg by (1, 1)\n"),
-        _same("`F at V`", "require (roadDirection at ego) > -9\n"),
+        _same("`F at V`", "require (roadDirection at ego) > -9\n", "in brackets"),
         _same("`follow F from V for S`", "p = follow roadDirection from ego for 9\n"),
         _same("`front of X` … `back right of X`", "p = back right of ego\n"),
         _missing("`top of X`, `bottom front left of X`", PLAIN, "p = top of ego\n"),

@@ -6,13 +6,13 @@ from cortex_dsl.semantics.errors.problems import Problem
 NO_FIELD_AT = Problem(
     "SCN550",
     "what stands before `at` must be a field of directions, but this is {actual}",
-    "`FIELD at PLACE` is the heading that a field has there",
-    "to say where an object stands, write a comma before `at`",
+    "`(FIELD at PLACE)` is the heading that a field has there",
+    "write `roadDirection`, or a `VectorField`, before `at`",
     page=Page(
         "`at` after what is no field",
-        "`roadDirection at p` is the heading of the road at p. A specifier `at` follows the class, or a comma.",
-        "ego = new Car on road at (1.75, -30)\n",
-        "ego = new Car at (1.75, -30)\n",
+        "`(roadDirection at p)` is the heading of the road at p. Only fields of directions have one at every place.",
+        "ego = new Car on road\nh = (ego at (1.75, -30))\nrequire h > 0 deg\n",
+        "ego = new Car on road\nh = (roadDirection at (1.75, -30))\nrequire h > 0 deg\n",
     ),
 )
 OVERRIDDEN_AND_SET = Problem(
