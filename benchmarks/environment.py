@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -25,6 +25,9 @@ import cortex_dsl as cx
 from engine import batch
 from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
+from engine.driving.stepping import Lanes
+from engine.outcomes import Outcomes
+from engine.scenes import Scenes
 from engine.tables import Floats
 
 FILE = "examples/own_driver/crossing.scn"
@@ -66,6 +69,7 @@ def stepping(scenario: cx.Scenario, lanes: int) -> None:
     program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
     driven = drive(program, scenes, constant, config, block=lanes)
     outcomes = batch.simulate(program, driven.scenes, config)
+    assert_same_ends(scenario, scenes, outcomes)
     for field in fields(outcomes):
         ours, theirs = getattr(driven.outcomes, field.name), getattr(outcomes, field.name)
         assert np.array_equal(ours, theirs, equal_nan=ours.dtype.kind == "f"), field.name
@@ -78,6 +82,23 @@ def stepping(scenario: cx.Scenario, lanes: int) -> None:
     print(
         f"  stepped {steps / stepped:,.0f} steps a second, batch {steps / at_once:,.0f}: {stepped / at_once:.2f} times"
     )
+
+
+def assert_same_ends(scenario: cx.Scenario, scenes: Scenes, outcomes: Outcomes) -> None:
+    """Before they are judged, stepped runs have come to the same ends, everybody in the same place, bit for bit."""
+    program, config = scenario.program, scenario.config.simulation
+    lanes, every = Lanes(program, len(scenes), config), np.arange(len(scenes))
+    lanes.place(every, scenes)
+    lanes.step()
+    while lanes.running.any():
+        lanes.decide(0, lanes.asked(0), constant(np.empty((len(scenes), 0))))
+        lanes.step()
+    valid = scenes.valid
+    assert np.array_equal(lanes.samples[valid], outcomes.steps[valid])
+    assert np.array_equal(lanes.reasons[valid], outcomes.end_reason[valid])
+    decided, states = replace(scenes, actions=lanes.decided(every)), lanes.states
+    for row in np.flatnonzero(valid & ~outcomes.collided):
+        assert np.array_equal(states[row], batch.trajectory(program, decided, int(row), config).states[-1])
 
 
 def episodes(scenario: cx.Scenario, lanes: int) -> None:

@@ -1,4 +1,4 @@
-"""Is there a text that breaks the compiler? Mutated bytes, tokens and meanings, and sentences of the grammar.
+"""Is there a text that breaks the compiler? Mutated bytes, tokens, meanings and numbers, and sentences of the grammar.
 
     python -m benchmarks.fuzz --inputs 100000 [--seed 0] [--jobs 2] [--keep FOLDER] [--json]
 
@@ -10,6 +10,7 @@ diagnostics with places inside the text: no other exception, no hang, no memory 
 import argparse
 import json
 import random
+import re
 import resource
 import signal
 import sys
@@ -20,6 +21,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -44,6 +46,8 @@ by offset along distance from to if elif else while lambda not and or is monitor
 record mutate always eventually choose shuffle override signals map precondition invariant
 """
 TOKENS = (*SIGNS, *WORDS.split())
+
+_NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?![\w.])")
 
 Found = TypeVar("Found")
 
@@ -139,6 +143,22 @@ def mutated_sense(rng: random.Random, texts: list[str]) -> bytes:
     return "".join(words).encode()
 
 
+def mutated_numbers(rng: random.Random) -> bytes:
+    """A scenario that compiles, with some numbers made larger or smaller: mostly it still does, and runs otherwise."""
+    parts = _NUMBER.split(rng.choice(sound()))
+    for _ in range(rng.choice((1, 1, 2, 4)) if len(parts) > 1 else 0):
+        at = rng.randrange(1, len(parts), 2)
+        parts[at] = f"{float(parts[at]) * rng.choice((0.0, rng.uniform(0.3, 3.0), rng.uniform(0.8, 1.25))):.6g}"
+    return "".join(parts).encode()
+
+
+@cache
+def sound() -> list[str]:
+    """Scenarios of this repository that compile: the examples, those of the hosts' agreement and of the suite."""
+    folders = ("examples", "tests/agreement", "benchmarks/suite")
+    return [path.read_text(encoding="utf-8") for folder in folders for path in sorted((ROOT / folder).glob("*.scn"))]
+
+
 def _piece(rng: random.Random, texts: list[str]) -> str:
     text = rng.choice(texts)
     lines = text.splitlines(keepends=True)
@@ -168,6 +188,7 @@ def sources(rng: random.Random, texts: list[str]) -> Iterator[tuple[str, bytes]]
         "tokens": lambda: mutated_tokens(rng, texts),
         "sense": lambda: mutated_sense(rng, texts),
         "grammar": lambda: sentences.program().encode(),
+        "numbers": lambda: mutated_numbers(rng),
     }
     while True:
         for kind, make in kinds.items():

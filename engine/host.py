@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
+from engine.kernels.crossing import Foresight
 from engine.kernels.legs import Leg
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Plan, Run, Slot, Status
 from engine.named_results import NAMED_RESULTS
+from engine.opcodes import Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
@@ -158,12 +160,10 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(live.registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
-        lane=np.zeros(1, dtype=np.int64),
         lane_live=np.zeros((0, 0), dtype=np.int64),
         lane_states=np.zeros((0, 0, 0, 0)),
-        lane_watched=np.zeros((0, 0, 0)),
+        lane_watched=np.zeros((0, 0)),
         lane_legs=np.zeros((0, 0, 0)),
-        lane_blows=np.zeros((0, 0, 0)),
         lane_actions=np.zeros((0, 0, 0)),
     )
 
@@ -199,18 +199,33 @@ def _live(program: Program) -> _Live:
     )
 
 
-def lanes(program: Program, samples: int, count: int) -> Run:
-    """Memory for so many runs side by side (`kernels.lanes`), of which one after the other is worked on."""
+def lanes(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
+    """Memory for so many runs side by side (`kernels.lanes`), of which one after the other is worked on.
+
+    `back`: samples before the current one at which somebody still looks; `coming`: turns of which it is known what was
+    decided.
+    """
     run = memory(program, samples)
     others_touch = len(program.actors) > 2 or (len(program.actors) > 1 and len(program.road.buildings) > 0)
     return run._replace(
         lane_live=np.zeros((count, len(run.live)), dtype=np.int64),
-        lane_states=np.zeros((count, *run.states.shape)),
-        lane_watched=np.zeros((count, *run.watched.shape)),
+        lane_states=np.zeros((count, back + 1, *run.states.shape[1:])),
+        lane_watched=np.zeros((count, run.watched.shape[1])),
         lane_legs=np.zeros((count, len(run.legs) if others_touch else 0, len(Leg))),
-        lane_blows=np.zeros((count, len(run.impacts) if others_touch else 0, len(Blow))),
-        lane_actions=np.zeros((count, *run.actions.shape)),
+        lane_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
+
+
+def looking_back(program: Program, time_step: float) -> int:
+    """How many steps ago the oldest sample is that a driver of a program looks at: what `latency` makes of it."""
+    code, longest = program.code, 0.0
+    rows = code.step_code
+    for row in np.flatnonzero(rows[:, 0] == Op.CROSSING).tolist():
+        late = int(rows[row, 4]) + Foresight._fields.index("latency")
+        packed = rows[:row][rows[:row, 1] == late][-1:]
+        known = len(packed) and packed[0, 0] == Op.MOVE and packed[0, 2] < len(code.literals)
+        longest = max(longest, float(code.literals[packed[0, 2]]) if known else math.inf)
+    return math.floor(longest / time_step + 0.5) if longest < math.inf else MAX_SAMPLES
 
 
 def requested(program: Program, scenes: Scenes) -> Requested:

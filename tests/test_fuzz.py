@@ -3,7 +3,9 @@
 import random
 import time
 
-from benchmarks import fuzz, torture
+from benchmarks import fuzz
+from benchmarks.torture import texts
+from benchmarks.torture.commands import FILE
 
 INPUTS = 600
 SECONDS = 300.0
@@ -24,5 +26,4 @@ def test_no_text_breaks_the_compiler() -> None:
 
 def test_a_text_runs_to_the_end() -> None:
     """In both hosts, and as its concrete scenario, to the same bits: what `benchmarks.torture` does to many."""
-    text = torture.FILE.read_bytes()
-    assert torture.run_to_the_end(text) == "run to the end"
+    assert texts.run_to_the_end(FILE.read_bytes()) == "run to the end"

@@ -4,6 +4,9 @@ Steps esmini from sample to sample and compares centres and headings with the re
 case goes on after first contact as it went before it, so that outlines overlap (contact physics keep ours apart), and
 esmini is stepped by a millisecond until it reports a collision.
 
+With `--certificates` the worst collisions of A to F are exported in both modes as `cortexc export` does it, and it is
+counted how many of them have a certificate of fidelity that says: with the same partner, in time.
+
 Build it from https://github.com/esmini/esmini without its viewer, which takes no download but its submodule fmt:
 `cmake -B build -D DOWNLOAD_EXTERNALS=OFF -D USE_OSG=OFF -D USE_OSI=OFF -D USE_SUMO=OFF -D USE_GTEST=OFF
 -D USE_IMPLOT=OFF -D BUILD_REPLAYER=OFF -D BUILD_ODRPLOT=OFF -D BUILD_EXAMPLES=OFF` and
@@ -20,8 +23,10 @@ import numpy as np
 
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases
 from cortex_dsl.interchange.cases import ExportCase
+from cortex_dsl.interchange.writing import gather
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.esmini import Played, play
+from engine.interchange.esmini.fidelity import WITHIN, certified
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.document import entity_names
@@ -112,14 +117,34 @@ def _played(player: Player, found: Sequence[ExportCase]) -> Iterator[Replay]:
         yield from (replayed(player, case.recording, road.encode(), osc) for osc in OSC_VERSIONS)
 
 
+def certificates(library: Path, top: int) -> None:
+    """A line for each of A to F: how many of its worst cases that collide do so in esmini, by mode."""
+    for file in EXAMPLES:
+        with TemporaryDirectory() as folder:
+            found = [case for case in cases(file, Path(folder) / "run", top, 0) if case.recording.contact is not None]
+        told = ", ".join(f"{mode} {_agreeing(library, found, mode)} of {len(found)}" for mode in WITHIN)
+        print(f"{file.stem:28} {told}", flush=True)
+
+
+def _agreeing(library: Path, found: Sequence[ExportCase], mode: str) -> int:
+    """Of so many cases the certificate says what the run says."""
+    options = ExportOptions(mode=mode)
+    files = {name: str(text).encode() for name, text in gather(found, ("xosc",), options).files.items()}
+    return sum(certified(library, case, files, options).content["agrees"] for case in found)
+
+
 def main() -> None:
     """A line for each scenario: its worst case in its worst version."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.validation.esmini")
     parser.add_argument("library", type=Path, help="libesminiLib.so")
     parser.add_argument("--top", type=int, default=3, help="worst cases of each of A to F")
     parser.add_argument("--others", type=int, default=1, help="scenes without contact")
+    parser.add_argument("--certificates", action="store_true", help="count certificates of fidelity, in both modes")
     parser.add_argument("--traj-filter", default="0", help="esmini's own default, 0.1, merges vertices that are close")
     arguments = parser.parse_args()
+    if arguments.certificates:
+        certificates(arguments.library, arguments.top)
+        return
     player = Player(arguments.library, arguments.traj_filter)
     print(f"{'':28} {'before contact':>22} {'after':>10} {'absent':>7} {'collision':>12}")
     for file in [*EXAMPLES, *CONSTRUCTS]:

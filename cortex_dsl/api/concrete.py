@@ -213,6 +213,8 @@ def _successive(texts: Sequence[str]) -> str:
 def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
     if site.kind == "number":
         return _successive([_number(values[0], site.unit) for values in drawn])
+    if site.kind == "lane":
+        return _successive([f"network.lanes[{int(values[0])}]" for values in drawn])
     if site.kind == "heading":
         return f"facing {_successive([_number(values[0], 'rad') for values in drawn])}"
     place = _successive([f"({values[0]!r} m, {values[1]!r} m)" for values in drawn])

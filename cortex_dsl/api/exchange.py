@@ -98,6 +98,7 @@ def measure(
     step: float | None = None,
     profile: str = "paper",
     rate: float | None = None,
+    window: tuple[float, float] | None = None,
 ) -> "Measured":
     """Judge a recording, from any driver, by the kernels that judge our runs: `.outcomes` and `.risk` (one row each),
     `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
@@ -109,20 +110,26 @@ def measure(
         step: time step of the metrics [s]; None: that of the file.
         profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
         rate: samples a second, where a table counts frames and nothing else says it.
+        window: a part of it, from and to so many seconds after its first row; None: all of it.
 
     Raises:
-        ArgumentError: a file of another kind, or no such profile.
+        ArgumentError: a file of another kind, no such profile, or times that are no window.
         InterchangeError: it cannot be read, or is no motion.
     """
     from engine.interchange.measuring import measure as judged
     from engine.risk import PROFILES
 
     arguments.one_of("profile", profile, PROFILES)
-    return judged(read_recording(file, ego=ego, step=step, rate=rate).recording, profile)
+    return judged(read_recording(file, ego=ego, step=step, rate=rate, window=window).recording, profile)
 
 
 def read_recording(
-    file: str | Path, *, ego: str | None = None, step: float | None = None, rate: float | None = None
+    file: str | Path,
+    *,
+    ego: str | None = None,
+    step: float | None = None,
+    rate: float | None = None,
+    window: tuple[float, float] | None = None,
 ) -> "Imported":
     """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
 
@@ -133,7 +140,19 @@ def read_recording(
     arguments.kind("ego", ego, (str, NoneType), arguments.LEFT_OUT)
     from engine.interchange.sources import read_recording as read_any
 
-    return read_any(path, ego=ego, step=step, rate=rate)
+    return read_any(path, ego=ego, step=step, rate=rate, window=None if window is None else _window(window))
+
+
+def _window(window: object) -> tuple[float, float]:
+    """Two times [s], the first from 0 on and the second after it."""
+    cure = "name two times, as in (12.4, 18)"
+    arguments.kind("window", window, (tuple, list), cure)
+    times = arguments.several("window", window)
+    for time in times:
+        arguments.kind("window", time, (int, float, np.integer), cure)
+    if len(times) != 2 or not 0.0 <= times[0] < times[1] < np.inf:
+        raise ArgumentError(f"window: expected a time from 0 on and a later one, got {window!r}", cure)
+    return float(times[0]), float(times[1])
 
 
 def _recording_path(file: str | Path, **numbers: float | None) -> Path:

@@ -29,7 +29,13 @@ from cortex_dsl.semantics.evaluation.roads import (
     map_with_lights,
     reasons_for_road,
 )
-from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.model.choices import (
+    CHOSEN_LANES_LIMIT,
+    VARIANT_LIMIT,
+    Oracle,
+    TooManyVariants,
+    enumerate_variants,
+)
 from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
@@ -92,14 +98,24 @@ def elaborate(
 def _drafted(
     module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings, observe: Observer | None
 ) -> tuple[FileContext, list[Draft]]:
-    """Return every variant; start again where a numeric choice turns out to be needed as a number."""
+    """Return every variant; start again where a choice that was left symbolic has to be known, and where there are so
+    many variants that the scene has to draw lanes. Where it cannot, lanes are chosen as in any other file.
+    """
     expanded: frozenset[Span] = frozenset()
+    draws_lanes, limit = False, CHOSEN_LANES_LIMIT
     while True:
-        file = fresh(expanded=expanded, findings=findings.copy())
+        file = fresh(expanded=expanded, findings=findings.copy(), draws_lanes=draws_lanes)
         try:
-            return file, _enumerate(module, file, observe)
+            drafts = _enumerate(module, file, observe, limit)
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
+            continue
+        except TooManyVariants:
+            draws_lanes, limit = True, VARIANT_LIMIT
+            continue
+        if not (draws_lanes and file.findings.has_errors):
+            return file, drafts
+        draws_lanes, expanded = False, frozenset()
 
 
 def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:
@@ -127,16 +143,26 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
     return road
 
 
-def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None) -> list[Draft]:
-    """Every variant; stops at the first one with errors, since the others would repeat them."""
+def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None, lanes_limit: int) -> list[Draft]:
+    """Every variant; stops at the first one with errors, since the others would repeat them.
+
+    Raises:
+        TooManyVariants: fewer than there may be in all, but more than of lanes.
+    """
     drafts: list[Draft] = []
+
+    def one(oracle: Oracle) -> Draft | None:
+        return elaborate_variant(module, file, oracle, observe)
+
     try:
-        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle, observe)):
+        for _, draft in enumerate_variants(one, lanes_limit):
             if draft is not None:
                 drafts.append(draft)
             if file.findings.has_errors:
                 break
     except TooManyVariants as too_many:
+        if lanes_limit < VARIANT_LIMIT and any(decision.drawable for decision in too_many.decisions):
+            raise
         file.findings.add(_too_many(too_many))
     return drafts
 

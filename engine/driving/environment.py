@@ -18,8 +18,6 @@ from engine.control import Action, Control
 from engine.driving.controllers import Seat, checked, meant, seats_of
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ArgumentError, nearest
-from engine.host import outcomes
-from engine.kernels.stage import RUNNING
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess
@@ -30,7 +28,7 @@ from engine.search.objectives import Objective, Runs, objectives
 from engine.search.protocol import Sought
 from engine.streams import StreamKey, check_keys, key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Method
+from engine.vocabulary import EndReason, Method, Verdict
 
 REWARD = "reward"
 """The record whose difference is the reward of a step."""
@@ -86,7 +84,7 @@ class Episodes:
     @property
     def outcomes(self) -> Outcomes:
         """What became of the run of each lane; of one that goes on nothing yet."""
-        return outcomes(self.lanes.results)
+        return self.lanes.outcomes(np.arange(len(self)))
 
     @property
     def scenes(self) -> Scenes:
@@ -170,9 +168,8 @@ class Episodes:
             self._begin(fresh)
         self.lanes.step()
         self._look()
-        results = self.lanes.results
-        self._ended = results.end_reason != RUNNING
-        return self._views(), self._rewards(fresh), *self._ends(results.end_reason)
+        self._ended = ~self.lanes.running
+        return self._views(), self._rewards(fresh), *self._ends(self.lanes.reasons)
 
     def _ends(self, reason: Ints) -> tuple[Bools, Bools]:
         truncated = reason == EndReason.TIMEOUT
@@ -208,12 +205,13 @@ class Episodes:
         worth, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
         if len(rows):
             assert self._scenes is not None
-            ended = take(outcomes(self.lanes.results), rows)
-            scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
+            ended = self.lanes.outcomes(rows)
             risk = assess(ended, self._profile)
-            runs = Runs(self.program, self.config, scenes, ended, risk)
-            value = risk.score.astype(np.float64) if self._objective is None else self._objective.value(runs)
-            worth[rows] = np.where(runs.valid & np.isfinite(value), value, 0.0)
+            value = risk.score.astype(np.float64)
+            if self._objective is not None:
+                scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
+                value = self._objective.value(Runs(self.program, self.config, scenes, ended, risk))
+            worth[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
         return worth
 
 

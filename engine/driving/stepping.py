@@ -1,13 +1,13 @@
 """Scenes side by side, stepped from one question to a controller to the next.
 
 A stepped run is the run of the batch host: the same kernel, which pauses at a sample between the rules and the turns.
-There the lanes are observed, controllers decide, and the next call goes on. Rows of `Run.actions` hold what was decided
-turn by turn; with them the finished run is run again by any host, without the controller.
+There the lanes are observed, controllers decide, and the next call goes on. A lane holds where its run stands and what
+was decided in it (`engine.driving.orders`). With that a finished run is run again by any host, without the controller:
+so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run.
 """
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -15,12 +15,15 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
+from engine.driving.orders import Orders
 from engine.errors import ArgumentError
-from engine.host import CHUNK, empty_results, in_parts, lanes, memory, plan
+from engine.host import CHUNK, empty_results, in_parts, lanes, looking_back, memory, outcomes, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
 from engine.kernels.lanes import EMPTY
-from engine.kernels.rows import Requested, begin_lanes, judge_rows, simulate_rows
+from engine.kernels.rollout import advance
+from engine.kernels.rows import Requested, Results, begin_lanes, judge_rows, simulate_rows
 from engine.kernels.stage import RUNNING, Run, Status
+from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import Bools, Floats, Ints
@@ -72,15 +75,19 @@ class Lanes:
                 "give an object a controller: `with behavior ExternalBehavior()`",
             )
         self.program, self.controls, self._jobs = program, program.controls, jobs
-        self._every = [max(1, turns(each.every, config.time_step)) for each in self.controls]
-        self._delay = [turns(each.delay, config.time_step) for each in self.controls]
-        self.plan = plan(program, config, contact, pause=math.gcd(*self._every))
-        self._run = lanes(program, self.plan.layout.last_sample + 1, count)
+        pause = math.gcd(*(max(1, turns(each.every, config.time_step)) for each in self.controls))
+        self.plan = plan(program, config, contact, pause=pause)
+        self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
+        self._orders = Orders(self.controls, count, config.time_step, pause)
+        back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
+        self._run = lanes(program, self.turns, count, back, self._orders.coming)
         self._status = self._run.lane_live[:, -len(Status) :]
         self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)
-        self.results = empty_results(program, self._scenes)
-        self._columns = columns(self.controls)
+        self._results = empty_results(program, self._scenes)
+        self._blank = tuple(each[:1].copy() for each in _arrays(self._results))
+        self._open = np.zeros(count, dtype=bool)
+        self._alone: Run | None = None
         self._paths = np.full((count, len(program.actors)), -1, dtype=np.int32)
         self._reach = np.full(count, np.inf)
         kept = [record.rule for record in program.records if record.when == "series"]
@@ -89,11 +96,11 @@ class Lanes:
     def __len__(self) -> int:
         return len(self._reach)
 
-    @cached_property
+    @property
     def nbytes(self) -> int:
-        """Memory of all lanes."""
-        groups = (self._run, self._scenes, self.results)
-        return sum(each.nbytes for group in groups for each in _arrays(group))
+        """Memory of all lanes; what was decided takes more as runs get longer than any before."""
+        groups = (self._run, self._scenes, self._results)
+        return self._orders.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
         """The results as they are now."""
@@ -102,12 +109,12 @@ class Lanes:
     @property
     def turns(self) -> int:
         """Rows of what is decided in a lane …"""
-        return int(self._run.lane_actions.shape[1])
+        return int(self.plan.layout.last_sample) + 1
 
     @property
     def numbers(self) -> int:
         """… and numbers in a row."""
-        return int(self._run.lane_actions.shape[2])
+        return numbers_decided(self.controls)
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
@@ -116,31 +123,77 @@ class Lanes:
         for array, name in ((self._scenes.verdict, "verdict"), (self._scenes.variant, "variant")):
             array[chosen] = getattr(scenes, name)
         self._scenes.values[chosen], self._scenes.keys[chosen] = scenes.values, scenes.keys
-        blank = empty_results(self.program, self._scenes._replace(verdict=self._scenes.verdict[chosen]))
-        for array, fresh in zip(_arrays(self.results), _arrays(blank), strict=True):
-            array[chosen] = fresh
+        for array, blank in zip(_arrays(self._results), self._blank, strict=True):
+            array[chosen] = blank
+        self._results.verdict[chosen], self._open[chosen] = scenes.verdict, scenes.valid
+        self._status[chosen, Status.SAMPLE] = 0
         begin_lanes(self.plan, self._scenes, chosen.astype(np.int32), self._run)
         self._paths[chosen] = self.program.routes[np.maximum(scenes.variant, 0)]
         self._reach[chosen] = weather_sight(self.program, scenes)
-        self._neutral(chosen, scenes)
-
-    def _neutral(self, chosen: Ints, scenes: Scenes) -> None:
-        """Until the first decision comes into effect everybody rolls on, or keeps its speed."""
-        self._run.lane_actions[chosen] = 0.0
-        for control, column in zip(self.controls, self._columns, strict=True):
-            if control.names[0] == "target_speed":
-                start = [actor_columns(self.program, row)[control.actor, Column.SPEED] for row in scenes.values]
-                self._run.lane_actions[chosen, :, column.start] = np.array(start)[:, np.newaxis]
+        self._orders.begin(chosen, _neutral(self.program, scenes), self._run.lane_actions)
 
     @property
     def running(self) -> Bools:
         """(lanes,) where a run has not ended."""
-        return (self._scenes.verdict == Verdict.VALID) & (self.results.end_reason == RUNNING)
+        return (self._scenes.verdict == Verdict.VALID) & (self._status[:, Status.END] == RUNNING)
+
+    @property
+    def results(self) -> Results:
+        """What became of the run of each lane; of one that goes on nothing yet."""
+        ended = np.flatnonzero(self._open & ~self.running)
+        if len(ended):
+            self._open[ended] = False
+            self._judge(ended)
+        return self._results
+
+    def _judge(self, ended: Ints) -> None:
+        """Run what has ended again, at once and on record."""
+        samples = self.samples[ended]
+        scenes = self._scenes
+        asked = Requested(
+            verdict=scenes.verdict[ended],
+            variant=scenes.variant[ended],
+            values=scenes.values[ended],
+            keys=scenes.keys[ended],
+            actions=self._orders.decided(ended, samples, int(samples.max()) + 1),
+        )
+        found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
+        found.verdict[:] = asked.verdict
+        rows = judge_rows if len(self.program.judged) else simulate_rows
+
+        def run(first: int, last: int) -> None:
+            scratch = memory(self.program, self.turns) if self._alone is None else self._alone
+            rows(self._at_once, asked, first, last, scratch, np.zeros((len(self.program.actors), 3)), found)
+            if self._jobs == 1:
+                self._alone = scratch
+
+        if len(ended) > CHUNK:
+            in_parts(len(ended), self._jobs, run)
+        else:
+            run(0, len(ended))
+        for array, new in zip(_arrays(self._results), _arrays(found), strict=True):
+            array[ended] = new
+
+    def outcomes(self, chosen: Ints) -> Outcomes:
+        """What became of the runs of the chosen lanes."""
+        return outcomes(Results(*(each[chosen] for each in _arrays(self.results))))
+
+    @property
+    def reasons(self) -> Ints:
+        """(lanes,) why each run has ended, or `RUNNING`; formulas and objectives may say so only when it is judged."""
+        late = len(self.plan.temporal_root) + len(self.plan.objective_root)
+        return self.results.end_reason if late else self._status[:, Status.END]
 
     @property
     def samples(self) -> Ints:
         """(lanes,) the current one of each."""
         return self._status[:, Status.SAMPLE]
+
+    @property
+    def states(self) -> Floats:
+        """(lanes, actors, len(State)) at the current samples."""
+        kept = self._run.lane_states
+        return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
 
     @property
     def times(self) -> Floats:
@@ -151,11 +204,10 @@ class Lanes:
 
     def step(self) -> None:
         """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
-        rows = judge_rows if len(self.program.judged) else simulate_rows
+        self._orders.step(-(-self.plan.layout.last_sample // self.plan.layout.pause) + 1)
 
         def run(first: int, last: int) -> None:
-            outlines = np.zeros((len(self.program.actors), 3))
-            rows(self.plan, self._scenes, first, last, self._part(first, last), outlines, self.results)
+            advance(self.plan, self._part(first, last), self.turns, True)
 
         if len(self) > CHUNK and self._jobs > 1:
             in_parts(len(self), self._jobs, run)
@@ -174,21 +226,20 @@ class Lanes:
 
     def lose(self, chosen: Bools) -> None:
         """Let the chosen lanes rest: what their controller decides cannot be driven."""
-        self.results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
+        self._results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
+        self._open[chosen] = False
         self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
         """(lanes,) where the control of this number is asked at the current sample."""
         paused = self._status[:, Status.PAUSED] == 1
-        return self.running & paused & (self.samples % self._every[number] == 0)
+        return self.running & paused & (self.samples % self._orders.every[number] == 0)
 
     def observe(self, number: int, chosen: Bools, out: Floats) -> None:
         """Write what the control of this number observes into the rows of `out` (lanes, d) of the chosen lanes."""
         lane = np.flatnonzero(chosen)
         if self._rules:
-            touched = self._status[lane, Status.CONTACT_ONE] >= 0
-            sample = self.samples[lane] - touched
-            out[lane] = self._run.lane_watched[lane[:, np.newaxis], sample[:, np.newaxis], np.array(self._rules)]
+            out[lane] = self._run.lane_watched[lane[:, np.newaxis], np.array(self._rules)]
             return
         actor = self.controls[number].actor
         path = np.ascontiguousarray(self._paths[:, actor])
@@ -196,23 +247,25 @@ class Lanes:
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
-        lane = np.flatnonzero(chosen)
-        first = self.samples[lane] + self._delay[number]
-        last = len(self._run.lane_actions[0]) - 1
-        for later in range(self._every[number]):
-            self._run.lane_actions[lane, np.minimum(first + later, last), self._columns[number]] = actions[lane]
+        self._orders.decide(number, chosen, self.samples, actions, self._run.lane_actions)
 
     def decided(self, chosen: Ints) -> Floats:
-        """(chosen, turns, numbers): what was decided in the chosen lanes; after its end a run's last turn goes on."""
-        decided, last = self._run.lane_actions[chosen], self.samples[chosen]
-        later = np.arange(self.turns) > last[:, np.newaxis]
-        np.copyto(decided, decided[np.arange(len(last)), last][:, np.newaxis], where=later[:, :, np.newaxis])
-        return decided
+        """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""
+        return self._orders.decided(chosen, self.samples[chosen], self.turns)
 
 
 def _arrays(group: object) -> tuple[NDArray[Any], ...]:
     """A named tuple as the arrays that it holds."""
     return cast("tuple[NDArray[Any], ...]", group)
+
+
+def _neutral(program: Program, scenes: Scenes) -> Floats:
+    """(n, numbers): until the first decision comes into effect everybody rolls on, or keeps its speed."""
+    neutral = np.zeros((len(scenes), numbers_decided(program.controls)))
+    for control, its in zip(program.controls, columns(program.controls), strict=True):
+        if control.names[0] == "target_speed":
+            neutral[:, its.start] = [actor_columns(program, row)[control.actor, Column.SPEED] for row in scenes.values]
+    return neutral
 
 
 def _no_scenes(program: Program, count: int) -> Requested:

@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, reading
+from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
@@ -84,11 +85,12 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
             "protobuf messages behind their lengths; positions and velocities are those of the boxes' centres",
         ),
         "MCAP": Source(
-            "an MCAP of ours",
+            "an MCAP, of ours or of OSI's GroundTruth",
             (".mcap",),
             b"\x89MCAP",
             "engine.interchange.mcap.read:read_mcap",
-            "boxes of foxglove.SceneUpdate, speeds of `/numbers`",
+            "ours: boxes of foxglove.SceneUpdate, speeds of `/numbers`; OSI's and omega-prime's: as a trace, and the "
+            "road that is in it",
         ),
     }
 )
@@ -161,11 +163,12 @@ def read_recording(
 
 
 def _with_road(read: Imported, path: Path) -> Imported:
-    """The same on the road that a Parquet file holds, if it holds one."""
-    found = embedded_road(path) if path.suffix.lower() == ".parquet" else None
+    """The same on the road that a Parquet file or an MCAP holds, if it holds one."""
+    inside = {".parquet": embedded_road, ".mcap": road_of_mcap}.get(path.suffix.lower())
+    found = inside(path) if inside else None
     if found is None:
         return read
-    name, content = found
+    name, content = road_file(found[0]), found[1]
     try:
         with TemporaryDirectory() as folder:
             place = Path(folder) / name
@@ -175,6 +178,12 @@ def _with_road(read: Imported, path: Path) -> Imported:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)
     return Imported(recording, road, (*read.remarks, *road.remarks))
+
+
+def road_file(called: str) -> str:
+    """A name for the road of a recording, of letters that every file system takes."""
+    plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in called)[:60]
+    return f"{plain or 'road'}.xodr"
 
 
 def _scenario(path: Path, ego: str | None, step: float | None, esmini: Path | None) -> Imported:

@@ -40,7 +40,7 @@ def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, ch
     `paths` (lanes,): the path that it is known to follow, -1: that of the lane it is on. `reach` (lanes,) [m].
     """
     for lane in chosen:
-        take_up(plan, run, lane)
+        take_up(run, lane)
         sample = int(run.status[Status.SAMPLE])
         out[lane, :] = 0.0
         if run.states[sample, actor, State.PRESENT] != 0.0:

@@ -1,8 +1,9 @@
 """Runs side by side: what a run needs from one pause to the next lies in its lane, while one memory serves all in turn.
 
-A step of many runs is one call: `rollout.advance` takes up one lane after the other, runs it on to its next pause, and
-lays it down. So the same code serves a lone run and many, a lane holds what is needed and no more, and what is worked
-on stays in the cache. Such runs take their turns at every sample (`Layout.hold` is 1).
+A step of many runs is one call: `rollout.advance` takes up one lane after the other, runs it on to its next pause or to
+its end, and lays it down. So the same code serves a lone run and many. A lane holds where its run stands, not how it
+came there: a run that has ended is judged by running it again, alone, from what was decided in it. What is worked on
+stays in the cache. Such runs take their turns at every sample (`Layout.hold` is 1).
 """
 
 from engine.kernels.jit import inlined
@@ -25,56 +26,49 @@ def end_of(run: Run) -> int:
 
 
 @inlined
-def take_up(plan: Plan, run: Run, lane: int) -> None:
-    """Go on with the run of a lane: at its current sample, before which there is no record."""
+def take_up(run: Run, lane: int) -> None:
+    """Go on with the run of a lane: at its current sample, before which nobody looks back further than lanes do.
+
+    The impacts among others so far are left out: they only are on record, and that is another run's.
+    """
     for i in range(len(run.live)):
         run.live[i] = run.lane_live[lane, i]
     run.status[Status.SHADED] = -1
+    run.status[Status.BLOWS] = 0
     for actor in range(run.lane_legs.shape[1]):
         for column in range(run.legs.shape[1]):
             run.legs[actor, column] = run.lane_legs[lane, actor, column]
-    for blow in range(min(run.status[Status.BLOWS], run.lane_blows.shape[1])):
-        for column in range(run.impacts.shape[1]):
-            run.impacts[blow, column] = run.lane_blows[lane, blow, column]
-    sample = int(run.status[Status.SAMPLE])
-    _recall(run, lane, sample, sample)
-    for turn in range(sample, min(sample + max(plan.layout.pause, 1), len(run.actions))):
-        for number in range(run.actions.shape[1]):
-            run.actions[turn, number] = run.lane_actions[lane, turn, number]
+    now, back = int(run.status[Status.SAMPLE]), run.lane_states.shape[1]
+    for sample in range(max(now - back + 1, 0), now + 1):
+        for actor in range(run.states.shape[1]):
+            for column in range(run.states.shape[2]):
+                run.states[sample, actor, column] = run.lane_states[lane, sample % back, actor, column]
+    for rule in range(run.watched.shape[1]):
+        run.watched[now, rule] = run.lane_watched[lane, rule]
 
 
 @inlined
-def lay_down(run: Run, lane: int, start: int) -> None:
-    """Leave a run in its lane; the first `start` words of `live` lie there already."""
+def take_orders(plan: Plan, run: Run, lane: int) -> None:
+    """What has been decided for the turns from the current sample to the next pause."""
+    now, kept = int(run.status[Status.SAMPLE]), run.lane_actions.shape[1]
+    for turn in range(now, min(now + plan.layout.pause, len(run.actions))):
+        for number in range(run.actions.shape[1]):
+            run.actions[turn, number] = run.lane_actions[lane, turn % kept, number]
+
+
+@inlined
+def lay_down(run: Run, lane: int, start: int, first: int) -> None:
+    """Leave a run in its lane, where the first `start` words of `live` lie already, and the samples before `first`."""
     for i in range(start, len(run.live)):
         run.lane_live[lane, i] = run.live[i]
     for actor in range(run.lane_legs.shape[1]):
         for column in range(run.legs.shape[1]):
             run.lane_legs[lane, actor, column] = run.legs[actor, column]
-    for blow in range(min(run.status[Status.BLOWS], run.lane_blows.shape[1])):
-        for column in range(run.impacts.shape[1]):
-            run.lane_blows[lane, blow, column] = run.impacts[blow, column]
-
-
-@inlined
-def record_lane(run: Run, lane: int, first: int) -> None:
-    """Keep the samples from `first` on in a lane; of a run that is over, take up those before, too."""
-    for sample in range(first, run.status[Status.SAMPLE] + 1):
+    now, back = int(run.status[Status.SAMPLE]), run.lane_states.shape[1]
+    for sample in range(max(now - back + 1, first), now + 1):
         for actor in range(run.states.shape[1]):
             for column in range(run.states.shape[2]):
-                run.lane_states[lane, sample, actor, column] = run.states[sample, actor, column]
-        for rule in range(run.watched.shape[1]):
-            run.lane_watched[lane, sample, rule] = run.watched[sample, rule]
-    if run.status[Status.END] != RUNNING:
-        _recall(run, lane, 0, first - 1)
-
-
-@inlined
-def _recall(run: Run, lane: int, first: int, last: int) -> None:
-    """Take up what a lane has on record of some samples."""
-    for sample in range(first, last + 1):
-        for actor in range(run.states.shape[1]):
-            for column in range(run.states.shape[2]):
-                run.states[sample, actor, column] = run.lane_states[lane, sample, actor, column]
-        for rule in range(run.watched.shape[1]):
-            run.watched[sample, rule] = run.lane_watched[lane, sample, rule]
+                run.lane_states[lane, sample % back, actor, column] = run.states[sample, actor, column]
+    looked = now - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
+    for rule in range(run.watched.shape[1]):
+        run.lane_watched[lane, rule] = run.watched[looked, rule]

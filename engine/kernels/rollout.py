@@ -31,7 +31,7 @@ import math
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
-from engine.kernels.lanes import lay_down, record_lane, rests, take_up
+from engine.kernels.lanes import lay_down, rests, take_orders, take_up
 from engine.kernels.meetings import Meeting, search_contact, settle_others
 from engine.kernels.motion import step
 from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
@@ -78,16 +78,17 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
     among others alone, and only where the ego is `REPLACED`.
 
-    Of runs side by side those from `run.lane` on run on, one after the other, until one of them comes to its end.
+    Of runs side by side all do so, one after the other; their temporal requirements are not judged, as they have no
+    record.
     """
-    lanes, start = len(run.lane_live), int(run.lane[0])
-    run.lane[0] = max(lanes, start)
-    for lane in range(start, max(lanes, start + 1)):
+    lanes = len(run.lane_live)
+    for lane in range(max(lanes, 1)):
         first = 0
         if lanes > 0:
             if rests(run, lane):
                 continue
-            take_up(plan, run, lane)
+            take_up(run, lane)
+            take_orders(plan, run, lane)
             first = int(run.status[Status.SAMPLE])
         while (run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored)) or run.status[
             Status.TOUCHDOWN
@@ -112,14 +113,9 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         if run.status[Status.TOUCHDOWN] == 1:
             step_on(run)
         if lanes > 0:
-            record_lane(run, lane, first)
-        if scored and len(plan.temporal_root) > 0:
+            lay_down(run, lane, plan.layout.locals - plan.layout.variant_values, first)  # a scene's values never change
+        elif scored and len(plan.temporal_root) > 0:
             _judge(plan, run)
-        if lanes > 0:
-            lay_down(run, lane, plan.layout.locals - plan.layout.variant_values)  # a scene's values never change
-            if run.status[Status.END] != RUNNING:
-                run.lane[0] = lane
-                return
 
 
 @inlined

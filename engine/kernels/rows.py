@@ -8,11 +8,11 @@ from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
-from engine.kernels.lanes import EMPTY, end_of, lay_down, record_lane
+from engine.kernels.lanes import EMPTY, end_of, lay_down
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.stage import Plan, Run, Slot, Status, column_of, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
 from engine.vocabulary import ActorKind, Column, EndReason, Verdict
@@ -51,43 +51,34 @@ else:
 def simulate_rows(
     plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results
 ) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive) that have not ended, one after the other in the memory
-    of `run`: to the end. Where that has lanes, they hold these rows, and run on to their ends, or to the next pause.
+    """Run the valid scenes of rows `first` to `last` (exclusive) to their ends, each in the memory of `run`.
 
     `outlines` (actors, 3) is working memory.
     """
-    row = _run_next(plan, scenes, first, first, last, run, out)
-    while row < last:
-        if note_end(run, row, out):
-            measure_run(plan, run, row, outlines, out)
-        row = _run_next(plan, scenes, first, row + 1, last, run, out)
+    for row in range(first, last):
+        if scenes.verdict[row] == Verdict.VALID:
+            _run(plan, scenes, row, run)
+            if note_end(run, row, out):
+                measure_run(plan, run, row, outlines, out)
 
 
 @kernel
 def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
     """The same of a program with objectives: what works them out is compiled for those that have some."""
-    row = _run_next(plan, scenes, first, first, last, run, out)
-    while row < last:
-        if note_end(run, row, out):
-            measure_run(plan, run, row, outlines, out)
-            note_objectives(plan, run, row, outlines, out)
-        row = _run_next(plan, scenes, first, row + 1, last, run, out)
+    for row in range(first, last):
+        if scenes.verdict[row] == Verdict.VALID:
+            _run(plan, scenes, row, run)
+            if note_end(run, row, out):
+                measure_run(plan, run, row, outlines, out)
+                note_objectives(plan, run, row, outlines, out)
 
 
 @kernel
-def _run_next(plan: Plan, scenes: Requested, first: int, row: int, last: int, run: Run, out: Results) -> int:
-    """Run on from a row to the end of a run; its row, or `last` where none comes to its end."""
-    alone = len(run.lane_live) == 0
-    while alone and row < last and not (scenes.verdict[row] == Verdict.VALID and out.end_reason[row] == RUNNING):
-        row += 1
-    if row >= last:
-        return last
-    if alone:
-        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
-    run.lane[0] = row - first
+def _run(plan: Plan, scenes: Requested, row: int, run: Run) -> None:
+    """Run the scene of a row to its end."""
+    begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile it twice.
-    advance(plan, run, plan.layout.last_sample + 1, row < last)
-    return first + int(run.lane[0])
+    advance(plan, run, plan.layout.last_sample + 1, row >= 0)
 
 
 @kernel
@@ -97,8 +88,7 @@ def begin_lanes(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
         run.lane_live[lane, end_of(run)] = EMPTY
         if scenes.verdict[lane] == Verdict.VALID:
             begin(plan, run, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
-            record_lane(run, lane, 0)
-            lay_down(run, lane, 0)
+            lay_down(run, lane, 0, 0)
 
 
 @inlined

@@ -264,22 +264,19 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
-    lane: Ints
-    """(1,) int64: of runs side by side (`kernels.lanes`) the next to run on; then the one that has come to its end."""
     live: Ints
     """(…,) int64: registers but literals, actors, end, key, resume and status, all of which are parts of it …"""
     lane_live: Ints
     """… (lanes, …) of each of the runs side by side; without lanes there is a lone run."""
     lane_states: Floats
-    """(lanes, samples, actors, len(State))"""
+    """(lanes, kept, actors, len(State)): the current sample, and those before at which a driver still looks; sample k
+    in row k % kept."""
     lane_watched: Floats
-    """(lanes, samples, rules)"""
+    """(lanes, rules): of the last sample at which rules were looked at."""
     lane_legs: Floats
-    """(lanes, actors, len(legs.Leg)) and …"""
-    lane_blows: Floats
-    """… (lanes, MAX_BLOWS, len(Blow)): impacts among others go on in later samples; no rows where there can be none."""
+    """(lanes, actors, len(legs.Leg)): impacts among others go on in later samples; no rows where there can be none."""
     lane_actions: Floats
-    """(lanes, samples, numbers)"""
+    """(lanes, kept, numbers): of the coming turns; turn k in row k % kept."""
 
 
 @inlined

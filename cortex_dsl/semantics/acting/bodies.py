@@ -107,8 +107,8 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
             return Vector(kept(x), kept(y))
         case Pose(x, y, heading):
             return Pose(kept(x), kept(y), kept(heading))
-        case LaneNow(id, section):
-            return LaneNow(kept(id), section)
+        case LaneNow(id):
+            return replace(value, id=kept(id))
         case Colour(index):
             return Colour(kept(index))
         case tuple():

@@ -27,9 +27,10 @@ from cortex_dsl.semantics.evaluation.geometry import (
     size_of,
     state,
 )
-from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
+from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import unhidden
+from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import Term, cos, maximum, path_project, sin
 from engine.road.linking import Window, windows

@@ -9,6 +9,10 @@ now behind it, are more than `advantage`:
 
 Accelerations are those of the Intelligent Driver Model, also of the others, who are taken to drive by its parameters
 and to want to go as fast as it does, or as they do now. It changes to lanes of its own direction.
+
+A lane that ends beside another one that goes on, as that of an on-ramp, is to its driver one at whose end somebody
+stands: braking for that one makes the change worth while, and where there is no gap the driver waits there (Treiber and
+Kesting, "Traffic Flow Dynamics", 2013, chapter 14, on mandatory changes).
 """
 
 import math
@@ -32,11 +36,13 @@ from cortex_dsl.semantics.quantities.algebra import (
     Term,
     lead_on,
     maximum,
+    minimum,
     path_distance,
     path_project,
     where,
 )
 from engine.frozen import frozen
+from engine.road.merging import left_by, way_through
 from engine.road.network import Lane
 from engine.road.sections import to_left, to_right
 from engine.vocabulary import State
@@ -75,17 +81,18 @@ def choose_lane(job: Job) -> ir.Block:
 
     keep, lane = job.kept(_lane_now(job))
     own, here = job.kept(_route(job, lane))
-    left, right = (_beside(job, lane, find) for find in (to_left, to_right))
-    now = _lane(job, here)
+    left, right = (_beside(job, _lane_now(job), find) for find in (to_left, to_right))
+    now = _lane(job, here, lane)
     drive = ir.Follow(span, here, _speed(job, now), job.max_lateral(), job.ev.run.new_local())
-    handlers = tuple(
-        ((beside >= 0.0) & _is_better(job, now, _lane(job, _route(job, beside))), (choose(what), ir.Abort(span)))
-        for what, beside in ((RIGHT, right), (LEFT, left))
-    )
-    change, path = job.kept(_route(job, where(chosen < RIGHT, left, right)))
+    handlers: list[tuple[Term, ir.Block]] = []
+    for what, beside in ((RIGHT, right), (LEFT, left)):
+        better = _is_better(job, now, _lane(job, _route(job, beside), beside))
+        handlers.append(((beside >= 0.0) & better, (choose(what), ir.Abort(span))))
+    to, aim = job.kept(where(chosen < RIGHT, left, right))
+    change, path = job.kept(_route(job, aim))
     # At the end of its way the driver has nothing to choose, and is done.
-    over = ir.Branch(span, chosen > 0.0, (change, *move_over(job, path, _speed(job, _lane(job, path)))), ())
-    rounds = (keep, own, choose(STAY), ir.TryInterrupt(span, (drive,), handlers), over)
+    over = ir.Branch(span, chosen > 0.0, (to, change, *move_over(job, path, _speed(job, _lane(job, path, aim)))), ())
+    rounds = (keep, own, choose(STAY), ir.TryInterrupt(span, (drive,), tuple(handlers)), over)
     return (choose(LEFT), ir.Loop(span, chosen > 0.0, rounds))
 
 
@@ -96,7 +103,7 @@ def _lane_now(job: Job) -> Term:
 
 
 def _route(job: Job, lane: Term) -> Term:
-    return looked_up(job.ev, lane, [each.default_route for each in network_of(job.ev).lanes], missing=0.0)
+    return looked_up(job.ev, lane, [way_through(each) for each in network_of(job.ev).lanes], missing=0.0)
 
 
 def _beside(job: Job, lane: Term, find: Callable[[Lane], Lane | None]) -> Term:
@@ -117,9 +124,9 @@ def _speed(job: Job, lane: _Lane) -> Term:
     return job.speed() + idm(job, job.speed(), job.target_speed(), lane.gap, lane.lead, _pair(job)) / SPEED_GAIN
 
 
-def _lane(job: Job, path: Term) -> _Lane:
+def _lane(job: Job, path: Term, lane: Term) -> _Lane:
     algebra = job.ev.algebra
-    gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
+    gap, lead = _ahead(job, path, lane)
     behind, speed = algebra.literal(math.inf), algebra.literal(0.0)
     for other in others(job.ev, job.actor):
         if other.kind not in NOT_VEHICLES:
@@ -127,6 +134,18 @@ def _lane(job: Job, path: Term) -> _Lane:
             speed = where(distance < behind, state(job.ev, other, State.SPEED), speed)
             behind = where(distance < behind, distance, behind)
     return _Lane(path, gap, lead, behind, speed)
+
+
+def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
+    """Gap to who is ahead on the path of a lane and how fast that goes; the end of a lane that ends stands there."""
+    gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
+    ends = [left_by(each) for each in network_of(job.ev).lanes]
+    if min(ends) == math.inf:
+        return gap, lead
+    pose = current_pose(job.ev, job.actor)
+    front = path_project(path, pose.x, pose.y) + 0.5 * size_of(job.actor, "length")
+    rest = maximum(looked_up(job.ev, lane, ends, missing=math.inf) - front, 0.0)
+    return minimum(gap, rest), where(rest < gap, 0.0, lead)
 
 
 def _distance_behind(job: Job, path: Term, other: Actor) -> Term:

@@ -23,9 +23,10 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
-from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane, trajectory
+from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import notice_reach
+from cortex_dsl.semantics.evaluation.trajectories import trajectory
 from cortex_dsl.semantics.model.values import LaneNow, Value
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
@@ -81,14 +82,14 @@ def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Bl
         lane = lane_at(job.ev, job.actor.pose if job.at_start else current_pose(job.ev, job.actor))
     span = job.call.spans.get(argument, job.call.span)
     index = some_lane(job.ev, lane, span, f"`{argument}`")
-    return settled_path(job, index, against=against)
+    return settled_path(job, index, against=against, surely=isinstance(lane, LaneNow) and bool(lane.drawn))
 
 
-def settled_path(job: Job, index: Term, *, against: bool) -> tuple[ir.Block, Term]:
-    """The path of a lane, remembered where only the run knows the lane."""
+def settled_path(job: Job, index: Term, *, against: bool, surely: bool = False) -> tuple[ir.Block, Term]:
+    """The path of a lane, remembered where only the run knows the lane; `surely` there is one."""
     network = network_of(job.ev)
     is_there = index >= 0.0
-    surely = isinstance(index, ir.Apply) and index.op is Op.LANE_NEAREST
+    surely = surely or (isinstance(index, ir.Apply) and index.op is Op.LANE_NEAREST)
     demand = () if surely else job.abort_unless(is_there, f"{job.call.name} has a lane to go to")
     routes = [network.paths.reverse(lane.path) if against else lane.default_route for lane in network.lanes]
     route = looked_up(job.ev, index, routes, missing=0.0)

@@ -95,17 +95,18 @@ TOO_MANY_VARIANTS = Problem(
     "choose from shorter lists, or fix some choices",
     page=Page(
         "too many combinations",
-        "Each way of making all finite choices is compiled on its own; there may be 4,096 at most.",
+        "Each way of making all finite choices is compiled on its own; there may be 4,096 at most. Lanes do not count "
+        "where only places depend on them: above 1,024 ways the scene draws them.",
         "map intersection(lanes=4, rows=3, cols=3)\n"
-        "a = Uniform(*network.lanes)\n"
-        "b = Uniform(*network.lanes)\n"
-        "ego = new Car in a.centerline\n"
-        "car = new Car in b.centerline\n",
+        "a = Uniform(*network.maneuvers)\n"
+        "b = Uniform(*network.maneuvers)\n"
+        "ego = new Car in a.startLane.centerline\n"
+        "car = new Car in b.startLane.centerline\n",
         "map intersection(lanes=1, rows=1, cols=1)\n"
-        "a = Uniform(*network.lanes)\n"
-        "b = Uniform(*network.lanes)\n"
-        "ego = new Car in a.centerline\n"
-        "car = new Car in b.centerline\n",
+        "a = Uniform(*network.maneuvers)\n"
+        "b = Uniform(*network.maneuvers)\n"
+        "ego = new Car in a.startLane.centerline\n"
+        "car = new Car in b.startLane.centerline\n",
     ),
 )
 NOT_CONSTANT = Problem(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
 from cortex_dsl.semantics.evaluation.geometry import current_pose, position
-from cortex_dsl.semantics.evaluation.lanes import as_section, lane_at
+from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Closure, Pose, Value
@@ -57,8 +57,8 @@ def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
         Mistake: only the run knows it, or it is no place.
     """
     where = current_pose(ev, place) if isinstance(place, Actor) else place
-    if isinstance(where, Pose) and where.lane is not None:
-        return where.lane
+    if isinstance(where, Pose) and isinstance(lane := chosen(where.lane), Lane):
+        return lane
     point = position(ev, where, ev.algebra.span, f"what `{name}` is asked for")
     x, y = closed_value(point.x), closed_value(point.y)
     if x is None or y is None:

@@ -101,7 +101,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
 }
 
 _CENTERLINE: dict[str, Callable[[Evaluator, Centerline], Value]] = {
-    "length": lambda ev, line: _length(ev, line.lane.length),
+    "length": lambda ev, line: Quantity(lanes.of_each(ev, line.lane, "length"), LENGTH),
     "lane": lambda _, line: line.lane,
 }
 
@@ -161,8 +161,8 @@ RUNNING_ATTRIBUTES = frozenset({*_STATES, "x", "y"} - {"speed"})
 _OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
     "lane": lambda lane: lane,
     "laneSection": lanes.as_section,
-    "laneGroup": lambda lane: group_of(lane) if isinstance(lane, Lane) else None,
-    "oppositeLaneGroup": lambda lane: opposite_group(lane) if isinstance(lane, Lane) else None,
+    "laneGroup": lambda lane: group_of(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
+    "oppositeLaneGroup": lambda lane: opposite_group(known) if isinstance(known := lanes.chosen(lane), Lane) else None,
 }
 """What an object can be asked about the lane that it is on; with `_` in front too, as in Scenic."""
 

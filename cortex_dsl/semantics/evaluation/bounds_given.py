@@ -1,14 +1,54 @@
-"""Bounds of distributions as they are written: their order, and what a deviation may be."""
+"""Arguments of distributions as they are written: their unit, the order of bounds, and what a deviation may be."""
 
 import math
+from collections.abc import Sequence
 
+from cortex_dsl import ir
 from cortex_dsl.semantics.errors.chance import BAD_DEVIATION, EMPTY_RANGE, REVERSED_RANGE, TURNED_RANGE
-from cortex_dsl.semantics.errors.values import NOT_FINITE
-from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.bounds import closed_value
+from cortex_dsl.semantics.quantities.units import Unit, dimension_name
 from cortex_dsl.source import Span
+from engine.frozen import frozen
+
+
+@frozen
+class Site:
+    """A distribution in the source: its place (with the unit behind it) and that unit."""
+
+    span: Span
+    unit: Unit | None = None
+
+
+def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given]:
+    row = BUILTINS[name]
+    bound = bind_builtin(row, given, span)
+    return [bound[parameter.name] for parameter in row.parameters]
+
+
+def scaled(argument: Given, unit: Unit | None) -> Quantity:
+    """A number of a distribution, with the unit behind the call applied."""
+    number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
+    if unit is None:
+        return number
+    if number.dimension is not None:
+        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
+    return Quantity(number.expr * unit.factor, unit.dimension)
+
+
+def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
+    """Numbers of one dimension."""
+    scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
+    dimension = None
+    for number in scaled_numbers:
+        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
+    return [number.expr for number in scaled_numbers], dimension
 
 
 def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:

@@ -2,6 +2,7 @@
 
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation.geometry import between, ego_of, outline, position, region_of
+from cortex_dsl.semantics.evaluation.lanes import of_each
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, Quantity, Truth, Value
@@ -33,7 +34,7 @@ def distance(ev: Evaluator, node: nodes.Distance) -> Value:
             raise NOT_SUPPORTED.mistake(node.target.span, what=f"the distance to {target.name}", reason="", cure="")
         return Quantity(target.distance(start), LENGTH)
     if isinstance(target, Centerline):
-        path = ev.algebra.literal(float(target.lane.path))
+        path = of_each(ev, target.lane, "path")
         return Quantity(path_distance(path, start.x, start.y), LENGTH)
     if (region := region_of(target)) is not None:
         return Quantity(region_distance(float(region.id), start.x, start.y), LENGTH)

@@ -12,8 +12,9 @@ from cortex_dsl.semantics.errors.values import UNKNOWN_UNIT, WRONG_KIND
 from cortex_dsl.semantics.evaluation import bounds_given, numbers, random_values
 from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.bounds_given import Site
 from cortex_dsl.semantics.evaluation.functions import whole_number
-from cortex_dsl.semantics.evaluation.random_values import Option, Site
+from cortex_dsl.semantics.evaluation.random_values import Option
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value
@@ -77,7 +78,7 @@ class _Request:
     site: Site
 
     def continuous_gene(self) -> Value:
-        arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = bounds_given.bound_arguments(self.distribution, self.given, self.site.span)
         arguments = bounds_given.in_order(self.ev, self.distribution, arguments, self.site.span)
         unit, values = self._written(arguments)
         low, high = values[-2:]
@@ -93,7 +94,7 @@ class _Request:
         return self._value(gene, unit)
 
     def integer_gene(self) -> Value:
-        arguments = random_values.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = bounds_given.bound_arguments(self.distribution, self.given, self.site.span)
         low, high = (whole_number(self.ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in arguments)
         bounds_given.check_order(self.distribution, low, high, self.site.span)
         unit = "" if self.site.unit is None else self.site.unit.word
@@ -160,7 +161,7 @@ class _Request:
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
         """The unit of the file for this gene, and the numbers in it."""
-        exprs = [random_values.scaled(argument, self.site.unit) for argument in arguments]
+        exprs = [bounds_given.scaled(argument, self.site.unit) for argument in arguments]
         dimension = None
         for number in exprs:
             dimension = numbers.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
@@ -220,11 +221,9 @@ def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) ->
     call = random_values.distribution_call(ev, entry.value)
     if call is None or not isinstance(call.function, nodes.Name) or call.function.id not in BOUNDED:
         return
-    arguments = random_values.bound_arguments(
-        call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span
-    )
+    arguments = bounds_given.bound_arguments(call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span)
     low, high = (
-        closed_value(random_values.scaled(argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
+        closed_value(bounds_given.scaled(argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
     )
     known = closed_value(value.expr)
     if low is None or high is None or known is None:

@@ -1,17 +1,15 @@
-"""Lanes, their sections, groups and roads as Scenic's scripts ask for them, also where only the run knows the lane; and
-trajectories, lists of lanes that follow one another, joined into one path.
+"""Lanes, their sections, groups and roads as Scenic's scripts ask for them, also where only the run knows the lane.
 
 The lane on which an object is now is a number, the lane's index; what belongs to it is looked up in tables.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
+from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
-from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
-from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.problems import NeedsExpansion, Rejection
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
@@ -31,14 +29,14 @@ from cortex_dsl.semantics.quantities.algebra import (
     Term,
     equal,
     lane_nearest,
+    path_pose,
     table,
 )
 from cortex_dsl.semantics.quantities.units import LENGTH, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
-from engine.frozen import frozen
 from engine.road.linking import shortest_way
-from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
+from engine.road.network import Intersection, Lane, LaneGroup, Network, Road
 from engine.road.sections import (
     LaneSection,
     group_of,
@@ -76,7 +74,7 @@ def limit_on(ev: Evaluator, lane: Term) -> Term:
 
 def _route(ev: Evaluator, lane: Lane, end: Value) -> tuple[Lane, ...]:
     """The lanes from one to another one, by the shortest way; no scene where none leads there."""
-    to = end.lane if isinstance(end, LaneSection) else end
+    to = chosen(end.lane if isinstance(end, LaneSection) else end)
     if not isinstance(to, Lane):
         what = "what a route leads to"
         raise WRONG_KIND.mistake(ev.algebra.span, what=what, expected="a lane", actual=kind_name(to), cure="")
@@ -152,6 +150,24 @@ def _id(lane: Lane | None) -> float:
     return NOBODY if lane is None else float(lane.id)
 
 
+def of_each(ev: Evaluator, lane: Lane | LaneNow, name: str) -> Term:
+    """A number of a lane, by its name in `Lane`: of one that the scene draws it is looked up."""
+    if isinstance(lane, Lane):
+        return ev.algebra.literal(float(getattr(lane, name)))
+    return looked_up(ev, lane.id, [getattr(each, name) for each in network_of(ev).lanes])
+
+
+def chosen(value: Value) -> Value:
+    """The value; a lane that the scene draws is chosen by variants instead.
+
+    Raises:
+        NeedsExpansion: it is such a lane.
+    """
+    if isinstance(value, LaneNow) and value.drawn:
+        raise NeedsExpansion(value.drawn)
+    return value
+
+
 def index_of(ev: Evaluator, value: Value) -> Term | None:
     """Index of a lane or section, known now or only during the run; None for anything else."""
     match value:
@@ -180,7 +196,7 @@ def as_section(value: Value) -> Value:
     """The section of a lane."""
     if isinstance(value, Lane):
         return LaneSection(value)
-    return LaneNow(value.id, section=True) if isinstance(value, LaneNow) else value
+    return replace(value, section=True) if isinstance(value, LaneNow) else value
 
 
 def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
@@ -192,6 +208,10 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
     network = network_of(ev)
     if name in ("lane", "sections", "sectionAt"):
         return _same_lane(lane, name)
+    if name == "centerline" and lane.drawn:
+        return Centerline(lane)
+    if name not in (*_NUMBERS, "isForward"):
+        chosen(lane)
     if (find := NEIGHBOURS.get(name.removeprefix("_"))) is not None and lane.section:
         return LaneNow(looked_up(ev, lane.id, [_id(find(each)) for each in network.lanes]), section=True)
     if name in _NUMBERS:
@@ -216,9 +236,9 @@ _NUMBERS: Mapping[str, Callable[[Lane], float]] = {
 
 
 def _same_lane(lane: LaneNow, name: str) -> Value:
-    section = LaneNow(lane.id, section=True)
+    section = replace(lane, section=True)
     if name == "lane":
-        return LaneNow(lane.id, section=False)
+        return replace(lane, section=False)
     return (section,) if name == "sections" else Closure(("point",), lambda _point: section)
 
 
@@ -253,86 +273,22 @@ def all_sections(network: Network) -> tuple[LaneSection, ...]:
     return tuple(map(LaneSection, network.lanes))
 
 
-# -- trajectories ------------------------------------------------------------------------------------------------------
-
-
-@frozen
-class Trajectory:
-    lanes: tuple[Lane, ...]
-    path: int
-    """Id of the joined centre lines."""
-
-    @property
-    def length(self) -> float:
-        return self.lanes[0].network.paths.length(self.path)
-
-    def entry(self, intersection: Intersection) -> float | None:
-        """Arc length at which the trajectory enters an intersection [m]; None if it never does."""
-        s = 0.0
-        for lane in self.lanes:
-            if any(maneuver.intersection is intersection for maneuver in lane.maneuvers):
-                return s + lane.length
-            s += lane.length
-        return None
-
-    def leaving(self, intersection: Intersection) -> float | None:
-        """Arc length at which the trajectory leaves an intersection [m]; None if it never does."""
-        s = 0.0
-        for lane in self.lanes:
-            if lane.intersection is intersection and lane.role is LaneRole.CONNECTING:
-                return s + lane.length
-            s += lane.length
-        return None
-
-
-def trajectory(value: Value, span: Span) -> Trajectory:
-    """A list of lanes (or a maneuver, or one lane) as a path.
-
-    Raises:
-        Mistake: when it is something else, or has a gap.
-    """
-    lanes = _lanes(value, span)
-    if not lanes:
-        raise EMPTY_TRAJECTORY.mistake(span)
-    paths = lanes[0].network.paths
-    for number, (before, after) in enumerate(pairwise(lanes), 2):
-        if not paths.continues(before.path, after.path):
-            follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
-            raise NOT_CONNECTED.mistake(span, number=number, before=before.name, after=after.name, follows=follows)
-    return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
-
-
-_AS_IN = "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
-_SPEED_FIRST = "are the arguments in the wrong order? As in `FollowTrajectoryBehavior(target_speed, trajectory)`"
-
-
-def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
-    match value:
-        case Lane():
-            return (value,)
-        case Centerline(lane):
-            return (lane,)
-        case Maneuver():
-            return value.lanes
-        case tuple():
-            return tuple(lane for item in value for lane in _lanes(item, span))
-    raise WRONG_KIND.mistake(
-        span,
-        what="a trajectory",
-        expected="a list of lanes",
-        actual=kind_name(value),
-        cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
-    )
+# -- lines and areas --------------------------------------------------------------------------------------------------
 
 
 def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
     """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
-    paths, path = line.lane.network.paths, line.lane.path
-    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
+    lane = line.lane
+    if isinstance(lane, LaneNow):
+        path, ahead = of_each(ev, lane, "path"), of_each(ev, lane, "length")
+        return tuple(Vector(*path_pose(path, s)[:2]) for s in (ev.algebra.literal(0.0), ahead))
+    places = (lane.network.paths.pose(lane.path, s) for s in (0.0, lane.length))
     return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
 
 
 def region_of(value: Value) -> Region | None:
+    """What something covers; None of what is no area."""
+    value = chosen(value)
     if isinstance(value, LaneSection):
         value = value.lane
     if isinstance(value, Lane | Intersection):

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.objects import BAD_REGION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
-from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Region, Sighted, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, Centerline, LaneNow, Pose, Region, Sighted, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, path_pose, path_project, region_sample, road_heading
 from cortex_dsl.source import Span
@@ -28,8 +28,8 @@ class Placement:
     heading: Term | None
     drawn: bool = False
     """Whether the specifier itself drew it."""
-    lane: Lane | None = None
-    """The lane along which it lies, where that is known."""
+    lane: Lane | LaneNow | None = None
+    """The lane along which it lies, where that is known, or drawn with the scene."""
     observed: tuple["Actor | Pose", bool] | None = None
     """Who must see what is placed here, or must not."""
     contained: Value = None
@@ -68,6 +68,8 @@ def somewhere_in(ev: Evaluator, value: Value, span: Span, keyword: str) -> Place
         return on_centerline(ev, value.lane)
     if isinstance(value, Area):
         return in_area(ev, value, span)
+    if isinstance(value, LaneNow) and value.drawn:
+        return along(ev, lanes.of_each(ev, value, "region"), lanes.of_each(ev, value, "path"))
     if (region := geometry.region_of(value)) is not None:
         return within(ev, region, value if isinstance(value, Lane) else None)
     raise WRONG_KIND.mistake(
@@ -94,13 +96,13 @@ def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
     ev.run.built.requirements.append(ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span)))
 
 
-def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
-    s = ev.run.new_draw() * lane.length
-    return on_path(ev, lane.path, s, lane, drawn=True)
+def on_centerline(ev: Evaluator, lane: Lane | LaneNow) -> Placement:
+    s = ev.run.new_draw() * lanes.of_each(ev, lane, "length")
+    return on_path(lanes.of_each(ev, lane, "path"), s, lane, drawn=True)
 
 
-def on_path(ev: Evaluator, path: int, s: Term, lane: Lane | None, *, drawn: bool = False) -> Placement:
-    x, y, heading = path_pose(ev.algebra.literal(float(path)), s)
+def on_path(path: Term, s: Term, lane: Lane | LaneNow | None, *, drawn: bool = False) -> Placement:
+    x, y, heading = path_pose(path, s)
     return Placement(Vector(x, y), heading, drawn, lane)
 
 
@@ -108,10 +110,14 @@ def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement
     """Uniform over a region, heading along the road."""
     network_of(ev)
     identity = ev.algebra.literal(float(region.id))
+    if lane is not None:
+        return along(ev, identity, ev.algebra.literal(float(lane.path)))
     point = Vector(*region_sample(identity, ev.run.new_draw(), ev.run.new_draw()))
-    if lane is None:
-        return Placement(point, road_heading(point.x, point.y), drawn=True)
-    # Lanes overlap inside an intersection, so the nearest lane may be another one.
-    path = ev.algebra.literal(float(lane.path))
+    return Placement(point, road_heading(point.x, point.y), drawn=True)
+
+
+def along(ev: Evaluator, region: Term, path: Term) -> Placement:
+    """Uniform over what a lane covers, heading along it: inside an intersection the nearest lane may be another."""
+    point = Vector(*region_sample(region, ev.run.new_draw(), ev.run.new_draw()))
     s = path_project(path, point.x, point.y)
     return Placement(point, path_pose(path, s)[2], drawn=True)

@@ -6,6 +6,7 @@ a behaviour the uniform numbers come from the scene's behaviour stream, a new on
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.chance import (
@@ -17,15 +18,14 @@ from cortex_dsl.semantics.errors.chance import (
     RANDOM_WHILE_RUNNING,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
-from cortex_dsl.semantics.errors.values import TWO_UNITS
 from cortex_dsl.semantics.evaluation import bounds_given, numbers
-from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments, no_names
+from cortex_dsl.semantics.evaluation.bounds_given import Site, alike, bound_arguments, scaled
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
+from cortex_dsl.semantics.model.values import LaneNow, Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import kind_name, option_name, source_text
-from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     floor,
@@ -36,53 +36,21 @@ from cortex_dsl.semantics.quantities.algebra import (
     table,
     where,
 )
-from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
+from cortex_dsl.semantics.quantities.units import dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-
-
-@frozen
-class Site:
-    """A distribution in the source: its place (with the unit behind it) and that unit."""
-
-    span: Span
-    unit: Unit | None = None
-
-
-def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given]:
-    row = BUILTINS[name]
-    bound = bind_builtin(row, given, span)
-    return [bound[parameter.name] for parameter in row.parameters]
-
-
-def scaled(argument: Given, unit: Unit | None) -> Quantity:
-    """A number of a distribution, with the unit behind the call applied."""
-    number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
-    if unit is None:
-        return number
-    if number.dimension is not None:
-        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
-    return Quantity(number.expr * unit.factor, unit.dimension)
-
-
-def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
-    """Numbers of one dimension."""
-    scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
-    dimension = None
-    for number in scaled_numbers:
-        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
-    return [number.expr for number in scaled_numbers], dimension
+from engine.road.network import Lane
 
 
 def uniform(ev: Evaluator) -> Term:
     return ev.algebra.random() if ev.moment.running else ev.run.new_draw()
 
 
-def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None) -> Quantity:
+def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None, kind: str = "number") -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, kind, si_word(dimension), (expr,)))
     return Quantity(expr, dimension)
 
 
@@ -136,7 +104,21 @@ def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
         return options[0].value
     if all(isinstance(option.value, Quantity) for option in options) and site.span not in ev.file.expanded:
         return _numeric(ev, options, site)
+    if ev.file.draws_lanes and _are_lanes(options) and not ev.moment.running and site.span not in ev.file.expanded:
+        return _lane(ev, options, site)
     return choose(ev, options, site)
+
+
+def _are_lanes(options: Sequence[Option]) -> bool:
+    return all(isinstance(option.value, Lane) for option in options)
+
+
+def _lane(ev: Evaluator, options: Sequence[Option], site: Site) -> LaneNow:
+    """The index of a lane, as a number that the scene draws."""
+    ids = [(each, each.value.id) for each in options if isinstance(each.value, Lane)]
+    numbered = [replace(each, value=Quantity(ev.algebra.literal(float(number)), None)) for each, number in ids]
+    index = _numeric(ev, numbered, site, "lane")
+    return LaneNow(index.expr, section=False, drawn=frozenset({site.span}))
 
 
 def shortened(ev: Evaluator, span: Span, width: int = 60) -> str:
@@ -155,14 +137,14 @@ def option_numbers(options: Sequence[Option], span: Span) -> tuple[list[Quantity
     return values, dimension
 
 
-def _numeric(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
+def _numeric(ev: Evaluator, options: Sequence[Option], site: Site, kind: str = "number") -> Quantity:
     values, dimension = option_numbers(options, site.span)
     known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
     if len(known) == len(values) and len({option.weight for option in options}) == 1:
         index = whole_index(ev, len(values), site)
-        return recorded(ev, site, table(index, ev.file.pool.offset(known)), dimension)
+        return recorded(ev, site, table(index, ev.file.pool.offset(known)), dimension, kind)
     threshold = _by_threshold(_finite_uniform(ev, site), options)
-    return recorded(ev, site, threshold, dimension)
+    return recorded(ev, site, threshold, dimension, kind)
 
 
 def _by_threshold(number: Term, options: Sequence[Option]) -> Term:
@@ -187,7 +169,8 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = ev.run.assigning or shortened(ev, site.span)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
-    option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene)]
+    drawable = gene is None and _are_lanes(options)
+    option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene, drawable=drawable)]
     source = option.source or _name_of(ev, option.value)
     ev.run.decisions.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
     return option.value

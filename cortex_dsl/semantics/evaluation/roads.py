@@ -54,9 +54,9 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         raise MAP_VARIES.mistake(span)
     if spec not in networks:
         networks[spec] = build_network(spec)
-        if isinstance(spec, MapFile):
-            for remark in networks[spec].remarks:
-                ev.report(MAP_REMARK.at(span, file=spec.file, message=remark))
+        if isinstance(spec, MapFile) and (remarks := networks[spec].remarks):
+            # A place is told each code once, so that all stand in one note.
+            ev.report(MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks)))
     return networks[spec]
 
 

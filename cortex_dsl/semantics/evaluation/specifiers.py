@@ -16,10 +16,10 @@ from cortex_dsl.semantics.errors.objects import (
 )
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, seeing
-from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, in_area, on_path, somewhere_in, within
 from cortex_dsl.semantics.evaluation.relations import follow
+from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, Pose, Quantity, Value, Vector
@@ -181,7 +181,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
         raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
     by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
-    return on_path(ev, way.path, entry - by, lane)
+    return on_path(ev.algebra.literal(float(way.path)), entry - by, lane)
 
 
 def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
@@ -192,7 +192,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     rest = way.length - leaving
     by = _along(ev, node, rest)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
-    return on_path(ev, way.path, leaving + by, lane)
+    return on_path(ev.algebra.literal(float(way.path)), leaving + by, lane)
 
 
 def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:

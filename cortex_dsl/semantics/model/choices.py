@@ -29,12 +29,18 @@ class Decision:
     probabilities: tuple[float, ...]
     taken: int
     gene: int | None = None
+    drawable: bool = False
+    """Whether it is a lane, which the scene may draw instead."""
 
 
 def check_count(count: int, span: Span) -> None:
     """Refuse early what would be more variants than there may be."""
     if count > VARIANT_LIMIT:
         raise TOO_MANY_VARIANTS.mistake(span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
+
+
+CHOSEN_LANES_LIMIT = 1024
+"""Above so many variants the scene draws lanes instead, where it can. Below, random numbers stay what they were."""
 
 
 class TooManyVariants(Signal):
@@ -50,16 +56,27 @@ class Oracle:
     """Answers the choices of one variant, in the order in which they are met."""
 
     script: tuple[int, ...] = ()
+    lanes_limit: int = VARIANT_LIMIT
+    """As `VARIANT_LIMIT`, of choices some of which are lanes."""
     decisions: list[Decision] = field(default_factory=list)
     ways: int = 1
 
-    def choose(self, name: str, span: Span, probabilities: tuple[float, ...], gene: int | None = None) -> int:
-        """Index of the option to take."""
+    def choose(
+        self,
+        name: str,
+        span: Span,
+        probabilities: tuple[float, ...],
+        gene: int | None = None,
+        *,
+        drawable: bool = False,
+    ) -> int:
+        """Index of the option to take; `drawable`: of a lane, which the scene may draw instead."""
         position = len(self.decisions)
         taken = self.script[position] if position < len(self.script) else 0
-        self.decisions.append(Decision(name, span, probabilities, taken, gene))
+        self.decisions.append(Decision(name, span, probabilities, taken, gene, drawable))
         self.ways *= len(probabilities)
-        if self.ways > VARIANT_LIMIT:
+        limit = self.lanes_limit if any(each.drawable for each in self.decisions) else VARIANT_LIMIT
+        if self.ways > limit:
             raise TooManyVariants(tuple(self.decisions))
         return taken
 
@@ -101,11 +118,13 @@ class Decisions:
 Result = TypeVar("Result")
 
 
-def enumerate_variants(run: Callable[[Oracle], Result]) -> Iterator[tuple[Oracle, Result]]:
+def enumerate_variants(
+    run: Callable[[Oracle], Result], lanes_limit: int = VARIANT_LIMIT
+) -> Iterator[tuple[Oracle, Result]]:
     """Run once for every way of making the choices that `run` meets."""
     script: tuple[int, ...] | None = ()
     while script is not None:
-        oracle = Oracle(script)
+        oracle = Oracle(script, lanes_limit)
         yield oracle, run(oracle)
         script = oracle.successor()
 

@@ -111,6 +111,8 @@ class FileContext:
     """The road where the file has no `map`."""
     expanded: frozenset[Span] = frozenset()
     """Sites of numeric choices that are enumerated, because their values are needed concretely."""
+    draws_lanes: bool = False
+    """Whether lanes that are chosen at random are drawn with the scene, where no variant has to know them."""
     findings: Findings = field(default_factory=Findings)
     pool: Pool = field(default_factory=Pool)
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)

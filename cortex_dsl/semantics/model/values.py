@@ -2,9 +2,8 @@
 
 A number or truth is always an `Term` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
 `none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
-and the network are the objects of `engine.road`. How values are shown to people stands in `wording`.
-
-The `home` of a definition holds the variables of the imported file that has it; None stands for the main file.
+and the network are the objects of `engine.road`. How values are shown to people stands in `wording`. The `home` of a
+definition holds the variables of the imported file that has it; None stands for the main file.
 """
 
 from collections.abc import Callable, Mapping
@@ -49,8 +48,8 @@ class Pose:
     x: Term
     y: Term
     heading: Term
-    lane: Lane | None = None
-    """The lane along which it surely lies and points, where that is known."""
+    lane: "Lane | LaneNow | None" = None
+    """The lane along which it surely lies and points, where that is known, or drawn with the scene."""
 
 
 @frozen
@@ -63,16 +62,18 @@ class Region:
 
 @frozen
 class Centerline:
-    lane: Lane
+    lane: "Lane | LaneNow"
 
 
 @frozen
 class LaneNow:
-    """A lane, or its section, that is only known from the place of an object during the run."""
+    """A lane, or its section, that the run knows from the place of an object, or that is drawn with the scene."""
 
     id: Term
     """Index in `network.lanes`; -1 where there is no such lane."""
     section: bool
+    drawn: frozenset[Span] = frozenset()
+    """Where it was drawn with the scene, as then there surely is such a lane."""
 
 
 @frozen

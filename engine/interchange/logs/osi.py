@@ -1,13 +1,13 @@
-"""A trace of ASAM OSI: messages `GroundTruth`, one after the other, each behind its length.
+"""A trace of ASAM OSI: messages `GroundTruth`, one after the other, each behind its length, or those of an MCAP.
 
 Source: ASAM Open Simulation Interface 3.7, `osi_groundtruth.proto`, `osi_object.proto`, `osi_common.proto`, and "OSI
 trace files" (a length is an unsigned number of 32 bits, its lowest byte first); Protocol Buffers, "Encoding". Only the
-few fields that say motion are decoded, so that no package is needed. Positions and velocities are those of the boxes'
-centres, in metres, radians and m/s.
+few fields that say motion are decoded, so that no package is needed for them. Positions and velocities are those of the
+boxes' centres, in metres, radians and m/s.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -38,24 +38,38 @@ Message = dict[int, list[int | float | bytes]]
 def read_osi(path: Path) -> Tracks:
     """Raises InterchangeError: unreadable, no such trace, cut off, or without moving objects."""
     with reading(path), path.open("rb") as file:
-        return tracks_of_rows(path, LAYOUT, KEYS, _rows(file, path.name))
+        return tracks_of_messages(path, _messages(file, path.name))
 
 
-def _rows(file: BinaryIO, name: str) -> Iterator[Row]:
+def tracks_of_messages(path: Path, messages: Iterable[bytes]) -> Tracks:
+    """The motion that messages `GroundTruth` tell, in their order.
+
+    Raises:
+        InterchangeError: one cannot be decoded, or nobody moves.
+    """
+    return tracks_of_rows(path, LAYOUT, KEYS, _rows(messages, path.name))
+
+
+def _messages(file: BinaryIO, name: str) -> Iterator[bytes]:
     number = 0
     while head := file.read(4):
         number += 1
-        place = f"{name}, message {number}"
         size = struct.unpack("<I", head)[0] if len(head) == 4 else LONGEST + 1
         content = file.read(size) if size <= LONGEST else b""
         if len(content) < size:
             cure = "let it be written to its end; a trace of OSI holds messages behind their lengths"
-            raise InterchangeError("the message is cut off, or this is no trace of OSI", cure, place)
+            message = "the message is cut off, or this is no trace of OSI"
+            raise InterchangeError(message, cure, f"{name}, message {number}")
+        yield content
+
+
+def _rows(messages: Iterable[bytes], name: str) -> Iterator[Row]:
+    for number, content in enumerate(messages, start=1):
         try:
             yield from ((number, row) for row in _moving(fields(content)))
         except (ValueError, struct.error, OverflowError):
             cure = "name a trace of GroundTruth, in protobuf's binary form"
-            raise InterchangeError("the message cannot be decoded", cure, place) from None
+            raise InterchangeError("the message cannot be decoded", cure, f"{name}, message {number}") from None
 
 
 def _moving(truth: Message) -> Iterator[dict[str, float | str]]:

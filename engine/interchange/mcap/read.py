@@ -1,27 +1,44 @@
-"""MCAP files of ours, read back: boxes of `/actors`, speeds of `/numbers`, and what each actor is from the metadata."""
+"""MCAP files: ours, whose boxes are at `/actors`, speeds at `/numbers`, and kinds in the metadata; and those of OSI."""
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError, quoted, reading
+from engine.interchange.logs.osi import tracks_of_messages
+from engine.interchange.mcap.osi import road_in, told_of, topics_of_truth, truths
 from engine.interchange.mcap.write import ACTORS, SLIDES
 from engine.interchange.tables.tracks import TableTrack, Tracks
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 MOST_MESSAGES = 1_000_000
+Made = TypeVar("Made")
 Sample = tuple[float, ...]
 """Time [s], x, y, heading, speed, length, width, 1 while loose after an impact."""
 
 
 def read_mcap(path: Path) -> Tracks:
     """Raises InterchangeError: mcap is not installed; damaged, or of another tool."""
+    return _opened(path, lambda reader: _tracks(reader, path))
+
+
+def road_of_mcap(path: Path) -> tuple[str, bytes] | None:
+    """Reference and OpenDRIVE of the road that an MCAP of OSI's messages holds; None where there is none.
+
+    Raises:
+        InterchangeError: as `read_mcap`.
+    """
+    return _opened(path, road_in)
+
+
+def _opened(path: Path, read: Callable[[Any], Made]) -> Made:
     try:
         reader, broken = (
             needed("mcap.reader", "MCAP needs", "export"),
@@ -31,14 +48,22 @@ def read_mcap(path: Path) -> Tracks:
         raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None
     try:
         with reading(path), path.open("rb") as file:
-            return _tracks(reader.make_reader(file, validate_crcs=True), path.name)
+            return read(reader.make_reader(file, validate_crcs=True))
     except (broken.McapError, ValueError, KeyError, IndexError, TypeError) as error:
         reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
-        message = f"this is no MCAP of ours that can be read: {quoted(reason)[1:-1]}"
+        message = f"this is no MCAP that can be read: {quoted(reason)[1:-1]}"
         raise InterchangeError(message, "write it again, or take CSV or Parquet", path.name) from None
 
 
-def _tracks(reader: Any, name: str) -> Tracks:
+def _tracks(reader: Any, path: Path) -> Tracks:
+    topics = topics_of_truth(reader)
+    if not topics:
+        return _own_tracks(reader, path.name)
+    found = tracks_of_messages(path, truths(reader, topics[0], MOST_MESSAGES, path.name))
+    return replace(found, remarks=(*told_of(topics), *found.remarks))
+
+
+def _own_tracks(reader: Any, name: str) -> Tracks:
     samples: dict[str, list[Sample]] = {}
     boxes: dict[int, Mapping[str, Any]] = {}
     begin: int | None = None
@@ -66,9 +91,9 @@ def _tracks(reader: Any, name: str) -> Tracks:
 
 
 def _refuse_others(schema: Any, name: str) -> None:
-    """Messages of other tools need the definitions of those."""
+    """Messages of other tools need the definitions of those; of OSI's, `GroundTruth` alone says who is where."""
     if schema is not None and schema.encoding != "jsonschema":
-        cure = "write it as omega-prime's Parquet: `omega_prime.Recording.from_file(…).to_parquet(…)`"
+        cure = "record a channel of `osi3.GroundTruth`, with the index at its end, or take a table"
         raise InterchangeError(f"its messages are {quoted(schema.name)[1:-1]}, which needs its own reader", cure, name)
 
 

@@ -40,7 +40,7 @@ def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str], road: t
 
 
 def embedded_road(path: Path) -> tuple[str, bytes] | None:
-    """File name and OpenDRIVE of the road in a Parquet file; None where it has none.
+    """What the road in a Parquet file is called, and its OpenDRIVE; None where it has none.
 
     Raises:
         InterchangeError: pyarrow is not installed, or this is no Parquet.
@@ -48,9 +48,7 @@ def embedded_road(path: Path) -> tuple[str, bytes] | None:
     said = ParquetFile(path).metadata
     if not said.get(ROAD):
         return None
-    called = said.get(ROAD_NAME, b"").decode("utf-8", "replace")
-    plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in called)[:60]
-    return f"{plain or 'road'}.xodr", said[ROAD]
+    return said.get(ROAD_NAME, b"").decode("utf-8", "replace"), said[ROAD]
 
 
 class ParquetFile:

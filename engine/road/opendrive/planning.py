@@ -88,16 +88,17 @@ def plan_of(path: str, _digest: str) -> Plan:
     except NoSurface:
         cure = "give its lanes a <width> above 0 m"
         raise InterchangeError("no lane in it has a width", cure, Path(path).name) from None
+    areas = {junction: _area(inside[junction]) for junction in junctions}
     left_hand = any(road.left_hand for road in network.roads.values())
     return Plan(
         links,
         lanes,
-        {junction: tuple(ways) for junction, ways in junctions.items()},
-        {junction: union(inside[junction])[0] for junction in junctions},
+        {junction: tuple(ways) for junction, ways in junctions.items() if areas[junction] is not None},
+        {junction: area for junction, area in areas.items() if area is not None},
         surface,
         Lines(kerbs, *_lines(links, borders)),
         left_hand,
-        (*network.remarks, *_on_jumps(jumps), *_on_gaps(network), *_on_links(network)),
+        (*network.remarks, *_on_jumps(jumps), *_on_gaps(network), *_on_links(network), *_on_areas(areas)),
     )
 
 
@@ -110,7 +111,8 @@ def lane_stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], f
 def _on_jumps(jumps: Sequence[float]) -> Iterator[str]:
     far = [jump for jump in jumps if jump > WORTH_A_REMARK]
     if far:
-        yield f"{len(far)} lanes jump aside between two sections, by up to {max(far):.2f} m, and are evened out"
+        count, is_ = ("1 lane jumps", "is") if len(far) == 1 else (f"{len(far)} lanes jump", "are")
+        yield f"{count} aside between two sections, by up to {max(far):.2f} m, and {is_} evened out"
 
 
 def _refuse_wide(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> None:
@@ -120,6 +122,20 @@ def _refuse_wide(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> None
             road = links.sections[lane.road].road
             message = f"lane {lane.parts[0].lane} of road `{road.id[:40]}` is {width:.4g} m wide"
             raise InterchangeError(message, f"write widths of at most {WIDEST:g} m", road.place)
+
+
+def _area(rings: Sequence[Floats]) -> Shape | None:
+    """What the lanes of a junction cover; None where they have no width."""
+    try:
+        return union(rings)[0]
+    except NoSurface:
+        return None
+
+
+def _on_areas(areas: Mapping[str, Shape | None]) -> Iterator[str]:
+    for junction, area in areas.items():
+        if area is None:
+            yield f"no lane of junction `{junction[:40]}` has a width: nobody goes that way"
 
 
 def _on_gaps(network: OdrNetwork) -> Iterator[str]:

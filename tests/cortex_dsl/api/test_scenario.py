@@ -237,6 +237,10 @@ WRONG: dict[str, Callable[[Scenario, Path], object]] = {
     "out of an export": lambda s, _: cx.export(s, ["csv"], None),  # type: ignore[arg-type]
     "ego": lambda _, __: cx.measure("a.csv", ego=3),  # type: ignore[arg-type]
     "step": lambda _, __: cx.measure("a.csv", step="x"),  # type: ignore[arg-type]
+    "window of one time": lambda _, __: cx.measure("a.csv", window=3),  # type: ignore[arg-type]
+    "window of words": lambda _, __: cx.measure("a.csv", window=("1", "2")),  # type: ignore[arg-type]
+    "window that ends before it begins": lambda _, __: cx.measure("a.csv", window=(2, 1)),
+    "window of three": lambda _, __: cx.measure("a.csv", window=(0, 1, 2)),  # type: ignore[arg-type]
     "methods of a study": lambda s, _: cx.study(s, [3]),  # type: ignore[list-item]
     "out of a study": lambda s, _: cx.study(s, out=3),  # type: ignore[arg-type]
     "an objective of a study that has no name": lambda s, _: cx.study(s, objective=len),  # type: ignore[arg-type]

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
-from engine import batch
+from engine import batch, host
 from engine.control import columns
 from engine.driving.blocks import Driven, Driver, drive
 from engine.driving.decisions import is_reproducible
-from engine.driving.stepping import EGOCENTRIC
+from engine.driving.stepping import EGOCENTRIC, Lanes
 from engine.errors import ControllerError
 from engine.outcomes import Outcomes
+from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
@@ -66,13 +67,55 @@ def test_a_driver_from_outside_is_a_behaviour_of_the_file(name: str) -> None:
     same(driven.outcomes, inside.simulate(inside.sample(60, seed=3)))
 
 
+def cruised(scenario: cx.Scenario, scenes: Scenes) -> Lanes:
+    """Lanes in which the scenes have been driven to their ends, `cruising`, and are not judged yet."""
+    lanes, every = Lanes(scenario.program, len(scenes), scenario.config.simulation), np.arange(len(scenes))
+    lanes.place(every, scenes)
+    lanes.step()
+    while lanes.running.any():
+        asked = lanes.asked(0)
+        seen = np.zeros((len(scenes), len(EGOCENTRIC)))
+        lanes.observe(0, asked, seen)
+        lanes.decide(0, asked, cruising(seen))
+        lanes.step()
+    return lanes
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_stepped_run_is_the_run_of_the_batch_host(name: str) -> None:
-    """What was decided is kept with the scenes: run again by the batch host they are the same, bit for bit."""
-    scenario = scenario_of(name, "ExternalBehavior(trajectory=egoTrajectory)")
-    driven = drive(scenario.program, scenario.sample(60, seed=4), cruising, scenario.config.simulation, block=16)
-    assert driven.outcomes.collided.any() or (driven.outcomes.min_distance[driven.scenes.valid] > 0.0).all()
-    same(driven.outcomes, scenario.simulate(driven.scenes))
+    """It ends at the same sample for the same reason, with everybody in the same place, bit for bit."""
+    scenario = scenario_of(name, "ExternalBehavior(trajectory=egoTrajectory, every=0.1 s)")
+    scenes = scenario.sample(60, seed=4)
+    lanes = cruised(scenario, scenes)
+    held(scenario, lanes, scenes)
+    assert lanes.nbytes / 60 < 8000.0
+
+
+def test_who_looks_at_what_was_does_so_in_lanes() -> None:
+    """A driver with a latency beside the one from outside sees its own scene as it was, not that of another lane."""
+    text = (ROOT / "examples" / "left_turn.scn").read_text(encoding="utf-8")
+    text = text.replace("EgoBehavior(egoTrajectory)", "ExternalBehavior(trajectory=egoTrajectory)")
+    old = "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=advTrajectory)"
+    assert old in text
+    scenario = cx.compile_text(text.replace(old, f"EmergencyBrakeBehavior({old}, latency=0.3 s)"))
+    scenes = scenario.sample(60, seed=4)
+    lanes = cruised(scenario, scenes)
+    held(scenario, lanes, scenes)
+    at_once = cx.compile_text(text.replace(old, f"EmergencyBrakeBehavior({old})"))
+    assert not np.array_equal(lanes.states, cruised(at_once, at_once.sample(60, seed=4)).states)
+
+
+def held(scenario: cx.Scenario, lanes: Lanes, scenes: Scenes) -> None:
+    """Lanes against the batch host on the scenes with what was decided in them."""
+    decided = replace(scenes, actions=lanes.decided(np.arange(len(scenes))))
+    samples, reasons, valid = lanes.samples.copy(), lanes.reasons.copy(), scenes.valid
+    outcomes = scenario.simulate(decided)
+    assert np.array_equal(samples[valid], outcomes.steps[valid])
+    assert np.array_equal(reasons[valid], outcomes.end_reason[valid])
+    for row in np.flatnonzero(valid & ~outcomes.collided)[:20]:
+        track = batch.trajectory(scenario.program, decided, int(row), scenario.config.simulation)
+        assert np.array_equal(lanes.states[row], track.states[-1])
+    same(host.outcomes(lanes.results), outcomes)
 
 
 def test_blocks_change_nothing() -> None:

@@ -13,13 +13,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import cortex_dsl as cx
 from engine.interchange import InterchangeError
 from engine.interchange.every_pair import rank_pairs
 from engine.interchange.measuring import measure
+from engine.interchange.opendrive import write_opendrive
 from engine.interchange.recording import Recording
 from engine.interchange.sources import SOURCES, read_recording, read_traffic
 from engine.interchange.tables import write_csv, write_parquet
 from engine.interchange.tables.layouts import LAYOUTS, SUMO_SIZES, layout_of
+from engine.maps import RoadSpec
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
 
@@ -348,15 +351,19 @@ def test_what_stands_beside_a_road_of_commonroad(tmp_path: Path) -> None:
         read_recording(path)
 
 
+def number(field: int, value: int) -> bytes:
+    """A whole number of a protobuf message."""
+    digits = [value >> shift & 127 for shift in range(0, max(value.bit_length(), 1), 7)]
+    return bytes([field << 3, *(digit | 128 for digit in digits[:-1]), digits[-1]])
+
+
+def inner(field: int, content: bytes) -> bytes:
+    """A message in a protobuf message, or a text."""
+    return number(field, len(content)).replace(bytes([field << 3]), bytes([field << 3 | 2]), 1) + content
+
+
 def osi(folder: Path) -> Path:
     """ASAM OSI: protobuf messages, each behind its length."""
-
-    def number(field: int, value: int) -> bytes:
-        digits = [value >> shift & 127 for shift in range(0, max(value.bit_length(), 1), 7)]
-        return bytes([field << 3, *(digit | 128 for digit in digits[:-1]), digits[-1]])
-
-    def inner(field: int, content: bytes) -> bytes:
-        return number(field, len(content)).replace(bytes([field << 3]), bytes([field << 3 | 2]), 1) + content
 
     def reals(field: int, *values: float) -> bytes:
         return inner(field, b"".join(struct.pack("<Bd", n << 3 | 1, value) for n, value in enumerate(values, 1)))
@@ -372,6 +379,31 @@ def osi(folder: Path) -> Path:
     path = folder / "trace.osi"
     path.write_bytes(trace)
     return path
+
+
+def osi_mcap(folder: Path) -> Path:
+    """The same messages in an MCAP, behind their map, as omega-prime writes it, and beside another channel of them."""
+    from mcap.writer import CompressionType, Writer
+
+    trace, at = osi(folder).read_bytes(), 0
+    with (folder / "trace.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.LZ4)
+        writer.start()
+        names = ("osi3.MapAsamOpenDrive", "osi3.GroundTruth", "osi3.GroundTruth")
+        schemas = [writer.register_schema(name, "protobuf", b"") for name in names]
+        topics = ("ground_truth_map", "ground_truth", "later")
+        of_map, of_truth, later = (
+            writer.register_channel(topic, "protobuf", schema) for topic, schema in zip(topics, schemas, strict=True)
+        )
+        road = write_opendrive(RoadSpec(), None, "road").encode()
+        writer.add_message(of_map, 0, inner(1, b"a/town") + inner(2, road), 0)
+        for k in range(SAMPLES):
+            (size,) = struct.unpack_from("<I", trace, at)
+            writer.add_message(of_truth, k, trace[at + 4 : at + 4 + size], k)
+            at += 4 + size
+        writer.add_message(later, SAMPLES, b"", SAMPLES)
+        writer.finish()
+    return folder / "trace.mcap"
 
 
 def plain(folder: Path) -> Path:
@@ -394,6 +426,7 @@ WRITERS: dict[Callable[[Path], Path], tuple[Drive, ...]] = {
     dat_table: CROSSING,
     carla_log: CROSSING,
     osi: CROSSING,
+    osi_mcap: CROSSING,
     commonroad: CROSSING,
     plain: CROSSING,
 }
@@ -436,6 +469,23 @@ def test_a_drive_is_read_as_it_was(write: Callable[[Path], Path], tmp_path: Path
     for name in ("min_distance", "min_distance_time", "max_closing_speed", "distance_at_ms", "ttc_at_ms"):
         assert getattr(theirs.outcomes, name) == pytest.approx(getattr(ours.outcomes, name), abs=1e-6)
     assert not any("do not fit" in remark or "lie across" in remark for remark in found.remarks)
+
+
+def test_an_mcap_of_osi_has_a_road_and_one_channel_is_read(tmp_path: Path) -> None:
+    """The road is that of its map; what else tells of motion is named."""
+    found = read_recording(osi_mcap(tmp_path))
+    assert found.road is not None
+    assert found.road.path.name == "a_town.xodr"
+    assert 'of its channels of GroundTruth "ground_truth" is read, and not "later"' in found.remarks
+
+
+def test_a_window_in_python_is_that_of_the_command(tmp_path: Path) -> None:
+    """`cx.measure(window=…)` judges the part alone."""
+    whole, part = (cx.measure(levelx(tmp_path), ego="1", window=window) for window in (None, (1, 2.5)))
+    assert (len(whole.trajectory.states), len(part.trajectory.states)) == (SAMPLES, 16)
+    assert np.allclose(part.trajectory.states[0], whole.trajectory.states[10])
+    with pytest.raises(InterchangeError, match="`1` is not there from 7 to 9 s"):
+        cx.measure(levelx(tmp_path), ego="1", window=(7, 9))
 
 
 def test_every_row_has_a_sample() -> None:
@@ -552,7 +602,7 @@ def test_who_walks_lies_in_a_file_beside(tmp_path: Path) -> None:
         ("a.osi", "\x05\0\0\0abc", "a.osi, message 1: the message is cut off"),
         ("a.osi", "\x02\0\0\0\xff\xff", "the message cannot be decoded"),
         ("a.osi", "\x02\0\0\0\x08\x01", "nobody moves in it"),
-        ("a.mcap", "\x89MCAP no", "no MCAP of ours"),
+        ("a.mcap", "\x89MCAP no", "no MCAP that can be read"),
         ("a.zip", "", "ends in .csv"),
     ],
 )
@@ -600,15 +650,18 @@ def test_degrees_of_longitude_are_no_metres(tmp_path: Path) -> None:
 
 
 def test_mcap_of_others_names_what_it_holds(tmp_path: Path) -> None:
-    """OSI's messages need OSI's definitions."""
+    """Of OSI's messages `GroundTruth` alone says who is where; one that is none is named by its number."""
     from mcap.writer import Writer
 
-    with (tmp_path / "osi.mcap").open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        schema = writer.register_schema(name="osi3.GroundTruth", encoding="protobuf", data=b"")
-        channel = writer.register_channel(topic="/ground_truth", message_encoding="protobuf", schema_id=schema)
-        writer.add_message(channel, log_time=0, publish_time=0, data=json.dumps({}).encode())
-        writer.finish()
-    assert "osi3.GroundTruth" in refused(tmp_path / "osi.mcap")
-    assert "omega_prime" in refused(tmp_path / "osi.mcap")
+    for what in ("osi3.GroundTruth", "osi3.SensorData"):
+        with (tmp_path / f"{what}.mcap").open("wb") as file:
+            writer = Writer(file)
+            writer.start()
+            schema = writer.register_schema(name=what, encoding="protobuf", data=b"")
+            channel = writer.register_channel(topic="/osi", message_encoding="protobuf", schema_id=schema)
+            writer.add_message(channel, log_time=0, publish_time=0, data=json.dumps({}).encode())
+            writer.finish()
+    assert "its messages are osi3.SensorData" in refused(tmp_path / "osi3.SensorData.mcap")
+    assert "osi3.GroundTruth.mcap, message 1: the message cannot be decoded" in refused(
+        tmp_path / "osi3.GroundTruth.mcap"
+    )

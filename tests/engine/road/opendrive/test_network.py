@@ -12,6 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cortex_dsl.pipeline import compile_source
+from cortex_dsl.source import Source
 from engine.interchange.contract import InterchangeError
 from engine.interchange.opendrive import write_opendrive
 from engine.maps import LoneRoad, MapSpec, Roundabout, map_content, map_from
@@ -253,6 +255,18 @@ def test_a_lane_of_no_width(tmp_path: Path) -> None:
     path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace('a="3"', 'a="0"') + "</OpenDRIVE>")
     with pytest.raises(InterchangeError, match="has a width"):
         read(path)
+
+
+def test_a_junction_of_no_width(tmp_path: Path) -> None:
+    """Nobody goes through it, which is said beside all else that is odd; its roads are there."""
+    path = tmp_path / "thin.xodr"
+    path.write_text(VILLAGE.read_text().replace('a="3.5"', 'a="0"'))
+    network = read(path)
+    assert network.remarks[-1] == "no lane of junction `10` has a width: nobody goes that way"
+    assert (len(network.intersections), len(network.maneuvers)) == (0, 0)
+    found = compile_source(Source("thin.scn", f'map opendrive("{path}")\nego = new Car on road\n')).diagnostics
+    assert len(network.remarks) > 1
+    assert all(any(remark in each.message for each in found) for remark in network.remarks)
 
 
 @pytest.mark.parametrize(
