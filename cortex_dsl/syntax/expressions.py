@@ -179,11 +179,8 @@ class ExpressionBuilder:
     def name(self, tree: Branch, span: Span) -> nodes.Expression:
         word = str(tree.children[0])
         if (ours := _FOREIGN_CONSTANTS.get(word)) is not None:
-            self.report(
-                errors.FOREIGN_SPELLING.at(
-                    span, f"`{word}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`"
-                )
-            )
+            cure = f"write `{ours}`"
+            self.report(errors.FOREIGN_SPELLING.at(span, f"`{word}` is written `{ours}`", cure, cure=cure))
         return nodes.Name(word, span=span)
 
     # -- access and calls --------------------------------------------------------------------------------------------
