@@ -7,19 +7,24 @@ import atexit
 import contextlib
 import gc
 import os
+import signal
 import sys
 from pathlib import Path
+
+INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
+"""Exit codes after a signal, as a shell counts them."""
 
 
 def process() -> int:
     """Run the command line of this process and return its exit code."""
     _open_streams()
     _start_light()
+    asked = _hear_sigterm()
     from cortex_dsl.cli import main
 
     code = main()
     _let_streams_end()
-    return code
+    return TERMINATED if asked and code == INTERRUPTED else code
 
 
 def _open_streams() -> None:
@@ -43,6 +48,19 @@ def _start_light() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(200_000)
     atexit.register(gc.freeze)
+
+
+def _hear_sigterm() -> list[int]:
+    """Let SIGTERM, by which schedulers stop a job, do what Ctrl-C does; the list says whether it came."""
+    came: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, stop)
+    return came
 
 
 def _let_streams_end() -> None:

@@ -140,7 +140,8 @@ OF_PAIRS: tuple[Measure[[Encounter]], ...] = (
         "|v|^2 / (2 |v| TTC) of the relative motion",
         'Cooper and Ferguson (1976), "Traffic studies at T-junctions"',
         partial(over_run, required_deceleration, largest),
-        "It is of the pair: behind another it is what the follower needs, where paths cross it is nobody's.",
+        "It is of the pair: behind another it is what the follower needs, where paths cross it is nobody's. Of a "
+        "collision it grows without bound towards contact: it says how near to that the last sample lies, no more.",
     ),
     Measure(
         "a_req",

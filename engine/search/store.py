@@ -1,8 +1,10 @@
 """Run directories: where a search stores its results. Nothing that is there is ever overwritten."""
 
 import errno
+import os
 import re
 import sqlite3
+import unicodedata
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +20,8 @@ UNBORN = ".new"
 """Ends the name of a journal that is being made."""
 LOCK = ".lock"
 """Held by the process that writes a run; whatever ends the process lets go of it."""
+LONGEST_NAME = 200
+"""Bytes of what comes before a run's method and number; file systems take 255 in all."""
 
 
 SPACE = "free some space, then go on with `cortexc resume`: what was written is kept; or name another disk with --out"
@@ -113,8 +117,19 @@ def _last_number(root: Path, stem: str) -> int:
 
 
 def _portable(name: str) -> str:
-    """The name with everything that a file system may mind replaced."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "-", name).strip("-.")[:80] or "scenario"
+    """The name with everything that a file system may mind replaced; its letters stay where names may have them."""
+    try:
+        os.fsencode("ü")
+        plain = "".join(each if _is_plain(each) else " " for each in unicodedata.normalize("NFC", name))
+    except UnicodeEncodeError:
+        plain = re.sub(r"[^A-Za-z0-9_.-]", " ", name)
+    short = "-".join(plain.split())[:80].encode()[:LONGEST_NAME].decode(errors="ignore")
+    return short.strip("-.") or "scenario"
+
+
+def _is_plain(letter: str) -> bool:
+    """Letters with their marks, digits, and the signs that no shell and no file system has a use for."""
+    return letter in "_.-" or unicodedata.category(letter)[0] in "LMN"
 
 
 @contextmanager

@@ -3,6 +3,7 @@ they contradict each other. Times need not be even; arrays are row-aligned with 
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,26 @@ def directions(velocity: Floats, slowest: float) -> Floats | None:
         return None
     last = moving[np.maximum(np.searchsorted(moving, np.arange(len(velocity)), "right") - 1, 0)]
     return np.unwrap(np.arctan2(velocity[last, 1], velocity[last, 0]))
+
+
+# -- whether units can be those that are taken for granted -------------------------------------------------------------
+
+FASTEST = 150.0
+"""No road user moves faster over its whole way [m/s]."""
+SLOWEST_SAMPLING = 10.0
+"""Rows of a recording do not lie further apart [s]."""
+
+
+def scale_remarks(names: Sequence[str], tracks: Sequence[tuple[Floats, Floats]]) -> Iterator[str]:
+    """What speaks against metres and seconds; `tracks`: (samples,) times and (samples, 2) positions of each name."""
+    steps = [float(np.median(np.diff(time))) for time, _ in tracks if len(time) > 1]
+    if steps and min(steps) > SLOWEST_SAMPLING:
+        yield f"rows lie {min(steps):.4g} s apart: if times are milliseconds, call them `time [ms]`"
+    pace = [float(np.hypot(*np.ptp(places, axis=0)) / max(time[-1] - time[0], STANDING)) for time, places in tracks]
+    if pace and max(pace) > FASTEST:
+        who = cited(names[int(np.argmax(pace))])
+        cure = "if positions are millimetres, call them `x [mm]` and `y [mm]`; if times are not seconds, say their unit"
+        yield f"{who} moves at {max(pace):,.0f} m/s, which nobody on a road does: {cure}"
 
 
 # -- headings and speeds held against positions ------------------------------------------------------------------------

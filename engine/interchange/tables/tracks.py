@@ -24,6 +24,7 @@ from engine.interchange.tables.plausible import (
     held_headings,
     held_speeds,
     rates,
+    scale_remarks,
 )
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
@@ -114,7 +115,8 @@ def tracks_of(cells: Cells) -> Tracks:
     tracks = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
     if len({track.name for track in tracks}) < len(tracks):
         raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
-    remarks = tuple(dict.fromkeys(gathered.remarks))[:MOST_REMARKS]
+    odd = scale_remarks([track.name for track in tracks], [(track.time, track.positions) for track in tracks])
+    remarks = tuple(dict.fromkeys([*odd, *gathered.remarks]))[:MOST_REMARKS]
     return Tracks(tuple(tracks), remarks, cells.file, cells.begin, cells.omega_prime)
 
 

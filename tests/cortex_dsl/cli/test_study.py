@@ -236,7 +236,7 @@ def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Pa
 
 HALTING = """
 import os, sys
-from cortex_dsl.cli import main
+from cortex_dsl.__main__ import process
 from engine.study.database import StudyStore
 
 number, left = int(sys.argv[1]), int(sys.argv[2])
@@ -250,7 +250,8 @@ def halting(store, finished):
         os.kill(os.getpid(), number)
 
 StudyStore.write = halting
-sys.exit(main(sys.argv[3:]))
+sys.argv[1:] = sys.argv[3:]
+sys.exit(process())
 """
 """A command that sends itself a signal once the n-th run of its study is written."""
 PATIENCE = 300
@@ -316,20 +317,29 @@ def test_a_killed_study_goes_on_to_the_same_rows(
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_ctrl_c_keeps_what_is_finished_and_says_how_to_go_on(
-    cortexc: Callable[..., Any], undisturbed: list[tuple], left_turn: Path, tmp_path: Path, jobs: int
+@pytest.mark.parametrize(
+    ("jobs", "how", "code"), [(1, signal.SIGINT, 130), (2, signal.SIGINT, 130), (2, signal.SIGTERM, 143)]
+)
+def test_a_study_that_is_stopped_keeps_what_is_finished_and_says_how_to_go_on(
+    cortexc: Callable[..., Any],
+    undisturbed: list[tuple],
+    left_turn: Path,
+    tmp_path: Path,
+    jobs: int,
+    how: signal.Signals,
+    code: int,
 ) -> None:
-    """Sent to the whole group, as a terminal does; nobody complains with a traceback."""
+    """Ctrl-C goes to the whole group, as from a terminal, SIGTERM to the command; nobody complains with a traceback."""
     folder = tmp_path / "s"
     process = start(folder, left_turn, jobs, number=signal.SIGSTOP, after=2)
     wait_until_it_stands_still(process)
-    os.killpg(process.pid, signal.SIGINT)
+    (os.killpg if how == signal.SIGINT else os.kill)(process.pid, how)
     os.killpg(process.pid, signal.SIGCONT)
     _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == Exit.INTERRUPTED
+    assert process.returncode == code
     assert b"go on with: cortexc study --resume" in err
     assert b"Traceback" not in err
+    assert b"leaked" not in err
     assert 2 <= finished_runs(folder) < 12
     assert cortexc("study", "--resume", folder, "--jobs", 1).code == Exit.FINE
     assert contents(folder) == undisturbed

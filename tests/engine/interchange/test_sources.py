@@ -574,6 +574,21 @@ def test_mixed_rates_are_told_by_name(tmp_path: Path) -> None:
     assert any("rates are mixed: rows every 0.1 s, of `b` every 0.5 s" in remark for remark in remarks)
 
 
+@pytest.mark.parametrize(
+    ("metre", "second", "words"),
+    [(1000.0, 1.0, "moves at 20,000 m/s, which nobody on a road does: if positions are millimetres"),
+     (1.0, 1000.0, "rows lie 100 s apart: if times are milliseconds, call them `time [ms]`")],
+)  # fmt: skip
+def test_units_that_cannot_be_are_told(tmp_path: Path, metre: float, second: float, words: str) -> None:
+    """Positions and times are taken for metres and seconds, and it is said where that cannot be."""
+    rows: list[list[object]] = [[k / 10 * second, "ego", 2.0 * k * metre, 0.0] for k in range(30)]
+    (tmp_path / "a.csv").write_text(csv_of("time,id,x,y", rows))
+    assert words in " ".join(read_traffic(tmp_path / "a.csv").remarks)
+    (tmp_path / "b.csv").write_text(csv_of("time [ms],id,x [mm],y", [[1000 * t, i, 1000 * x, y] for t, i, x, y in
+        ([k / 10, "ego", 2.0 * k, 0.0] for k in range(30))]))  # fmt: skip
+    assert not any("m/s, which" in each or "apart" in each for each in read_traffic(tmp_path / "b.csv").remarks)
+
+
 def test_who_walks_lies_in_a_file_beside(tmp_path: Path) -> None:
     """INTERACTION's pedestrians have neither headings nor sizes."""
     path = interaction(tmp_path)

@@ -267,7 +267,9 @@ def test_default_directories_are_numbered(tmp_path: Path) -> None:
     assert numbered_directory("left_turn", "random", root).name == "left_turn-random-001"
     (root / "left_turn-ga-999").mkdir()
     assert numbered_directory("left_turn", "ga", root).name == "left_turn-ga-1000"
-    assert numbered_directory("../a b/ü", "ga", root).name == "a-b-ga-001"
+    assert numbered_directory("../a b/ü", "ga", root).name == "a-b-ü-ga-001"
+    assert numbered_directory("u\u0308nï 日本\x1b[2J\u202e", "ga", root).name == "ünï-日本-2J-ga-001"
+    assert len(os.fsencode(numbered_directory("日" * 300, "ga", root).name)) <= 255
     assert numbered_directory("..", "ga", root).parent == root
 
 
