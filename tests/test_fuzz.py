@@ -27,3 +27,10 @@ def test_no_text_breaks_the_compiler() -> None:
 def test_a_text_runs_to_the_end() -> None:
     """In both hosts, and as its concrete scenario, to the same bits: what `benchmarks.torture` does to many."""
     assert texts.run_to_the_end(FILE.read_bytes()) == "run to the end"
+
+
+def test_a_run_that_a_drawn_value_makes_invalid_runs_again_from_its_concrete_copy() -> None:
+    """What is asked of the whole run is known before it, where the value stands in the file; it was drawn before."""
+    never = "require (eventually gap > 5) and not (always gap > 3)"
+    text = f"ego = new Car\ngap = Range(3, 9)\n{never}\nterminate after 9 s\n"
+    assert texts.run_to_the_end(text.encode()) == "run to the end"

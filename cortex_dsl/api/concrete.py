@@ -13,7 +13,7 @@ from pathlib import Path, PurePath
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.setting_up import pinned_scenario
 from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
-from cortex_dsl.semantics.names.tree import bound_name, everything_in, param_entries
+from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.formatting import format_source
@@ -156,12 +156,11 @@ def _param_edits(
     program: Program, genome: Sequence[float], overrides: Mapping[str, str], modules: Sequence[nodes.Module]
 ) -> Iterator[Edit]:
     genes = {name: index for index, name in enumerate(program.space.names)}
-    for statement in (s for module in modules for s in module.statements):
-        for entry in statement.entries if isinstance(statement, nodes.Param) else ():
-            if entry.name in overrides:
-                yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
-            elif entry.name in genes:
-                yield Edit(entry.value.span, gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
+    for entry in (each for module in modules for each in all_params(module)):
+        if entry.name in overrides:
+            yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
+        elif entry.name in genes:
+            yield Edit(entry.value.span, gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
 
 
 def gene_text(program: Program, gene: int, value: float) -> str:

@@ -68,6 +68,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.SideOf: relations.side_of,
     nodes.VisiblePart: relations.visible_part,
     nodes.RelativeTo: relations.relative_to,
+    nodes.FieldAt: relations.field_at,
     nodes.CanSee: seeing.can_see,
     nodes.Intersects: distances.intersects,
     nodes.OffsetBy: geometry.offset_by,

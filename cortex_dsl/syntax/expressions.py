@@ -179,11 +179,8 @@ class ExpressionBuilder:
     def name(self, tree: Branch, span: Span) -> nodes.Expression:
         word = str(tree.children[0])
         if (ours := _FOREIGN_CONSTANTS.get(word)) is not None:
-            self.report(
-                errors.FOREIGN_SPELLING.at(
-                    span, f"`{word}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`"
-                )
-            )
+            cure = f"write `{ours}`"
+            self.report(errors.FOREIGN_SPELLING.at(span, f"`{word}` is written `{ours}`", cure, cure=cure))
         return nodes.Name(word, span=span)
 
     # -- access and calls --------------------------------------------------------------------------------------------
@@ -346,6 +343,9 @@ class ExpressionBuilder:
     def relative_to(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.RelativeTo(*self.expressions(tree.children), span=span)
 
+    def field_at(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.FieldAt(*self.expressions(tree.children), span=span)
+
     def slice(self, tree: Branch, span: Span) -> nodes.Expression:
         start, stop, step = (*tree.children, None)[:3]
         return nodes.Slice(self.optional(start), self.optional(stop), self.optional(step), span=span)
@@ -437,8 +437,8 @@ _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expressio
         _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
         _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.seen_from, _B.angle_from, _B.angle_to,
-        _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.relative_to, _B.slice, _B.new,
-        _B.bare_tuple, _B.temporal, _B.until, _B.implies,
+        _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.relative_to, _B.field_at,
+        _B.slice, _B.new, _B.bare_tuple, _B.temporal, _B.until, _B.implies,
     )
 }  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

@@ -239,6 +239,14 @@ class RelativeTo(Expression):
 
 
 @frozen
+class FieldAt(Expression):
+    """`(field at place)`: only in brackets, for elsewhere `at` says where an object stands."""
+
+    field: Expression
+    place: Expression
+
+
+@frozen
 class Slice(Expression):
     """`start:stop:step` between square brackets."""
 

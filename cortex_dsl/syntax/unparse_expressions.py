@@ -195,6 +195,10 @@ def _relative_to(node: nodes.RelativeTo) -> Written:
     return f"{write(node.value, Level.OFFSET)} relative to {write(node.base, Level.MEASURE)}", Level.OFFSET
 
 
+def _field_at(node: nodes.FieldAt) -> Written:
+    return f"({write(node.field, Level.OFFSET)} at {write(node.place, Level.MEASURE)})", Level.ATOM
+
+
 def _seen_from(node: nodes.SeenFrom) -> Written:
     link = "of" if node.operator == "distance past" else "from"
     origin = "" if node.origin is None else f" {link} {_measured(node.origin)}"
@@ -288,6 +292,7 @@ _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
     nodes.SideOf: _side_of,
     nodes.VisiblePart: _visible_part,
     nodes.RelativeTo: _relative_to,
+    nodes.FieldAt: _field_at,
     nodes.Slice: _slice,
     nodes.Degrees: _degrees,
     nodes.New: _new,

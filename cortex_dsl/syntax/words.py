@@ -173,6 +173,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("minimum distance to", "minimum distance to B", "Distance from the outline of the ego to another."),
         ("relative heading of", "relative heading of A from B", "Angle from one heading to another."),
         ("relative to", "A relative to B", "A heading turned by another, or a place in the frame of another."),
+        ("at", "(FIELD at PLACE)", "Heading of a field at a place, in brackets."),
         ("relative position of", "relative position of A from B", "Where a place is in the frame of another."),
         ("apparent heading of", "apparent heading of A from B", "Heading of an object from the line of sight."),
         ("angle from", "angle from A to B", "Heading of the way from one place to another."),

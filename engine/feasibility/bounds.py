@@ -43,7 +43,7 @@ from engine.tables import Floats, RoadTables
 def path_pose(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     path, s = operands
     results = [unknown(*operands) for _ in range(3)]
-    for number, rows in by_id(path, numbers(path) & ~s.undefined):
+    for number, rows in by_id(path, numbers(path) & ~s.undefined, road.path_start):
         for result, (low, high) in zip(results, _pose_hull(road, number, s.low[rows], s.high[rows]), strict=True):
             put(result, rows, low - SLACK, high + SLACK)
     return results
@@ -98,7 +98,7 @@ def _place(primitive: Floats, along: Floats) -> tuple[Floats, Floats]:
 def path_length_of(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     (path,) = operands
     result = between(0.0, float(road.path_length.max(initial=0.0)), len(path.low))
-    for number, rows in by_id(path, numbers(path)):
+    for number, rows in by_id(path, numbers(path), road.path_start):
         put(result, rows, road.path_length[number], road.path_length[number])
     return [result]
 
@@ -106,7 +106,7 @@ def path_length_of(road: RoadTables, operands: Sequence[Interval]) -> Sequence[I
 def distance_to_path(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     path, x, y = operands
     result = at_least_zero(unknown(*operands))
-    for number, rows in by_id(path, numbers(*operands)):
+    for number, rows in by_id(path, numbers(*operands), road.path_start):
         middle, reach = centre(x, y, rows)
         distance = path_distance(path_primitives(road, number), *middle)
         put(result, rows, np.maximum(distance - reach, 0.0), distance + reach)
@@ -116,7 +116,7 @@ def distance_to_path(road: RoadTables, operands: Sequence[Interval]) -> Sequence
 def projection(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     path, *point = operands
     result = between(0.0, float(road.path_length.max(initial=0.0)), len(path.low))
-    for number, rows in by_id(path, numbers(path)):
+    for number, rows in by_id(path, numbers(path), road.path_start):
         put(result, rows, np.zeros(len(rows)), np.full(len(rows), road.path_length[number]))
     return [result._replace(undefined=~numbers(*point))]
 
@@ -184,7 +184,7 @@ def _off_region(road: RoadTables, region: Interval, x: Interval, y: Interval) ->
     """Distance from outside, and from inside to the boundary (negative: depth below which nothing is known)."""
     off = at_least_zero(unknown(region, x, y))
     depth = Interval(np.full(len(x.low), -np.inf), np.full(len(x.low), np.inf), off.undefined.copy())
-    for number, rows in by_id(region, numbers(region, x, y)):
+    for number, rows in by_id(region, numbers(region, x, y), road.region_start):
         middle, reach = centre(x, y, rows)
         distance, inside = boundary_distance(region_edges(road, number), *middle)
         outward = np.where(inside, -distance, distance)
@@ -219,7 +219,7 @@ def contains_outline(road: RoadTables, operands: Sequence[Interval]) -> Sequence
 def _in_core(road: RoadTables, region: Interval, x: Interval, y: Interval, reach: Floats) -> Bools:
     """Whether all within reach of the point lies in one of the rectangles that are known to be inside."""
     inside = np.zeros(len(reach), dtype=bool)
-    for number, rows in by_id(region, numbers(region, x, y)):
+    for number, rows in by_id(region, numbers(region, x, y), road.region_start):
         margin = reach[rows] + SLACK
         for x1, y1, x2, y2 in road.cores[road.core_start[number] : road.core_start[number + 1]]:
             wide = (x1 <= x.low[rows] - margin) & (x.high[rows] + margin <= x2)
@@ -238,7 +238,7 @@ def outline_to_region(road: RoadTables, operands: Sequence[Interval]) -> Sequenc
 def sampled(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     region, share, _ = operands
     results = [unknown(*operands) for _ in range(2)]
-    for number, rows in by_id(region, numbers(*operands)):
+    for number, rows in by_id(region, numbers(*operands), road.region_start):
         triangles = road.triangles[road.triangle_start[number] : road.triangle_start[number + 1]]
         before = np.concatenate([[0.0], triangles[:-1, 0]])
         met = (share.high[rows, np.newaxis] >= before) & (share.low[rows, np.newaxis] <= triangles[:, 0])

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from engine.feasibility.arithmetic import Bools, Interval
-from engine.tables import Floats, RoadTables
+from engine.tables import Floats, Ints, RoadTables
 
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
 """Columns of `RoadTables.primitives`."""
@@ -91,11 +91,15 @@ def numbers(*intervals: Interval) -> Bools:
     return known
 
 
-def by_id(ids: Interval, known: Bools) -> Iterator[tuple[int, np.ndarray]]:
-    """Each known id, and the boxes that have it."""
+def by_id(ids: Interval, known: Bools, starts: Ints) -> Iterator[tuple[int, np.ndarray]]:
+    """Each known id, and the boxes that have it; `starts` has one entry more than there are ids.
+
+    Where a uniform number is held at its end, which it never is, a table names what is no id: nothing is known of that.
+    """
     settled = known & (ids.low == ids.high)
     for value in sorted(set(ids.low[settled].tolist())):
-        yield int(value), np.flatnonzero(settled & (ids.low == value))
+        if value.is_integer() and 0.0 <= value < len(starts) - 1:
+            yield int(value), np.flatnonzero(settled & (ids.low == value))
 
 
 def unknown(*operands: Interval) -> Interval:

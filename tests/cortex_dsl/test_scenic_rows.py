@@ -47,9 +47,11 @@ BODY = (
 TABLES: dict[str, tuple[Row, ...]] = {
     "specifiers": (
         _same("`with P V`", "a = new Object with foo 3\n", "on others than an `Object`: what the file asks for"),
-        _differs("`at V`", "heads as an oriented point does; Scenic 3 takes its place alone",
-                 "a = new Object at (20, 3)\n"),
+        _same("`at V`", "a = new Object at (20, 3)\n",
+              "takes the place alone; without a `model` line it heads as an oriented point does"),
         _same("`in R`, `on R`", "a = new Car in road\nb = new Car on road\n"),
+        _differs("`in intersection`", "heads along the lane whose middle is nearest; Scenic 3.1.1 takes the first lane "
+                 "of its list of maneuvers that holds the point", "a = new Car in intersection\n"),
         _same("`contained in R`", "a = new Car contained in road\n"),
         _same("`offset by V`", "a = new Object offset by (0, 9)\n"),
         _same("`offset along D by V`", "a = new Object offset along 30 deg by (0, 9)\n"),
@@ -79,7 +81,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`X intersects R`", "require ego intersects road\n", "not with regions of the file's own"),
         _same("`H relative to H`, `F relative to H`", "x = 3 deg relative to roadDirection\n"),
         _same("`V offset by V`, `V offset along D by V`", "x = (3, 3) offset along 9 deg by (1, 1)\n"),
-        _missing("`F at V`", "write `facing F` at the place", "x = 3\nd = (roadDirection at ego)\n"),
+        _same("`F at V`", "require (roadDirection at ego) > -9\n", "in brackets"),
         _same("`follow F from V for S`", "p = follow roadDirection from ego for 9\n"),
         _same("`front of X` … `back right of X`", "p = back right of ego\n"),
         _missing("`top of X`, `bottom front left of X`", PLAIN, "p = top of ego\n"),
@@ -116,11 +118,18 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`scenario`, `setup`, `compose`",
               "scenario S():\n    setup:\n        terminate after 1 s\n"
               "scenario Main():\n    compose:\n        do S()\n"),
-        _same("`override X with behavior B`",
-              "scenario S():\n    setup:\n        override ego with behavior BrakeBehavior()\n"
-              "        terminate after 1 s\nscenario Main():\n    compose:\n        do S()\n"),
-        _missing("`param`, `behavior` in a scenario", "shared by all of the file: write them at its top level",
-                 "scenario Main():\n    setup:\n        param p = 3\n    compose:\n        wait\n"),
+        _same("`override X with behavior B`, `with foo V`",
+              "a = new Object with foo 3\nrecord a.foo as foo\nscenario S():\n    setup:\n"
+              "        override ego with behavior BrakeBehavior()\n        override a with foo 4\n"
+              "        terminate after 1 s\nscenario Main():\n    compose:\n        do S()\n",
+              "numbers and truths that no behavior sets"),
+        _missing("`override X with width V`", "what the simulation reads is settled with the scene",
+                 "scenario S():\n    setup:\n        override ego with width 4\n        terminate after 1 s\n"
+                 "scenario Main():\n    compose:\n        do S()\n"),
+        _same("`param`, `behavior`, `monitor`, `def` in a scenario",
+              "scenario Main():\n    setup:\n        param p = Range(3, 4)\n        behavior B():\n            wait\n"
+              "        a = new Object with behavior B\n        require p > 2\n    compose:\n        wait\n",
+              "a param is settled with the scene, whenever the scenario starts"),
         _same("`initial scenario`",
               "scenario Main():\n    setup:\n        x = initial scenario\n    compose:\n        wait\n"),
     ),
@@ -152,6 +161,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
     ),
     "properties": (
         _same("`position`, `heading`", "x = ego.position.x\ny = ego.heading\n"),
+        _differs("`heading` of a `Pedestrian` that has none", "is north; Scenic 3.1.1 draws one",
+                 "a = new Pedestrian at (9, 9)\n"),
         _missing("`yaw`, `pitch`, `roll`, `orientation`, `parentOrientation`", PLAIN, "x = ego.pitch\n"),
         _same("`width`, `length`", "a = new Object with width 3, with length 2\n"),
         _differs("`height`, `blueprint`, `color`", "are read and do nothing", "a = new Object with height 3\n"),

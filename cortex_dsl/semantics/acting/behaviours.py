@@ -120,9 +120,14 @@ class Inliner:
 
     def monitor(self, call: MonitorCall) -> ir.Block:
         """What a monitor does."""
-        inner = replace(self, ev=self.ev.at_home(call.monitor.home), stack=(*self.stack, call.monitor))
+        inner = self._in(call.monitor)
         body = Body(inner, self.ev.moment)
         return body.inlined(call, call.monitor.node).block(call.span)
+
+    def _in(self, definition: BehaviourValue | MonitorValue) -> "Inliner":
+        """Inside a definition, which sees the names of the file or scenario that has it."""
+        ev = self.ev.at_home(definition.home).within(definition.scopes)
+        return replace(self, ev=ev, stack=(*self.stack, definition))
 
     def act(self, body: Body, statement: nodes.Statement) -> ir.Block:
         """What a statement of a body does."""
@@ -146,7 +151,7 @@ class Inliner:
         if not isinstance(call.behaviour, BehaviourValue):
             return self._library(call, self.ev.at_moment(moment), at_start)
         self._check_cycle(call.behaviour, call.span)
-        inner = replace(self, ev=self.ev.at_home(call.behaviour.home), stack=(*self.stack, call.behaviour))
+        inner = self._in(call.behaviour)
         return Body(inner, moment).inlined(call, call.behaviour.node)
 
     def mark(self) -> int:

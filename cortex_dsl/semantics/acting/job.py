@@ -5,16 +5,18 @@ from collections.abc import Callable
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Value
+from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Quantity, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
+from cortex_dsl.semantics.quantities.units import PURE
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command, RuleKind, State
 
@@ -64,7 +66,20 @@ class Job:
         """A switch that must be known at compile time."""
         if name not in self.call.arguments:
             return default
-        return known_truth(self.ev, self.call.arguments[name], self.call.spans[name], f"`{name}`")
+        value, span = self.call.arguments[name], self.call.spans[name]
+        if isinstance(value, Quantity) and value.dimension not in (None, PURE):
+            raise WRONG_KIND.mistake(
+                span, what=f"`{name}`", expected="`True` or `False`", actual=kind_name(value), cure=self._by_name(value)
+            )
+        return known_truth(self.ev, value, span, f"`{name}`")
+
+    def _by_name(self, value: Quantity) -> str:
+        """How to give an amount that was given in the wrong place."""
+        assert isinstance(self.call.behaviour, BuiltinValue)
+        row = BUILTINS[self.call.behaviour.name]
+        fitting = (p for p in row.parameters if p.dimension == value.dimension and p.name not in self.call.arguments)
+        meant = next((f"name the argument that it is: `{p.name}=...`; " for p in fitting), "")
+        return f"{meant}the order is `{row.signature}`"
 
     def max_lateral(self) -> Term:
         """`none` switches the planning of speed off."""

@@ -142,6 +142,8 @@ def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end:
             formula = None if broken is None else not broken
         else:
             formula = folder.formula(node.condition)
+        if formula is False and file.settings.stream is not None:
+            formula = folder.never(node.condition)  # its run is invalid, as that of which it is the concrete copy
         _report(file, node, formula, conditions, has_end=has_end)
         if isinstance(formula, ir.Formula):
             found.append(ir.Temporal(formula, file.rule(node.span, name_of(file, node), RuleKind.ABORT)))
@@ -196,6 +198,11 @@ class Folder:
             atom = self._atom(next(atoms(node)))
             parts = [ir.Formula(TemporalOp.OR, (atom, ir.Formula(TemporalOp.NOT, (atom,))))]
         return _joined(operator, parts)
+
+    def never(self, node: nodes.Expression) -> ir.Formula:
+        """What is false in every run, whatever its first atom is."""
+        atom = self._atom(next(atoms(node)))
+        return ir.Formula(TemporalOp.AND, (atom, ir.Formula(TemporalOp.NOT, (atom,))))
 
     def known(self, key: RuleKey) -> bool | None:
         """What a condition is in all runs of all variants."""

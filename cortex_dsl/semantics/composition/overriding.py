@@ -1,5 +1,7 @@
 """`override x with property value`: in a scenario, for as long as it runs."""
 
+from cortex_dsl.semantics.acting.bodies import of_same_dimension
+from cortex_dsl.semantics.errors.compile_time import OVERRIDDEN_AND_SET
 from cortex_dsl.semantics.errors.names import UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE
 from cortex_dsl.semantics.errors.values import WRONG_KIND
@@ -45,6 +47,10 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
     if name not in (*PROPERTIES, *FLAGS, *IGNORED) and name not in target.properties:
         suggestion = did_you_mean(name, {*all_properties(), *target.properties})
         raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
+    own = name not in all_properties() and instance is not ev.run.root
+    if own:
+        _override_own(ev, target, node, instance)
+        return
     _check_can_change(ev, node, instance)
     may_act = target.plain or target.kind is not ActorKind.OBSTACLE
     value = checked(ev, name, ev.evaluate(node.value), node.value.span, may_act=may_act)
@@ -53,6 +59,15 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
         target.overrides.append((instance.monitor, call))
     else:
         target.properties[name] = value
+
+
+def _override_own(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
+    """A property of the file's own: whoever reads it during the run sees the value of the scenario that runs."""
+    name = node.property
+    if name in ev.file.attributes_set:
+        raise OVERRIDDEN_AND_SET.mistake(node.property_span, name=name)
+    value = of_same_dimension(name, target.properties[name], ev.evaluate(node.value), node.value.span)
+    target.overridden.setdefault(name, []).append((instance.monitor, value))
 
 
 def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> None:

@@ -97,9 +97,9 @@ def _definitions(ev: Evaluator, statements: Sequence[nodes.Statement]) -> dict[s
     for statement in statements:
         match statement:
             case nodes.BehaviorDefinition(name=name):
-                found[name] = BehaviourValue(statement, ev.home)
+                found[name] = BehaviourValue(statement, ev.home, ev.scopes)
             case nodes.MonitorDefinition(name=name):
-                found[name] = MonitorValue(statement, ev.home)
+                found[name] = MonitorValue(statement, ev.home, ev.scopes)
             case nodes.ScenarioDefinition(name=name):
                 found[name] = ScenarioValue(statement, ev.home)
             case nodes.FunctionDefinition(name=name):
@@ -243,6 +243,7 @@ def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments
             instance.names[parameter.name] = arguments[parameter.name]
         elif (default := parameter.default) is not None:
             instance.names[parameter.name] = here.tolerate(lambda default=default: here.evaluate(default))
+    instance.names.update(_definitions(here, node.setup))
     mutation.announce(here, node.setup)
     before = len(ev.run.built.actors)
     with ev.naming(""):

@@ -3,6 +3,7 @@
 from cortex_dsl.semantics.errors import (
     behaviours,
     chance,
+    compile_time,
     names,
     objectives,
     objects,
@@ -13,7 +14,7 @@ from cortex_dsl.semantics.errors import (
 )
 from cortex_dsl.semantics.errors.problems import Problem
 
-FAMILIES = (names, values, statements, objects, roads, chance, behaviours, scenarios, objectives)
+FAMILIES = (names, values, statements, objects, roads, chance, compile_time, behaviours, scenarios, objectives)
 
 
 def declared() -> dict[str, Problem]:

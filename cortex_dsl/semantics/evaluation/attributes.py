@@ -261,6 +261,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         check_settled(ev, actor)
     if name in actor.cells and (ev.moment.running or ev.moment.later):
         return changing(ev, actor, name)
+    if name in actor.overridden and ev.moment.running:
+        return _while_overridden(ev, actor, name)
     if name in actor.properties:
         return property_value(actor.properties[name], name)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
@@ -282,6 +284,15 @@ def changing(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
     cell, first = actor.cells[name], actor.properties[name]
     assert isinstance(first, Quantity | Truth)
     return replace(first, expr=where(ev.algebra.local(cell.assigned), ev.algebra.local(cell.value), first.expr))
+
+
+def _while_overridden(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
+    """What a property is while scenarios may override it: of those that run the last one decides."""
+    result = actor.properties[name]
+    assert isinstance(result, Quantity | Truth)
+    for monitor, value in actor.overridden[name]:
+        result = replace(value, expr=where(ev.algebra.running(monitor), value.expr, result.expr))
+    return result
 
 
 def property_value(value: Value, name: str) -> Value:

@@ -295,4 +295,8 @@ def _actor_placement(making: Making, node: nodes.New, found: Sorted, heading: Te
     length, width = making.get("length"), making.get("width")
     assert isinstance(length, Term)
     assert isinstance(width, Term)
-    return place(ev, found.places[0], Extent(length, width, lambda: _own_heading(ev, node, found, heading), region))
+    return place(
+        ev,
+        found.places[0],
+        Extent(length, width, lambda: _own_heading(ev, node, found, heading), region, heading is None),
+    )

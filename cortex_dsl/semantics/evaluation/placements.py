@@ -45,6 +45,8 @@ class Extent:
     heading: Callable[[], Term]
     region: Region | None
     """The region that it must lie in anyway."""
+    faces_road: bool = False
+    """Whether it heads along the road, where nothing says how."""
 
 
 def at_origin(ev: Evaluator) -> Placement:

@@ -7,6 +7,7 @@ Source: Scenic 3 reference, "Operators", and their definitions in its `scenic.sy
 import math
 from collections.abc import Callable, Mapping
 
+from cortex_dsl.semantics.errors.compile_time import NO_FIELD_AT
 from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
@@ -56,6 +57,17 @@ def _written(ev: Evaluator, value: Value, span: Span) -> Term:
     """A heading as the file counts it."""
     pose = geometry.pose_of(ev, value)
     return adopt(ev, value, ANGLE, span, "a heading") if pose is None else as_written(ev, pose.heading)
+
+
+def field_at(ev: Evaluator, node: nodes.FieldAt) -> Value:
+    """The heading of a field at a place, as the file counts headings."""
+    field, place = ev.evaluate_all((node.field, node.place))
+    if not isinstance(field, DirectionField):
+        raise NO_FIELD_AT.mistake(node.field.span, actual=kind_name(field))
+    point = geometry.position(ev, place, node.place.span, "what follows `at`")
+    if field.at is None:
+        network_of(ev)
+    return Quantity(as_written(ev, geometry.direction_at(field, point)), ANGLE)
 
 
 # -- from one place to another -----------------------------------------------------------------------------------------

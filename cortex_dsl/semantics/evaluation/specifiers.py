@@ -48,11 +48,14 @@ def place(ev: Evaluator, specifier: nodes.Specifier, extent: Extent) -> Placemen
     return PLACERS[type(specifier)](ev, specifier, extent)
 
 
-def _at(ev: Evaluator, node: nodes.At, _extent: Extent) -> Placement:
+def _at(ev: Evaluator, node: nodes.At, extent: Extent) -> Placement:
     value = ev.evaluate(node.position)
     pose = geometry.pose_of(ev, value)
     point = geometry.position(ev, value, node.position.span, "what follows `at`")
-    if pose is None:
+    # Scenic 3 takes the place alone: a vehicle then heads along the road, all else north. Where the road is known to
+    # lead as the point heads, its lane is still known.
+    taken = not ev.file.from_scenic or (extent.faces_road and pose is not None and pose.lane is not None)
+    if pose is None or not taken:
         return Placement(point, None)
     return Placement(point, pose.heading, lane=pose.lane)
 

@@ -116,6 +116,7 @@ class FileContext:
     findings: Findings = field(default_factory=Findings)
     pool: Pool = field(default_factory=Pool)
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    _gene_numbers: dict[str, int] = field(default_factory=dict)
     _bounds: dict[int, Interval] = field(default_factory=dict)
     """Of the first `_bounded` genes."""
     _bounded: int = 0
@@ -158,7 +159,10 @@ class FileContext:
     """The actors that are driven from outside, by the name of their controllers; all variants number them alike."""
 
     def gene_index(self, name: str) -> int:
-        return list(self.genes).index(name)
+        """Number of a gene, in the order of the file."""
+        for known in islice(self.genes, len(self._gene_numbers), None):
+            self._gene_numbers[known] = len(self._gene_numbers)
+        return self._gene_numbers[name]
 
     def gene_bounds(self) -> dict[int, Interval]:
         """SI bounds of every gene that stands for its own value."""

@@ -93,8 +93,7 @@ class Signal:
 class Colour:
     """What a traffic light shows at a moment."""
 
-    index: Term
-    """Index in `signals.COLOURS`."""
+    index: Term  # in `signals.COLOURS`
 
 
 @frozen
@@ -224,10 +223,10 @@ class Actor:
     """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
     overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
     """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
+    overridden: "dict[str, list[tuple[int, Quantity | Truth]]]" = field(default_factory=dict)  # likewise, of its own
     plain: bool = False
     """Whether it is an `Object`: nothing is known of it but its place and outline, and it may do things."""
-    cells: "dict[str, Cell]" = field(default_factory=dict)
-    """Its own properties that the run may change."""
+    cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
 
 
 @frozen_identity
@@ -236,7 +235,7 @@ class BehaviourValue:
 
     node: nodes.BehaviorDefinition
     home: dict[str, Value] | None = None
-    """Variables of the imported file that defines it; None: the main file."""
+    scopes: tuple[Mapping[str, Value], ...] = ()  # variables of the scenario that defines it
 
 
 @frozen_identity
@@ -259,6 +258,7 @@ class MonitorValue:
 
     node: nodes.MonitorDefinition
     home: dict[str, Value] | None = None
+    scopes: tuple[Mapping[str, Value], ...] = ()
 
 
 @frozen_identity

@@ -40,15 +40,14 @@ NOT_IN_SETUP: dict[type, str] = {
     nodes.Signals: "the traffic lights belong to the road",
     nodes.Environment: "all objects share one weather",
     nodes.Model: "it is the same for the whole file",
-    nodes.Param: "a search needs the params before anything runs",
     nodes.Import: "imports are read before anything runs",
     nodes.ImportFrom: "imports are read before anything runs",
-    nodes.BehaviorDefinition: "behaviors are shared by all scenarios",
-    nodes.MonitorDefinition: "monitors are shared by all scenarios",
     nodes.ScenarioDefinition: "scenarios are shared by all scenarios",
-    nodes.FunctionDefinition: "functions are shared by all scenarios",
 }
 """Statements that a scenario cannot have, and why."""
+
+OF_THE_FILE = ("map", "timestep")
+"""Params of Scenic's scripts that say what road there is, and how it is run."""
 
 INSIDE: dict[type, str] = {
     nodes.Do: "do",
@@ -120,6 +119,8 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
         _report(findings, statement, "override", here, "in the setup of a scenario")
     elif (around.setup or around.compose) and kind in NOT_IN_SETUP:
         _refuse(findings, statement, TOP_LEVEL[kind], NOT_IN_SETUP[kind])
+    elif around.setup and isinstance(statement, nodes.Param) and any(e.name in OF_THE_FILE for e in statement.entries):
+        _refuse(findings, statement, "param", "it says something of the whole file")
     elif around.setup and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "in a setup", "in a behavior or a `compose`")
     elif around.compose and kind in TOP_LEVEL:

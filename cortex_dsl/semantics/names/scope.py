@@ -21,6 +21,7 @@ from cortex_dsl.semantics.names.lookup import Names, NameTable
 from cortex_dsl.semantics.names.placement import check_placement
 from cortex_dsl.semantics.names.tree import (
     Definition,
+    all_params,
     assigned,
     body_of,
     bound_by,
@@ -54,7 +55,7 @@ class BodyNames:
         self.locals = frozenset(assigned(self.body)) - self.parameters
         if isinstance(self.definition, nodes.ScenarioDefinition):
             self.locals -= {"ego"}
-        self.early = set(self.locals)
+        self.early = set(self.locals) - {each.name for each in self.body if isinstance(each, Definition)}
         self.in_behaviour = isinstance(self.definition, nodes.BehaviorDefinition)
 
     def check(self) -> None:
@@ -96,6 +97,10 @@ class BodyNames:
             self._statement(statement)
 
     def _statement(self, statement: nodes.Statement) -> None:
+        if isinstance(statement, Definition):
+            around = self.table.all_names | self.parameters | self.locals
+            BodyNames(replace(self.table, all_names=around), statement).check()
+            return
         names = self._names()
         if isinstance(statement, nodes.ClassDefinition):
             names = replace(names, in_behaviour=True)
@@ -216,8 +221,7 @@ class _Resolver:
         for second in maps[1:]:
             self.findings.add(MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
         seen: dict[tuple[str, str], Span] = {}
-        entries = [e for s in self.module.statements if isinstance(s, nodes.Param) for e in s.entries]
-        named = [("the param", e.name, e.name_span) for e in entries]
+        named = [("the param", e.name, e.name_span) for e in all_params(self.module)]
         named += [("the behavior", b.name, b.name_span) for b in self.behaviours]
         named += [("the monitor", b.name, b.name_span) for b in self.monitors]
         named += [("the scenario", b.name, b.name_span) for b in self.scenarios]

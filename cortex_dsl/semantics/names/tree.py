@@ -102,14 +102,17 @@ def bound_name(node: nodes.Import) -> str | None:
     return name if name.isidentifier() else None
 
 
+def all_params(module: nodes.Module) -> Iterator[nodes.ParamEntry]:
+    """The params of a file, those of its scenarios included."""
+    for statement in module.statements:
+        setup = statement.setup if isinstance(statement, nodes.ScenarioDefinition) else ()
+        for each in (statement, *setup):
+            yield from each.entries if isinstance(each, nodes.Param) else ()
+
+
 def param_entries(module: nodes.Module) -> dict[str, nodes.ParamEntry]:
     """All params of a file by name."""
-    return {
-        entry.name: entry
-        for statement in module.statements
-        if isinstance(statement, nodes.Param)
-        for entry in statement.entries
-    }
+    return {entry.name: entry for entry in all_params(module)}
 
 
 def unit_word(node: nodes.Expression) -> str | None:
@@ -167,10 +170,10 @@ def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
 
 
 def assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
-    """Names that a body assigns, nested blocks included."""
+    """Names that a body assigns, nested blocks included; what a definition in it assigns is its own."""
     for statement in statements:
-        yield from () if isinstance(statement, Definition) else bound_by(statement)
-        for part in parts(statement):
+        yield from bound_by(statement)
+        for part in () if isinstance(statement, Definition) else parts(statement):
             if isinstance(part, nodes.Statement):
                 yield from assigned((part,))
             elif isinstance(part, nodes.Handler):

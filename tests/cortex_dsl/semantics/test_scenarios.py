@@ -146,6 +146,84 @@ def test_override_lasts_as_long_as_its_scenario() -> None:
     assert speed[-1] == pytest.approx(8.0, abs=0.05)
 
 
+HEEDFUL = """
+behavior Heed():
+    while True:
+        take SetSpeedAction(self.wish)
+
+scenario Wish(car, v):
+    setup:
+        override car with wish v
+
+"""
+
+
+def test_override_of_a_property_lasts_as_long_as_its_scenario() -> None:
+    """Of the file's own: who reads it sees the value of the scenario that runs, the later one where two do."""
+    before = HEEDFUL + "other = new Car at (60 m, 60 m), with wish 5 m/s, with behavior Heed(), "
+    before += "with regionContainedIn None\n"
+    lines = (
+        "wait for 1 s", "do Wish(other, 7 m/s) for 1 s", "wait for 1 s",
+        "do Wish(other, 7 m/s), Wish(other, 9 m/s) for 1 s",
+    )  # fmt: skip
+    scenario = composed(*lines, before=before)
+    speed = speeds(scenario, 1)
+    assert [speed[step] for step in (10, 30, 50, 70)] == [5.0, 7.0, 5.0, 9.0]
+    assert end_time(scenario) == pytest.approx(4.0, abs=0.21)
+
+
+def test_a_property_is_overridden_or_set() -> None:
+    before = "behavior Count():\n    while True:\n        self.laps += 1\n        wait\n\n"
+    before += "other = new Car at (60 m, 60 m), with laps 0, with behavior Count(), with regionContainedIn None\n"
+    before += "scenario Late():\n    setup:\n        override other with laps 9\n\n"
+    assert "SCN551" in refusal("do Late()", before=before)
+
+
+OWN = """
+K = 2 m/s
+scenario Own(shift):
+    setup:
+        param FAST = Range(3, 4) m/s
+        behavior Drive(v):
+            top = v + shift
+            while True:
+                take SetSpeedAction(top)
+        monitor Slow():
+            while True:
+                require other.speed < 90 m/s
+                wait
+        def doubled(v):
+            return v * 2 + K
+        other = new Car at (60 m, 60 m), with behavior Drive(doubled(FAST)), with regionContainedIn None
+        require monitor Slow()
+"""
+
+
+def test_scenarios_have_params_and_definitions_of_their_own() -> None:
+    """A behaviour, a monitor and a function see the names of the scenario; its param is a gene that `-p` sets."""
+    scenario = composed("do Own(1 m/s) for 1 s", before=OWN)
+    assert scenario.program.space.names == ("FAST",)
+    text = MAP + PARTS + OWN + MAIN + "        do Own(1 m/s) for 1 s\n"
+    fixed = compile_text(text, FAST="3 m/s")
+    assert speeds(fixed, 1)[10] == 9.0
+    assert end_time(fixed) == pytest.approx(1.0, abs=0.11)
+
+
+def test_a_copy_holds_the_params_of_scenarios() -> None:
+    """What was drawn stands in the copy, which has no gene left."""
+    text = MAP + PARTS + OWN + MAIN + "        do Own(1 m/s) for 1 s\n"
+    scenario = compile_text(text)
+    copy = compile_text(scenario.concrete(scenario.sample(1), 0))
+    assert copy.program.space.names == ()
+    assert speeds(copy, 1)[10] == speeds(scenario, 1)[10]
+
+
+def test_definitions_of_a_scenario_are_its_own() -> None:
+    """Elsewhere the name means nothing."""
+    before = OWN + "late = new Car at (9, 9), with behavior Drive(3 m/s)\n"
+    assert "SCN201" in refusal("do Own(1 m/s) for 1 s", before=before)
+
+
 def test_interrupts_switch_scenarios() -> None:
     scenario = composed(
         "try:", "    do Box(9 m)", "interrupt when ego.x > -50 m:", "    do Other() for 1 s", "    abort"
@@ -241,7 +319,8 @@ def test_mistakes_in_compose_are_reported(lines: tuple[str, ...], code: str) -> 
         ("override car with speed 3 m/s", "SCN656"),
         ("override car with sped 3 m/s", "SCN204"),
         ("override car at (3 m, 3 m)", "SCN656"),
-        ("param X = 3", "SCN659"),
+        ("param map = 3", "SCN659"),
+        ("import cars", "SCN659"),
         ("take SetBrakeAction(1)", "SCN431"),
     ],
 )

@@ -71,6 +71,17 @@ def test_angles_count_as_the_file_does() -> None:
         rows(head + EGO + OTHER + f"require abs((apparent heading of other) - {seen} deg) < 1e-9 deg\n")
 
 
+def test_a_field_has_a_heading_at_a_place() -> None:
+    """As the file counts headings; of the road that of the lane there."""
+    for head, north in ((HERE, 0.0), (MODEL, 90.0)):
+        field = 'f = VectorField("f", lambda p: (3 * p.x + p.y) * 1 deg)\n'
+        rows(head + EGO + field + "require abs((f at (2 m, -1 m)) - 5 deg) < 1e-9 deg\n")
+        rows(head + EGO + field + "require abs((1 deg relative to (f at (2 m, -1 m))) - 6 deg) < 1e-9 deg\n")
+        way = f"require abs((roadDirection at (30 m, -1.75 m)) - {-north} deg) < 1e-9 deg\n"
+        rows(head + EGO + way)
+    assert "SCN550" in errors(HERE + EGO + "h = (ego at (1.75, -30))\n")
+
+
 def test_places_beside_others() -> None:
     """`beyond` on the line of sight, a corner of an outline, and the side of a plain point in its own frame."""
     text = (
@@ -123,12 +134,20 @@ def test_a_default_place_comes_back_from_a_copy() -> None:
 # -- what differed in silence ------------------------------------------------------------------------------------------
 
 
+def test_at_an_oriented_point() -> None:
+    """Here it gives its heading; Scenic 3 takes the place alone: a vehicle heads along its lane, a thing north."""
+    text = "p = new OrientedPoint at (-30, -1.75), facing 40 deg\n"
+    text += f"ego = new Car at p{FREE}\nthing = new Object at p{FREE}\n"
+    for head, headings in ((HERE, [math.radians(40)] * 2), (MODEL, [0.0, math.pi / 2])):
+        assert rows(head + text)[0][:, Column.HEADING].tolist() == pytest.approx(headings, abs=1e-9)
+
+
 @pytest.mark.parametrize(("head", "heading"), [(HERE, 0.0), (MODEL, math.pi / 2)])
 def test_default_headings(head: str, heading: float) -> None:
     """East here, north in Scenic's files: of people, of things, and of oriented points."""
     text = (
         f"ego = new Car at (3, 2){FREE}\na = new Pedestrian at (20, 10)\nb = new Obstacle at (20, 20)\n"
-        f"c = new Car at (new OrientedPoint at (9, 9)){FREE}\n"
+        f"p = new OrientedPoint at (9, 9)\nc = new Car at p, facing p.heading{FREE}\n"
     )
     (scene,) = rows(head + text)
     assert scene[1:, Column.HEADING].tolist() == pytest.approx([heading] * 3)

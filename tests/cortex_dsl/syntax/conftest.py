@@ -116,6 +116,7 @@ def grow(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.SideOf, st.sampled_from(["front", "back left", "right"]), inner),
         node(nodes.VisiblePart, inner, st.booleans()),
         node(nodes.RelativeTo, inner, inner),
+        node(nodes.FieldAt, inner, inner),
         node(nodes.Index, inner, node(nodes.Slice, *[st.none() | inner] * 3)),
         node(nodes.CanSee, inner, inner),
         node(nodes.Intersects, inner, inner),

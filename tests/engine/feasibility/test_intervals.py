@@ -9,6 +9,7 @@ import pytest
 
 from engine.feasibility.arithmetic import Interval, everything, surely_false, surely_true
 from engine.feasibility.contraction import narrowed
+from engine.feasibility.distances import by_id
 from engine.feasibility.forward import FORWARD
 from engine.feasibility.tape import THREE, TWO
 from engine.kernels import evaluate
@@ -112,3 +113,10 @@ def test_truth_of_what_may_be_nan() -> None:
         Interval(np.full(1, 9.0), np.full(1, 9.0), np.zeros(1, dtype=bool)),
     )
     assert (less.low[0], less.high[0]) == (0.0, 1.0)
+
+
+def test_a_table_at_the_end_of_a_share_names_no_id() -> None:
+    """Of two ids, 0 and 1, neither 2, nor a part of one, nor a negative one is known; nor is an interval of both."""
+    low, high = np.array([1.0, 2.0, 0.5, -1.0, 0.0]), np.array([1.0, 2.0, 0.5, -1.0, 1.0])
+    ids = Interval(low, high, np.zeros(5, dtype=bool))
+    assert [(number, rows.tolist()) for number, rows in by_id(ids, ~ids.undefined, np.array([0, 3, 5]))] == [(1, [0])]
