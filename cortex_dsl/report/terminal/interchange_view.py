@@ -114,7 +114,7 @@ def _judgement(report: MeasuredReport, *, ascii_only: bool) -> list[RenderableTy
         section("Metrics", metrics_view(measured.outcomes, 0, report.pair), names),
         section("Risk", risk, f"profile {report.profile}"),
         *_other_pairs(report),
-        section("Other measures", measures, "beside the risk; ∞: no such danger"),
+        section("Other measures", measures, "beside the risk"),
         section("Definitions", Group(meanings, Text(OTHERS, "quiet"))),
     ]
 

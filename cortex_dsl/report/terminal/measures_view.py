@@ -1,5 +1,6 @@
 """The measured side of a run: the risk with its parts, its metrics, other measures, further pairs, and records."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -18,6 +19,8 @@ from engine.vocabulary import Sense
 
 # -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
 
+SECOND, METRE = "s", "m"
+"""Units of what is the worse the less there is; of all others, what is needed, more is worse."""
 IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
@@ -26,11 +29,9 @@ def measures_view(
 ) -> RenderableType:
     """Those of the deciding pair with their meaning, then those of its two actors side by side.
 
-    An infinite one says that the danger it measures was not there. Speeds are shown in `unit`.
+    Below them stands what those that are no numbers say. Speeds are shown in `unit`.
     """
-    metrics = [_in_unit(metric, unit) for metric in metrics]
-    of_pair = [metric for metric in metrics if metric.actors == (0, pair + 1) and metric.name not in IN_RISK]
-    of_actors = [metric for metric in metrics if metric.actors in ((0,), (pair + 1,))]
+    of_pair, of_actors = _shown([_in_unit(metric, unit) for metric in metrics], pair)
     parts: list[RenderableType] = []
     if of_pair:
         widest = max(len(metric.unit) for metric in of_pair)
@@ -40,7 +41,27 @@ def measures_view(
         parts.append(columns(left(), right(), left(wrap=True), rows=rows))
     names = dict.fromkeys(metric.name for metric in of_actors)
     rows = [(Text(name, "title"), _side_by_side([m for m in of_actors if m.name == name], actors)) for name in names]
-    return Group(*parts, columns(left(), left(wrap=True), rows=rows))
+    parts.append(columns(left(), left(wrap=True), rows=rows))
+    return Group(*parts, Text(_note([*of_pair, *of_actors]), "quiet"))
+
+
+def _note(metrics: Sequence[Metric]) -> str:
+    """What the signs among the values mean, those that are there."""
+    endless = [metric for metric in metrics if metric.value == math.inf]
+    needs = dict.fromkeys(metric.name for metric in endless if metric.unit not in (SECOND, METRE))
+    signs = (
+        (any(metric.unit in (SECOND, METRE) for metric in endless), "∞: no such danger"),
+        (bool(needs), f"∞ of {', '.join(needs)}: none is enough"),
+        (any(metric.value == -math.inf for metric in metrics), "-∞: it helped no more"),
+        (any(math.isnan(metric.value) for metric in metrics), f"{ABSENT}: does not apply here"),
+    )
+    return "; ".join(words for there, words in signs if there)
+
+
+def _shown(metrics: Sequence[Metric], pair: int) -> tuple[list[Metric], list[Metric]]:
+    """Those of the deciding pair that the risk does not have, and those of its two actors."""
+    of_pair = [metric for metric in metrics if metric.actors == (0, pair + 1) and metric.name not in IN_RISK]
+    return of_pair, [metric for metric in metrics if metric.actors in ((0,), (pair + 1,))]
 
 
 def _in_unit(metric: Metric, unit: SpeedUnit) -> Metric:

@@ -158,12 +158,12 @@ SCENIC_MODEL = note(
 
 NOT_ON_GRID = Problem(
     "SCN450",
-    "a gridded road has no `{name}`",
-    "it is made of lanes and intersections only",
+    "roads here have no `{name}`",
+    "they are made of lanes and intersections only, those of a map file too",
     "place people with `right of ego by 3` or `at (x, y)`, and `with regionContainedIn None`",
     page=Page(
-        "not part of a gridded road",
-        "Scenic's maps know sidewalks, kerbs, shoulders and crossings; the grid has lanes and intersections.",
+        "not part of a road",
+        "Scenic's maps know sidewalks, kerbs, shoulders and crossings; roads here have lanes and intersections.",
         "ego = new Car on road\nnew Pedestrian on network.sidewalks[0]\n",
         "ego = new Car on road\nnew Pedestrian right of ego by 2, with regionContainedIn None\n",
     ),

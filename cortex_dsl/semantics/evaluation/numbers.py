@@ -246,7 +246,8 @@ def multiply(left: Quantity, right: Quantity, span: Span) -> Quantity:
 
 def divide(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = _combined(left.dimension, right.dimension, quotient)
-    return finite(Quantity(left.expr / right.expr, dimension), span, "it divides by zero")
+    _not_zero(right, span)
+    return finite(Quantity(left.expr / right.expr, dimension), span, "it is too large")
 
 
 def _combined(

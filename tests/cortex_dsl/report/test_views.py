@@ -14,7 +14,7 @@ from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.measures_view import further_pairs
+from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view
 from cortex_dsl.report.terminal.progress import SearchProgress, progress_view
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
@@ -403,3 +403,17 @@ def test_held_params_stay_in_the_table(run: RunReport) -> None:
     assert "TRUCK_SPEED 200 km/h held" in words
     assert "LANE network.lanes[0] held" in words
     assert run_content(replace(run, held=held), "f.scn")["held"]["TRUCK_SPEED"] == {"value": 200.0, "unit": "km/h"}
+
+
+def test_signs_that_are_no_numbers_are_explained() -> None:
+    """Under the measures, those that are there: without end is harmless of a time, and hopeless of what is needed."""
+
+    def shown(*values: tuple[str, float, str]) -> str:
+        metrics = [Metric(name, (0, 1), value, unit, "a meaning") for name, value, unit in values]
+        return " ".join(render(measures_view(metrics, ("ego", "other"), 0), 120).split())
+
+    assert shown(("THW", np.inf, "s")).endswith("∞: no such danger")
+    needs = shown(("a_req", np.inf, "m/s^2"), ("BTN", np.inf, ""), ("TTB", -np.inf, "s"), ("PET", np.nan, "s"))
+    assert "no such danger" not in needs
+    assert "∞ of a_req, BTN: none is enough; -∞: it helped no more; –: does not apply here" in needs
+    assert "∞" not in shown(("TTC", 1.0, "s"))
