@@ -44,7 +44,10 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
         return
     if came.collisions > came.unknown:
         share = percent(came.share(came.avoidable), 2)
-        yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
+        if came.avoidable:
+            yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
+        else:
+            yield f"avoidable: none found; {share} of valid simulations may still be, {SUCCESSION}"
     share = percent(came.collisions / came.valid) if came.valid else ""
     every = f"{came.collisions:,} of {counted(came.kinds, 'kind')}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
