@@ -156,17 +156,17 @@ def _copy_companion(file: Path, copy: Path) -> None:
 
 
 def _ask(check: Check, items: Sequence[Item]) -> list[list[str]]:
-    return _answers(check.checker, items) if check.checker else [round_trip(item) for item in items]
+    return answers(check.checker, items) if check.checker else [round_trip(item) for item in items]
 
 
-def _answers(checker: str, items: Sequence[Item]) -> list[list[str]]:
-    """Findings of each file, from the checker's own interpreter."""
+def answers(checker: str, items: Sequence[Item], python: str = "") -> list[list[str]]:
+    """Findings of each file, from the checker's own interpreter, or another one that has it."""
     jobs = json.dumps([{"file": str(item.file), **item.facts} for item in items])
-    command = [str(python_of(checker)), str(CHECKERS / f"ask_{checker}.py")]
+    command = [python or str(python_of(checker)), str(CHECKERS / f"ask_{checker}.py")]
     done = subprocess.run(command, input=jobs, capture_output=True, text=True, check=False, timeout=LONGEST)
     try:
-        answers = json.loads(done.stdout)
+        found = json.loads(done.stdout)
     except json.JSONDecodeError:
         last = "\n".join(done.stderr.strip().splitlines()[-5:])
         return [[f"{checker} broke down: {last}"] for _ in items]
-    return answers
+    return found
