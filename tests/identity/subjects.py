@@ -29,9 +29,10 @@ SMALL = ("--generations", "3", "--population", "20", "--seed", "1")
 EXPORTS = "xosc,xodr,commonroad,scenic,csv,parquet,mcap,scn"
 TABLES = ("generation", "individual", "simulation")
 """What a journal holds of a search; its manifest and its pace are no part of it."""
+_TIME = r"(?:\d+ h )?(?:\d+ min )?[\d.,]+ (?:m?s|min|h)"
 DURATIONS = re.compile(
-    r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
-    r"|(?<=It took )[\d.,]+ m?s"
+    rf"in {_TIME}, [\d.,]+ a second|[\d.,]+ simulations a second +{_TIME} left|{_TIME} of work"
+    rf"|(?<=It took ){_TIME}"
     r"|(?<=, )[\d.,e-]+ a second"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
     r"|\"per_second\": ?(\{[^}]*\}|null|[\d.e+-]+)"
