@@ -3,11 +3,12 @@ of a motorway does, and where those come from who are behind in a lane.
 """
 
 import math
+from functools import lru_cache
 from itertools import chain
 
 import numpy as np
 
-from engine.road.network import Lane
+from engine.road.network import Lane, Network
 from engine.road.sections import to_left, to_right
 
 GOES_ON = 20.0
@@ -29,6 +30,18 @@ def way_through(lane: Lane) -> int:
             break
         before.insert(0, min(leading, key=_turn))
     return paths.join([*(each.path for each in before), *paths.parts(lane.default_route)])
+
+
+@lru_cache(maxsize=4)
+def ways_through(network: Network) -> tuple[int, ...]:
+    """`way_through` of each lane: a driver asks for all of them many times over."""
+    return tuple(map(way_through, network.lanes))
+
+
+@lru_cache(maxsize=4)
+def all_left_by(network: Network) -> tuple[float, ...]:
+    """`left_by` of each lane."""
+    return tuple(map(left_by, network.lanes))
 
 
 def _turn(lane: Lane) -> float:

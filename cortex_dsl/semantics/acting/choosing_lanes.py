@@ -42,7 +42,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     where,
 )
 from engine.frozen import frozen
-from engine.road.merging import left_by, way_through
+from engine.road.merging import all_left_by, ways_through
 from engine.road.network import Lane
 from engine.road.sections import to_left, to_right
 from engine.vocabulary import State
@@ -103,7 +103,7 @@ def _lane_now(job: Job) -> Term:
 
 
 def _route(job: Job, lane: Term) -> Term:
-    return looked_up(job.ev, lane, [way_through(each) for each in network_of(job.ev).lanes], missing=0.0)
+    return looked_up(job.ev, lane, ways_through(network_of(job.ev)), missing=0.0)
 
 
 def _beside(job: Job, lane: Term, find: Callable[[Lane], Lane | None]) -> Term:
@@ -139,7 +139,7 @@ def _lane(job: Job, path: Term, lane: Term) -> _Lane:
 def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
     """Gap to who is ahead on the path of a lane and how fast that goes; the end of a lane that ends stands there."""
     gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
-    ends = [left_by(each) for each in network_of(job.ev).lanes]
+    ends = all_left_by(network_of(job.ev))
     if min(ends) == math.inf:
         return gap, lead
     pose = current_pose(job.ev, job.actor)

@@ -1,4 +1,4 @@
-"""SCN55x: words of Scenic that the compiler works out: fields at places, classes and texts of values, overrides."""
+"""SCN55x: words of Scenic that the compiler works out: fields at places, overrides of a file's own properties."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem
