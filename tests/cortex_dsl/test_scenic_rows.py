@@ -182,7 +182,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _missing("`visibleRegion`", "write `visible R`", "a = new Object in ego.visibleRegion\n"),
     ),
     "domain": (
-        _same("`road`, `network`, `intersection`", "x = network.lanes[0]\n", "`intersection` where the map has one"),
+        _same("`road`, `network`, `intersection`", "x = network.lanes[0]\n",
+              "`intersection` of a map with several is their region"),
         _same("`lane.maneuvers`, `lane.sections`, `laneToLeft`, …", "x = network.lanes[0].sections[0].laneToLeft\n"),
         _same("`network.laneAt`, `roadAt`, `laneGroupAt`, `intersectionAt`", "x = network.laneAt(ego)\n"),
         _missing("`sidewalk`, `curb`, `shoulder`, `crossing`", "roads have lanes alone",

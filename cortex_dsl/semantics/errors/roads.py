@@ -65,12 +65,12 @@ NO_SINGLE_INTERSECTION = Problem(
     cure="choose one: `intersection = Uniform(*network.intersections)`",
     page=Page(
         "ambiguous intersection",
-        "`intersection` names the only one. A map with several has no such one.",
-        "map intersection(cols=2)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
+        "`intersection` names the only one. On a map with several it is the region that all of them cover, which has "
+        "distances, and no lanes of its own.",
+        "map intersection(cols=2)\nego = new Car in Uniform(*intersection.incomingLanes)\n",
         "map intersection(cols=2)\n"
         "intersection = Uniform(*network.intersections)\n"
-        "ego = new Car on road\n"
-        "require (distance from ego to intersection) < 5 m\n",
+        "ego = new Car in Uniform(*intersection.incomingLanes)\n",
     ),
 )
 NO_MAP_FILE = Problem(

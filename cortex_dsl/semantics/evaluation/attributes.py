@@ -13,7 +13,7 @@ from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
 from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
-from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.evaluation.roads import ROAD, refuse_several
 from cortex_dsl.semantics.model.areas import Area, Coordinates
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -221,6 +221,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         if isinstance(value, kind) and (name in table or kind is not Items):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
+    if name in _INTERSECTION:
+        refuse_several(value, span)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
     if isinstance(value, Area) and name in _NETWORK:
         cure = f"a region is where one may stand; the map is asked by `network.{name}`"

@@ -5,6 +5,7 @@ The road of a file without `map` suits what the file asks for, and notes say so.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from itertools import accumulate
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.roads import (
@@ -14,7 +15,7 @@ from cortex_dsl.semantics.errors.roads import (
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
 )
-from cortex_dsl.semantics.model.areas import all_or_nothing
+from cortex_dsl.semantics.model.areas import AllIntersections, Draw, Spot, all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     BuiltinValue,
@@ -24,9 +25,17 @@ from cortex_dsl.semantics.model.values import (
     Quantity,
     Region,
     Value,
+    Vector,
 )
 from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    region_contains,
+    region_distance,
+    region_sample,
+    road_heading,
+)
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -81,20 +90,46 @@ def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
     return None
 
 
-def _single_intersection(ev: Evaluator, span: Span) -> Value:
-    intersections = network_of(ev).intersections
-    if len(intersections) == 1:
-        return intersections[0]
-    if intersections:
-        raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
-    raise MAP_WITHOUT_INTERSECTION.mistake(span)
+def _intersection(ev: Evaluator, span: Span) -> Value:
+    network = network_of(ev)
+    if not network.intersections:
+        raise MAP_WITHOUT_INTERSECTION.mistake(span)
+    return network.intersections[0] if len(network.intersections) == 1 else _all_intersections(ev, network)
+
+
+def _all_intersections(ev: Evaluator, network: Network) -> AllIntersections:
+    """The region that all of them cover, as in Scenic."""
+    regions = tuple(each.region for each in network.intersections)
+    bounds = list(accumulate(network.regions.area(region) for region in regions))
+
+    def contains(point: Vector) -> Term:
+        return ev.algebra.any_of([region_contains(float(each), point.x, point.y) for each in regions])
+
+    def distance(point: Vector) -> Term:
+        return ev.algebra.least([region_distance(float(each), point.x, point.y) for each in regions])
+
+    def draw(number: Draw) -> Spot:
+        share = number()
+        index = sum((share >= bound / bounds[-1] for bound in bounds[:-1]), ev.algebra.literal(0.0))
+        region = ev.algebra.chosen(index, [ev.algebra.literal(float(each)) for each in regions])
+        point = Vector(*region_sample(region, number(), number()))
+        return Spot(point, road_heading(point.x, point.y))
+
+    weight = ev.algebra.literal(bounds[-1])
+    return AllIntersections("the intersections", contains, draw=draw, weight=weight, distance=distance, regions=regions)
+
+
+def refuse_several(value: Value, span: Span) -> None:
+    """Raise Mistake for `intersection` of a map that has several, where one is needed."""
+    if isinstance(value, AllIntersections):
+        raise NO_SINGLE_INTERSECTION.mistake(span, count=len(value.regions))
 
 
 ROAD = Region(ROAD_REGION, "the road")
 
 _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
     "network": lambda ev, _: network_of(ev),
-    "intersection": _single_intersection,
+    "intersection": _intersection,
     "road": lambda ev, _: _region_of_road(ev),
     "roadDirection": lambda _ev, _: DirectionField(),
     "ManeuverType": lambda _ev, _: EnumValue(),
