@@ -160,8 +160,9 @@ class FileContext:
 
     def gene_index(self, name: str) -> int:
         """Number of a gene, in the order of the file."""
-        for known in islice(self.genes, len(self._gene_numbers), None):
-            self._gene_numbers[known] = len(self._gene_numbers)
+        if name not in self._gene_numbers:
+            for known in islice(self.genes, len(self._gene_numbers), None):
+                self._gene_numbers[known] = len(self._gene_numbers)
         return self._gene_numbers[name]
 
     def gene_bounds(self) -> dict[int, Interval]:
