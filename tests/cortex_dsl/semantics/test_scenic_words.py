@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import compile_text
-from engine.vocabulary import Column
+from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
 
 HERE = "map intersection()\n"
@@ -420,3 +420,17 @@ def test_two_fields_turn_one_another() -> None:
     text = f"{field}ego = new Object at (9, 20), facing (f relative to f){FREE}\n"
     assert rows(MODEL + text)[0, 0, Column.HEADING] == pytest.approx(1.8 + math.pi / 2)
     assert rows(HERE + text)[0, 0, Column.HEADING] == pytest.approx(1.8)
+
+
+@pytest.mark.parametrize("value", ["1 / (P - P)", "10 ** (300 * P)", "exp(800 * P)"])
+def test_a_scene_with_a_number_beyond_all_bounds_fails(value: str) -> None:
+    """As one with no number does; no host is given it."""
+    scenes = compile_text(f"{HERE}P = Range(1, 2)\nego = new Object at (9, 9), with width {value}{FREE}\n").sample(5)
+    assert not scenes.valid.any()
+    assert set(scenes.verdict.tolist()) == {Verdict.ERROR}
+
+
+@pytest.mark.parametrize(("function", "code"), [("lambda p: f", "SCN303"), ("lambda p: (f at p)", "SCN435")])
+def test_a_field_that_is_made_of_itself_is_refused(function: str, code: str) -> None:
+    """Before anything is asked of it without end."""
+    assert errors(f'{HERE}f = VectorField("f", {function})\nego = new Object at (0, 0), facing f\n') == [code]
