@@ -116,8 +116,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`self.x = V`", BODY.format("self.foo += 1"), "numbers and truths that the object was made with"),
         _missing("`self.position = V`", "the run moves objects", BODY.format("self.position = (1, 1)")),
         _differs("`scenario`, `setup`, `compose`",
-                 "what started a scenario sees it end one step later, and goes on then; a record sees an `override` from "
-                 "the next sample on; what a handler interrupts goes on",
+                 "what started a scenario sees it end one step later, and goes on then; a record sees an `override` "
+                 "from the next sample on; what a handler interrupts goes on",
               "scenario S():\n    setup:\n        terminate after 1 s\n"
               "scenario Main():\n    compose:\n        do S()\n"),
         _same("`override X with behavior B`, `with foo V`",
