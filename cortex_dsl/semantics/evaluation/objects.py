@@ -277,11 +277,12 @@ def _own_heading(ev: Evaluator, node: nodes.New, found: Sorted, default: Term | 
 
 
 def _unique(ev: Evaluator, name: str) -> str:
-    taken = {actor.name for actor in ev.run.built.actors}
+    taken = ev.run.built.actor_names
     number = 2
     unique = name
     while unique in taken:
         unique, number = f"{name}{number}", number + 1
+    taken.add(unique)
     return unique
 
 
