@@ -218,7 +218,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return lanes.OF_SECTION_BESIDE[name](ev, value.lane, span)
     for kind, table in (*_TABLES, *_BESIDE):
         if isinstance(value, kind) and (name in table or kind is not Items):
-            getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
+            getter = table.get(name) or _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
     if isinstance(value, Area) and name in _NETWORK:

@@ -132,6 +132,8 @@ class Closure:
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
+    body: nodes.Expression | None = None
+    """As it is written, where a file has it."""
 
 
 @frozen_identity
