@@ -143,11 +143,11 @@ def _paths(contents: Contents) -> PathBook:
 
 
 def _road(network: Network, name: str, forward: Sequence[int], backward: Sequence[int]) -> Road:
-    ways = (
+    ahead, back = (
         LaneGroup(network, name, way, tuple(network.lanes[index] for index in lanes))
         for way, lanes in ((True, forward), (False, backward))
     )
-    return Road(network, name, *ways, ())
+    return Road(network, name, ahead, back, ())
 
 
 def _intersection(
@@ -171,9 +171,13 @@ def _leg(
 
 
 def _links(text: Mapping[str, Any]) -> Links:
-    rows = {name: [tuple(each) if isinstance(each, list) else each for each in text["links"][name]] for name in LINKED}
+    rows: dict[str, list[Any]] = {name: [_tuple_of(each) for each in text["links"][name]] for name in LINKED}
     beside = None if text["beside"] is None else {lane: (left, right) for lane, left, right in text["beside"]}
-    return Links(**rows, beside=beside)  # type: ignore[arg-type]
+    return Links(**rows, beside=beside)
+
+
+def _tuple_of(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value  # type: ignore[arg-type]
 
 
 # -- as a file ---------------------------------------------------------------------------------------------------------
@@ -194,12 +198,12 @@ def from_bytes(file: bytes, key: str) -> Contents | None:
     if len(body) < WORD or blake2b(body, digest_size=DIGEST).digest() != file[:DIGEST]:
         return None
     end = WORD + int.from_bytes(body[:WORD], "little")
-    text = json.loads(bytes(body[WORD:end]))
+    text: dict[str, Any] = json.loads(bytes(body[WORD:end]))
     if text["key"] != key:
         return None
-    arrays = {}
-    for name, shape in text["arrays"].items():
-        size = shape[0] * shape[1]
-        arrays[name] = np.frombuffer(body, dtype=np.float64, count=size, offset=end).reshape(shape)
-        end += arrays[name].nbytes
+    arrays: dict[str, Floats] = {}
+    for name, (rows, columns) in text["arrays"].items():
+        flat: Floats = np.frombuffer(body, dtype=np.float64, count=rows * columns, offset=end)
+        arrays[name] = flat.reshape(rows, columns)
+        end += flat.nbytes
     return Contents(text, arrays)
