@@ -12,7 +12,7 @@ from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
 from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, regions, relations, signals
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
-from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.evaluation.roads import ROAD, region_of_intersections
 from cortex_dsl.semantics.model.areas import Area, Coordinates
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -93,6 +93,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     "lanes": lambda _, network: network.lanes,
     "maneuvers": lambda _, network: network.maneuvers,
     "drivableRegion": lambda *_: ROAD,
+    "intersectionRegion": lambda ev, _: region_of_intersections(ev, ev.algebra.span),
     "roadDirection": lambda *_: DirectionField(),
     "roads": lambda _, network: network.roads,
     "laneGroups": lambda _, network: tuple(group for road in network.roads for group in road.groups),

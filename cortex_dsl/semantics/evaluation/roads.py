@@ -34,6 +34,7 @@ from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
 from engine.road.network import Lane, Network
 from engine.road.sections import (
+    all_intersections,
     faster,
     slower,
     to_left,
@@ -85,6 +86,8 @@ def _single_intersection(ev: Evaluator, span: Span) -> Value:
     intersections = network_of(ev).intersections
     if len(intersections) == 1:
         return intersections[0]
+    if intersections and ev.file.from_scenic:
+        return region_of_intersections(ev, span)
     if intersections:
         raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
     raise MAP_WITHOUT_INTERSECTION.mistake(span)
@@ -104,6 +107,14 @@ _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
     "none": lambda _ev, _: None,
     "pi": lambda ev, _: Quantity(ev.algebra.literal(math.pi), None),
 }
+
+
+def region_of_intersections(ev: Evaluator, span: Span) -> Region:
+    """All that intersections cover, which is Scenic's `intersection`."""
+    network = network_of(ev)
+    if not network.intersections:
+        raise MAP_WITHOUT_INTERSECTION.mistake(span)
+    return Region(all_intersections(network), "the intersections")
 
 
 def _region_of_road(ev: Evaluator) -> Region:

@@ -36,6 +36,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "maneuvers": "The ways through the intersection: from here, or all of them.",
         "roads": "All its roads.",
         "drivableRegion": "Everything that lanes and intersections cover.",
+        "intersectionRegion": "Everything that intersections cover.",
         "roadDirection": "At every point the direction of the lane there.",
         "laneGroups": "Lanes side by side that go the same way.",
         "laneSections": "All lane sections; here a lane has one section.",
