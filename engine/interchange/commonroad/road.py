@@ -10,8 +10,8 @@ from itertools import pairwise
 from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml import Element, child, decimal
+from engine.road.lights import lit_arms
 from engine.road.network import Intersection, LaneRole, Leg, Network
-from engine.road.signs import lit_arms
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 

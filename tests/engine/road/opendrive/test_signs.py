@@ -9,8 +9,8 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.road import Network, build_network
+from engine.road.lights import lit_arms, signs_at
 from engine.road.opendrive.network import map_file
-from engine.road.signs import lit_arms, signs_at
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 LIGHT = (
