@@ -185,7 +185,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
     ),
     "domain": (
         _same("`road`, `network`, `intersection`", "x = network.lanes[0]\n",
-              "`intersection` of a map with several is their region"),
+              "`intersection` of a map with several is their region, with a `model` line"),
         _same("`lane.maneuvers`, `lane.sections`, `laneToLeft`, …", "x = network.lanes[0].sections[0].laneToLeft\n"),
         _same("`network.laneAt`, `roadAt`, `laneGroupAt`, `intersectionAt`", "x = network.laneAt(ego)\n"),
         _missing("`sidewalk`, `curb`, `shoulder`, `crossing`", "roads have lanes alone",

@@ -65,12 +65,12 @@ NO_SINGLE_INTERSECTION = Problem(
     cure="choose one: `intersection = Uniform(*network.intersections)`",
     page=Page(
         "ambiguous intersection",
-        "`intersection` names the only one. On a map with several it is the region that all of them cover, which has "
-        "distances, and no lanes of its own.",
-        "map intersection(cols=2)\nego = new Car in Uniform(*intersection.incomingLanes)\n",
+        "`intersection` names the only one. A map with several has no such one.",
+        "map intersection(cols=2)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
         "map intersection(cols=2)\n"
         "intersection = Uniform(*network.intersections)\n"
-        "ego = new Car in Uniform(*intersection.incomingLanes)\n",
+        "ego = new Car on road\n"
+        "require (distance from ego to intersection) < 5 m\n",
     ),
 )
 NO_MAP_FILE = Problem(
@@ -103,6 +103,17 @@ MAP_REMARK = note(
         "roads of a file, as they were read",
         "A file may contradict itself: links that lead nowhere, ends that do not meet, lanes that jump aside. It is "
         "read as far as it goes; what was mended or left out is said.",
+        shown="while the map is read",
+    ),
+)
+MAP_SIGNS = note(
+    "SCN458",
+    "of the map `{file}`: {what}",
+    cure="{cure}",
+    page=Page(
+        "traffic lights and signs of a file",
+        "A file of roads says where traffic lights and signs stand, not what lights show. They are there to be asked "
+        "for; drivers heed lights where the scenario says by `signals(...)` what they show, and no signs.",
         shown="while the map is read",
     ),
 )

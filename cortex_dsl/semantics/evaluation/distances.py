@@ -3,7 +3,7 @@
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation.geometry import between, ego_of, outline, position, region_of
 from cortex_dsl.semantics.evaluation.lanes import of_each
-from cortex_dsl.semantics.model.areas import AllIntersections, Area
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, Quantity, Truth, Value
 from cortex_dsl.semantics.quantities.algebra import (
@@ -62,9 +62,6 @@ def _between_outlines(ev: Evaluator, one: Value, other: Value, one_span: Span, o
 
 def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> Term:
     """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
-    if isinstance(area, AllIntersections) and not _is_area(item):
-        box = outline(ev, item, span)
-        return ev.algebra.least([region_box_distance(float(each), box) for each in area.regions])
     region = region_of(area)
     if region is None or _is_area(item):
         raise NOT_SUPPORTED.mistake(

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import Meaning
 from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, size_of
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
-from cortex_dsl.semantics.evaluation.roads import network_of, refuse_several
+from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.seeing import sees
 from cortex_dsl.semantics.evaluation.signals import (
     ahead_of,
@@ -313,7 +313,6 @@ def _set(ev: Evaluator, light: Given, color: Given, span: Span) -> Value:
 def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Value:
     while_running(ev, span, "setAllIntersectionTrafficLightsStatus")
     plan = signals.needed(ev, span, "`setAllIntersectionTrafficLightsStatus`")
-    refuse_several(intersection.value, intersection.span)
     if not isinstance(intersection.value, Intersection):
         what, actual = "`intersection`", kind_name(intersection.value)
         raise WRONG_KIND.mistake(intersection.span, what=what, expected="an intersection", actual=actual, cure="")

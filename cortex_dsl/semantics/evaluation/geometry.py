@@ -14,7 +14,7 @@ from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
-from cortex_dsl.semantics.model.areas import AllIntersections, Area
+from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -216,9 +216,6 @@ def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> Term:
     """`x in region`: the whole outline of an object, or a point."""
     if isinstance(container, Sighted):
         return inside(ev, item, container.region, span) & in_sector(ev, container, position(ev, item, span))
-    if isinstance(container, AllIntersections) and isinstance(item, Actor):
-        box = outline(ev, item, span)
-        return ev.algebra.any_of([region_contains_box(float(each), box) for each in container.regions])
     if isinstance(container, Area):
         return _inside_area(ev, item, container, span)
     region = region_of(container)

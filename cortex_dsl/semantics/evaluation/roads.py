@@ -4,18 +4,19 @@ The road of a file without `map` suits what the file asks for, and notes say so.
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
-from itertools import accumulate
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.roads import (
     BAD_MAP,
     MAP_REMARK,
+    MAP_SIGNS,
     MAP_VARIES,
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
 )
-from cortex_dsl.semantics.model.areas import AllIntersections, Draw, Spot, all_or_nothing
+from cortex_dsl.semantics.model.areas import all_or_nothing
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     BuiltinValue,
@@ -25,17 +26,9 @@ from cortex_dsl.semantics.model.values import (
     Quantity,
     Region,
     Value,
-    Vector,
 )
 from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
-from cortex_dsl.semantics.quantities.algebra import (
-    Term,
-    region_contains,
-    region_distance,
-    region_sample,
-    road_heading,
-)
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -43,6 +36,7 @@ from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
 from engine.road.network import Lane, Network
 from engine.road.sections import (
+    all_intersections,
     faster,
     slower,
     to_left,
@@ -66,7 +60,28 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         if isinstance(spec, MapFile) and (remarks := networks[spec].remarks):
             # A place is told each code once, so that all stand in one note.
             ev.report(MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks)))
+        if isinstance(spec, MapFile) and (unheeded := _unheeded(ev, networks[spec])):
+            ev.report(MAP_SIGNS.at(span, file=spec.file, what=unheeded[0], cure=unheeded[1]))
     return networks[spec]
+
+
+PLAN = re.compile(r"^\s*signals\b", re.MULTILINE)
+"""The statement that says what lights show."""
+
+
+def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
+    """What stands beside the roads of a file that no driver heeds, and what to do about it."""
+    lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
+    signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
+    if ev.file.default_signals is not None or PLAN.search(ev.file.source.text):
+        lights = 0
+    found = [
+        f"{count} {noun}{'s'[: count != 1]}" for count, noun in ((lights, "traffic light"), (signs, "sign")) if count
+    ]
+    if not found:
+        return None
+    cure = "write `signals()`, and drive with `obey_signals=True`" if lights else "hold drivers back by their behaviors"
+    return f"no driver heeds its {' and '.join(found)}", cure
 
 
 def network_of(ev: Evaluator) -> Network:
@@ -90,46 +105,22 @@ def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
     return None
 
 
-def _intersection(ev: Evaluator, span: Span) -> Value:
-    network = network_of(ev)
-    if not network.intersections:
-        raise MAP_WITHOUT_INTERSECTION.mistake(span)
-    return network.intersections[0] if len(network.intersections) == 1 else _all_intersections(ev, network)
-
-
-def _all_intersections(ev: Evaluator, network: Network) -> AllIntersections:
-    """The region that all of them cover, as in Scenic."""
-    regions = tuple(each.region for each in network.intersections)
-    bounds = list(accumulate(network.regions.area(region) for region in regions))
-
-    def contains(point: Vector) -> Term:
-        return ev.algebra.any_of([region_contains(float(each), point.x, point.y) for each in regions])
-
-    def distance(point: Vector) -> Term:
-        return ev.algebra.least([region_distance(float(each), point.x, point.y) for each in regions])
-
-    def draw(number: Draw) -> Spot:
-        share = number()
-        index = sum((share >= bound / bounds[-1] for bound in bounds[:-1]), ev.algebra.literal(0.0))
-        region = ev.algebra.chosen(index, [ev.algebra.literal(float(each)) for each in regions])
-        point = Vector(*region_sample(region, number(), number()))
-        return Spot(point, road_heading(point.x, point.y))
-
-    weight = ev.algebra.literal(bounds[-1])
-    return AllIntersections("the intersections", contains, draw=draw, weight=weight, distance=distance, regions=regions)
-
-
-def refuse_several(value: Value, span: Span) -> None:
-    """Raise Mistake for `intersection` of a map that has several, where one is needed."""
-    if isinstance(value, AllIntersections):
-        raise NO_SINGLE_INTERSECTION.mistake(span, count=len(value.regions))
+def _single_intersection(ev: Evaluator, span: Span) -> Value:
+    intersections = network_of(ev).intersections
+    if len(intersections) == 1:
+        return intersections[0]
+    if intersections and ev.file.from_scenic:
+        return region_of_intersections(ev, span)
+    if intersections:
+        raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
+    raise MAP_WITHOUT_INTERSECTION.mistake(span)
 
 
 ROAD = Region(ROAD_REGION, "the road")
 
 _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
     "network": lambda ev, _: network_of(ev),
-    "intersection": _intersection,
+    "intersection": _single_intersection,
     "road": lambda ev, _: _region_of_road(ev),
     "roadDirection": lambda _ev, _: DirectionField(),
     "ManeuverType": lambda _ev, _: EnumValue(),
@@ -139,6 +130,14 @@ _CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
     "none": lambda _ev, _: None,
     "pi": lambda ev, _: Quantity(ev.algebra.literal(math.pi), None),
 }
+
+
+def region_of_intersections(ev: Evaluator, span: Span) -> Region:
+    """All that intersections cover, which is Scenic's `intersection`."""
+    network = network_of(ev)
+    if not network.intersections:
+        raise MAP_WITHOUT_INTERSECTION.mistake(span)
+    return Region(all_intersections(network), "the intersections")
 
 
 def _region_of_road(ev: Evaluator) -> Region:

@@ -19,7 +19,6 @@ from cortex_dsl.semantics.evaluation import geometry, seeing
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, in_area, on_path, somewhere_in, within
 from cortex_dsl.semantics.evaluation.relations import follow
-from cortex_dsl.semantics.evaluation.roads import refuse_several
 from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
@@ -201,7 +200,6 @@ def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Interse
     if node.trajectory is None:
         raise NO_TRAJECTORY.mistake(node.span, word=_word(node))
     region, along = ev.evaluate_all((node.region, node.trajectory))
-    refuse_several(region, node.region.span)
     if not isinstance(region, Intersection):
         raise WRONG_KIND.mistake(
             node.region.span,

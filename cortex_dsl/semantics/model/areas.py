@@ -62,11 +62,3 @@ def convex(area: Area) -> Area:
 def all_or_nothing(name: str, truth: Term) -> Area:
     """`everywhere` or `nowhere`."""
     return Area(name, lambda _: truth, lambda _: truth)
-
-
-@frozen_identity
-class AllIntersections(Area):
-    """What `intersection` names where the map has several."""
-
-    regions: tuple[int, ...] = ()
-    """Their ids in `network.regions`."""

@@ -279,7 +279,7 @@ _ROWS = (
     _class("Object", "What classes without a base are made of: an `Obstacle`."),
     # -- constants
     _constant("network", "All roads: `network.intersections`, `network.lanes`."),
-    _constant("intersection", "The intersection of the map; the region of all, where it has several."),
+    _constant("intersection", "The intersection, when the map has just one."),
     _constant("road", "The region that all lanes and intersections cover."),
     _constant("roadDirection", "At every point the direction of the lane there."),
     _constant("ManeuverType", "`STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN`, `U_TURN`."),

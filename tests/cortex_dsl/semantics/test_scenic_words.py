@@ -397,23 +397,6 @@ def test_an_assertion_says_its_text() -> None:
     assert "x is …" in [requirement.name for requirement in drawn.program.requirements]
 
 
-def test_the_intersection_of_a_map_with_several_is_the_region_of_all() -> None:
-    """Distances are to the nearest, places are uniform over all by area, and one that has lanes is chosen."""
-    head = "map intersection(rows=1, cols=2, block=80 m)\n"
-    one, other = (f"network.intersections[{i}]" for i in range(2))
-    nearer = f"min(distance from ego to {one}, distance from ego to {other})"
-    within = f"(a in {one}) or (a in {other})"
-    text = f"{head}ego = new Car on road{FREE}\na = new Car in intersection{FREE}\nb = new Object at (90, 90){FREE}\n"
-    text += f"require abs((distance from ego to intersection) - {nearer}) < 1e-9\nrequire a.position in intersection\n"
-    text += (
-        f"require (a in intersection) == ({within})\nrequire a intersects intersection and not (b in intersection)\n"
-    )
-    found = rows(text, 400)
-    left = found[:, 1, Column.X] < 0.5 * (found[:, 1, Column.X].min() + found[:, 1, Column.X].max())
-    assert 0.4 < left.mean() < 0.6
-    assert errors(f"{head}ego = new Car in intersection.incomingLanes[0]\n") == ["SCN416"]
-
-
 def test_two_fields_turn_one_another() -> None:
     """Headings add up as the file counts them, whichever side is a field."""
     field = 'f = VectorField("f", lambda p: 0.1 * p.x)\n'
