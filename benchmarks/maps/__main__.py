@@ -2,6 +2,7 @@
 
     python -m benchmarks.maps FOLDER [--points 10000] [--python PYTHON] [--json]
     python -m benchmarks.maps FOLDER --steps [--json]
+    python -m benchmarks.maps FOLDER --compile FILE.scenic [--json]
     python -m benchmarks.maps FOLDER --script FILE.scenic [--scenes 200] [--python PYTHON] [--json]
 
 Each `.xodr` file of the folder is read and built. Then Scenic's own network of it is asked for counts, types of
@@ -10,7 +11,8 @@ lane has to hold the point, and outside intersections the directions have to agr
 without it the one of `make validate` is set up. A file that either does not read is named, and why.
 
 With `--steps` nobody asks Scenic: what a step costs on each file is held against one on a grid (`steps`). With
-`--script` both tools sample scenes of a script of Scenic, whose map is found in the folder (`distributions`).
+`--compile` it is measured how long a script takes to check whose map is in the folder (`compiling`). With `--script`
+both tools sample scenes of a script of Scenic, whose map is found in the folder (`distributions`).
 """
 
 import argparse
@@ -26,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.maps.compiling import seconds
 from benchmarks.maps.distributions import compare
 from benchmarks.maps.steps import shares
 from benchmarks.validation import environments
@@ -76,12 +79,18 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--python", help="an interpreter that has Scenic")
     parser.add_argument("--steps", action="store_true", help="measure what a step costs instead")
+    parser.add_argument("--compile", type=Path, help="measure how long a script takes to check instead")
     parser.add_argument("--script", type=Path, help="compare sampled scenes of a script of Scenic instead")
     parser.add_argument("--scenes", type=int, default=200, help="of both tools")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(words)
     if options.steps:
         return _steps(sorted(options.folder.glob("*.xodr")), as_json=options.json)
+    if options.compile is not None:
+        found = seconds(options.compile, options.folder)
+        said = (f"{name:16} {took:.2f} s of processor time" for name, took in found.items())
+        print(json.dumps(found, indent=1) if options.json else "\n".join(said))
+        return 0
     if options.python is None:
         environments.set_up(["scenic"], sys.executable, print)
         options.python = str(environments.python_of("scenic"))

@@ -120,7 +120,7 @@ class CodeBuffer:
     def resolved(self) -> tuple[Row, ...]:
         """All rows, with jump targets replaced by the rows they have got."""
         return tuple(
-            replace(row, operands=tuple(Jump(o.row) if isinstance(o, Target) else o for o in row.operands))
+            Row(row.op, row.destination, tuple(Jump(o.row) if isinstance(o, Target) else o for o in row.operands))
             for row in self.rows
         )
 

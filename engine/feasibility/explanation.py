@@ -21,7 +21,7 @@ from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints, Size
-from engine.user_cache import cached_file
+from engine.user_cache import cached_file, fingerprint
 from engine.vocabulary import GeneKind
 
 WORK_LIMIT = 2_000_000
@@ -219,15 +219,7 @@ def remembered(program: Program) -> Feasibility:
 
 
 def _key(program: Program) -> str:
-    return sha256("\0".join([program.digest, *_fingerprints()]).encode()).hexdigest()[:24]
-
-
-def _fingerprints() -> Iterator[str]:
-    """Which code this is, without reading it."""
-    for folder in CODE:
-        for path in sorted(folder.glob("*.py")):
-            state = path.stat()
-            yield f"{path.name} {state.st_size} {state.st_mtime_ns}"
+    return sha256(f"{program.digest}\0{fingerprint(CODE)}".encode()).hexdigest()[:24]
 
 
 def _read(entry: Path) -> Feasibility | None:

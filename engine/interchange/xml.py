@@ -189,6 +189,8 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "net": "a SUMO network",
     }
 )
+LESS: Mapping[str, str] = MappingProxyType({"OpenDRIVE": "cut the map down to the roads that are needed"})
+"""What to do about too large a file of a kind that is no recording."""
 ENDINGS: Mapping[str, str] = MappingProxyType({"OpenSCENARIO": ".xosc", "OpenDRIVE": ".xodr"})
 BINARY: Mapping[bytes, str] = MappingProxyType(
     {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"\x89MCAP": "an MCAP file", b"PAR1": "Parquet"}
@@ -218,7 +220,7 @@ def read_xml(path: Path, root: str, limits: Limits = LIMITS, *, texts: bool = Fa
     Raises:
         InterchangeError: no such file, not XML, another root than `root`, larger than `limits`, or with a DTD.
     """
-    reader = _Reader(path.name, limits, texts)
+    reader = _Reader(path.name, limits, texts, LESS.get(root, "leave out actors, or take fewer samples a second"))
     try:
         with _regular(path).open("rb") as file:
             while chunk := file.read(CHUNK):
@@ -254,8 +256,9 @@ def _of_kind(node: Node, root: str) -> Node:
 class _Reader:
     """Expat's events become nodes, and its errors ours."""
 
-    def __init__(self, file: str, limits: Limits, texts: bool = False) -> None:
+    def __init__(self, file: str, limits: Limits, texts: bool, less: str) -> None:
         self.file = file
+        self.less = less
         self.limits = limits
         self.size = 0
         self.elements = 0
@@ -278,11 +281,11 @@ class _Reader:
         self.size += len(chunk)
         if self.size > self.limits.megabytes * MEGABYTE:
             most = f"{self.limits.megabytes:g} MB"
-            raise self._error(f"the file is larger than {most}", "leave out actors, or take fewer samples a second")
+            raise self._error(f"the file is larger than {most}", self.less)
         self._parse(chunk, False)
         if self.size - self.parser.CurrentByteIndex > self.limits.tag_megabytes * MEGABYTE:
             most = f"{self.limits.tag_megabytes:g} MB"
-            raise self._error(f"one tag or comment is longer than {most}", "leave out actors or samples")
+            raise self._error(f"one tag or comment is longer than {most}", "shorten it, or take it out")
 
     def close(self) -> Node:
         if not self.size:
@@ -312,7 +315,7 @@ class _Reader:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self.elements += 1
         if self.elements > self.limits.elements:
-            raise self._error(f"it has more than {self.limits.elements} elements", "leave out actors or samples")
+            raise self._error(f"it has more than {self.limits.elements:,} elements", self.less)
         self._count_attributes(tag, len(attributes))
         if len(self.open) >= self.limits.depth:
             raise self._error(f"elements stand more than {self.limits.depth} deep", "no format here needs that")
@@ -329,7 +332,7 @@ class _Reader:
         if count > most:
             raise self._error(f"<{quoted(tag)[1:-1]}> has {count:,} attributes", f"write at most {most} in an element")
         if self.attributes > in_all:
-            raise self._error(f"it has more than {in_all:,} attributes", "leave out actors or samples")
+            raise self._error(f"it has more than {in_all:,} attributes", self.less)
 
     def _end(self, _: str) -> None:
         self.open.pop()

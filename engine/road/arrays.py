@@ -1,6 +1,7 @@
 """`road_tables`: a network as arrays for the kernels."""
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -36,14 +37,12 @@ def road_tables(network: Network) -> RoadTables:
 
 
 def _primitive_rows(paths: PathBook) -> Floats:
-    rows = [
-        (start, *primitive)
-        for path in range(len(paths))
-        for start, primitive in zip(paths.starts(path), paths.primitives(path), strict=False)
-    ]
-    primitives = np.array(rows)
-    heading = primitives[:, 3]
-    return np.column_stack([primitives, np.cos(heading), np.sin(heading)])
+    every = range(len(paths))
+    starts = np.fromiter(chain.from_iterable(paths.starts(path)[:-1] for path in every), np.float64)
+    values = chain.from_iterable(chain.from_iterable(map(paths.primitives, every)))
+    primitives = np.fromiter(values, np.float64).reshape(len(starts), -1)
+    heading = primitives[:, 2]
+    return np.column_stack([starts, primitives, np.cos(heading), np.sin(heading)])
 
 
 def _offsets(counts: Sequence[int]) -> Ints:

@@ -5,8 +5,8 @@ may jump. Positions in metres, headings anticlockwise from +x in radians, curvat
 """
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -82,14 +82,18 @@ class PathBook:
     def __len__(self) -> int:
         return len(self._paths)
 
+    def filled(self, paths: Sequence[tuple[Primitive, ...]], joined: Mapping[tuple[int, ...], int]) -> "PathBook":
+        """Take over the paths of another book; `joined` says which of them run through which."""
+        self._paths = list(paths)
+        self._starts = [_starts(path) for path in paths]
+        self._joined = dict(joined)
+        return self
+
     def add(self, primitives: Sequence[Primitive]) -> int:
         """A new path. Neighbouring primitives of one line or circle become one."""
         merged = _merge(primitives)
-        starts = [0.0]
-        for primitive in merged:
-            starts.append(starts[-1] + primitive.length)
         self._paths.append(merged)
-        self._starts.append(tuple(starts))
+        self._starts.append(_starts(merged))
         return len(self._paths) - 1
 
     def join(self, path_ids: Sequence[int]) -> int:
@@ -191,6 +195,10 @@ def chord_count(primitive: Primitive, tolerance: float) -> int:
         return 1
     angle = 2.0 * math.acos(max(0.0, 1.0 - tolerance * abs(primitive.curvature)))
     return max(1, math.ceil(abs(primitive.curvature) * primitive.length / angle - 1e-9))
+
+
+def _starts(path: Sequence[Primitive]) -> tuple[float, ...]:
+    return tuple(accumulate((primitive.length for primitive in path), initial=0.0))
 
 
 def _merge(primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:

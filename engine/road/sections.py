@@ -5,8 +5,13 @@ them for their neighbours. Left and right are seen by the driver; a neighbour ma
 traffic lanes are numbered from right to left, in left-hand traffic from left to right.
 """
 
+from functools import lru_cache
+
+import numpy as np
+
 from engine.frozen import frozen
-from engine.road.network import Lane, LaneGroup, Maneuver, Road
+from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road
+from engine.road.regions import shape_of_parts
 
 
 @frozen
@@ -103,3 +108,11 @@ def to_right(lane: Lane) -> Lane | None:
     if _is_listed(lane):
         return _listed(lane, left=False)
     return _inwards(lane) if lane.network.left_hand else slower(lane)
+
+
+@lru_cache(maxsize=4)
+def all_intersections(network: Network) -> int:
+    """Id of the region that all intersections cover, which is made when it is asked for."""
+    shapes = [network.regions.shape(each.region) for each in network.intersections]
+    parts = (np.vstack([shape.edges for shape in shapes]), np.vstack([shape.triangles for shape in shapes]))
+    return network.intersections[0].region if len(shapes) == 1 else network.regions.add(shape_of_parts(*parts))

@@ -19,6 +19,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Closure, Function, Items, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     acos,
@@ -41,6 +42,8 @@ from cortex_dsl.semantics.quantities.algebra import (
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
 from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane, Maneuver
 
 Meaning = Callable[..., Value]
 """What a function does: it takes the evaluator, its arguments in order, and the place of the call."""
@@ -169,12 +172,47 @@ def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str) -> bool:
 
 
 def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value:
-    keep = _closure(ev, predicate).apply
-    return tuple(
-        item
-        for item in items_of(items.value, items.span)
-        if known_truth(ev, keep(item), predicate.span, "the condition of `filter`")
-    )
+    closure, among = _closure(ev, predicate), items_of(items.value, items.span)
+    if not _is_of_the_road(ev, closure, among):
+        return _kept(ev, closure, among, predicate.span)
+    key = predicate.span, tuple(map(id, among))
+    if key not in ev.file.filtered:
+        ev.file.filtered[key] = _kept(ev, closure, among, predicate.span)
+    return ev.file.filtered[key]
+
+
+def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -> tuple[Value, ...]:
+    purpose = "the condition of `filter`"
+    return tuple(item for item in among if known_truth(ev, closure.apply(item), span, purpose))
+
+
+OF_THE_PLAN = frozenset({"signal", "signals", "isSignalized"})
+"""What elements of the road are asked that a statement of the file decides."""
+
+
+def _is_of_the_road(ev: Evaluator, closure: Closure, among: Sequence[Value]) -> bool:
+    """Whether a lambda asks elements of the road, which all variants share, for what each of them is: it is worked out
+    once, for a town has hundreds.
+    """
+    if closure.body is None or ev.observe is not None:
+        return False
+    if not all(isinstance(item, Lane | Maneuver | Intersection) for item in among):
+        return False
+    if closure.body.span not in ev.file.asks_road:
+        ev.file.asks_road[closure.body.span] = _asks_road(closure.body, closure.parameters)
+    return ev.file.asks_road[closure.body.span] and not ev.has("ManeuverType")
+
+
+def _asks_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:
+    plain = (nodes.Name, nodes.Attribute, nodes.Compare, nodes.BoolOp, nodes.Unary, nodes.Constant, nodes.String)
+    for node in (body, *everything_in(body)):
+        if not isinstance(node, plain):
+            return False
+        if isinstance(node, nodes.Name) and node.id not in (*parameters, "ManeuverType"):
+            return False
+        if isinstance(node, nodes.Attribute) and node.name in OF_THE_PLAN:
+            return False
+    return True
 
 
 def _map(ev: Evaluator, transform: Given, items: Given, _span: Span) -> Value:

@@ -82,8 +82,10 @@ def read_named(ev: Evaluator, value: Value, span: Span) -> bool:
     Raises:
         Mistake: it cannot be read, or the road was used before.
     """
-    found = ev.file.find_map(value) if isinstance(value, str) else None
-    if not isinstance(value, str) or found is None or ev.file.has_map:
+    if not isinstance(value, str) or ev.file.has_map:
+        return False
+    found = value if value in ev.file.map_files else ev.file.find_map(value)
+    if found is None:
         return False
     if ev.run.built.network is not None:
         raise MAP_TOO_LATE.mistake(span)

@@ -113,7 +113,7 @@ def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
         finally:
             ev.run.depth.calls -= 1
 
-    return Closure(node.parameters, apply)
+    return Closure(node.parameters, apply, node.body)
 
 
 # -- arithmetic -------------------------------------------------------------------------------------------------------

@@ -78,11 +78,10 @@ class LaneNow:
 
 @frozen
 class Signal:
-    """The traffic light of one arm of an intersection."""
+    """The traffic light of one arm of an intersection; `arm` is an index in its `legs`."""
 
     intersection: Intersection
     arm: int
-    """Index in `intersection.legs`."""
 
     @property
     def name(self) -> str:
@@ -128,10 +127,11 @@ class Items(tuple[Value, ...]):
 
 @frozen_identity
 class Closure:
-    """A lambda."""
+    """A lambda; `body` is what a file writes behind its colon."""
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
+    body: nodes.Expression | None = None
 
 
 @frozen_identity

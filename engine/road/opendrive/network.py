@@ -1,13 +1,22 @@
 """The network of an OpenDRIVE file.
 
-What takes long is done once for a file of given contents (`planning`); the network around it is made anew each time,
-since a scenario joins paths of its own.
+What takes long is done once for a file of given contents, and kept in the user's cache (`contents`); the network is
+made of that anew each time, since a scenario joins paths of its own.
 """
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import lru_cache
+from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
+
+from engine import opendrive
+from engine.atomic import write_one
+from engine.interchange import xml
 from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile, digest_of
 from engine.opendrive.read import OdrRoad
@@ -21,10 +30,13 @@ from engine.road.network import (
     Network,
     Road,
 )
+from engine.road.opendrive.contents import Contents, from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.linking import THROUGH
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
+from engine.road.opendrive.signs import signs_of
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
+from engine.user_cache import cached_file, fingerprint
 
 GAP, TURN = 0.5, 0.2
 """Lanes whose ends lie further apart, or differ more in heading, are not driven from one to the other [m, rad]."""
@@ -37,7 +49,7 @@ def map_file(path: Path, name: str) -> MapFile:
         InterchangeError: it is no OpenDRIVE file that can be driven on.
     """
     digest = digest_of(path)
-    return MapFile(name, str(path), digest, len(plan_of(str(path), digest).junctions))
+    return MapFile(name, str(path), digest, contents_of(str(path), digest).intersections)
 
 
 def file_network(spec: MapFile) -> Network:
@@ -51,7 +63,37 @@ def file_network(spec: MapFile) -> Network:
     if found != spec.digest:
         what = "is not there" if found is None else f"has changed: its digest is {found}, not {spec.digest}"
         raise InterchangeError(f"the map {spec.file} {what}", "put the file back that the scenario was compiled with")
-    return _Builder(spec, plan_of(spec.path, spec.digest)).build()
+    return unpacked(contents_of(spec.path, spec.digest), spec)
+
+
+# -- networks that are kept --------------------------------------------------------------------------------------------
+
+FAMILY = "roads-*.bin"
+CODE = (Path(__file__).parent, Path(__file__).parents[1], Path(opendrive.__file__).parent, Path(xml.__file__))
+"""Whose files decide what is read."""
+
+
+@lru_cache(maxsize=8)
+def contents_of(path: str, digest: str) -> Contents:
+    """What the file of this digest comes to, or came to when it was read before.
+
+    Raises:
+        InterchangeError: it is no OpenDRIVE file that can be driven on.
+    """
+    surfaces = find_spec("shapely")
+    code = (*CODE, *([Path(surfaces.origin)] if surfaces is not None and surfaces.origin else ()))
+    key = sha256("\0".join([digest, np.__version__, fingerprint(code)]).encode()).hexdigest()
+    entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
+    if entry is not None:
+        with suppress(OSError):
+            if (kept := from_bytes(entry.read_bytes(), key)) is not None:
+                return kept
+    plan = plan_of(path, digest)
+    contents = packed(_Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build(), GAP, TURN)
+    if entry is not None:
+        with suppress(OSError):
+            write_one(entry, to_bytes(contents, key))
+    return contents
 
 
 class _Builder:
@@ -83,6 +125,7 @@ class _Builder:
         network.intersections = tuple(
             self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
         )
+        network.signs = tuple(signs_of(plan.links))
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
         if (apart := link_by_ways(network, plan.links.successors, beside)) > GAP:
             network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: nobody drives on over them",)

@@ -2,22 +2,21 @@
 done once.
 """
 
-import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from engine.frozen import frozen
 from engine.interchange.contract import InterchangeError
-from engine.opendrive.read import OdrNetwork, read_opendrive
+from engine.opendrive.read import read_opendrive
 from engine.opendrive.speeds import limit_at
 from engine.road.network import Lines
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
 from engine.road.opendrive.linking import THROUGH, FileLane, Links, Part, Way
+from engine.road.opendrive.oddities import on_gaps, on_jumps, on_junctions, on_links, on_sides, on_widths
 from engine.road.opendrive.surfaces import NoSurface, border, ring_of, strip_between, union
 from engine.road.paths import Primitive
 from engine.road.regions import Shape
@@ -27,8 +26,6 @@ WIDEST = 1000.0
 """No lane is wider [m]."""
 SAME = 1e-6
 """Points nearer to one another are one [m]."""
-WORTH_A_REMARK = 0.005
-"""A jump from here on is told [m]."""
 
 
 @frozen
@@ -98,7 +95,15 @@ def plan_of(path: str, _digest: str) -> Plan:
         surface,
         Lines(kerbs, *_lines(links, borders)),
         left_hand,
-        (*network.remarks, *_on_jumps(jumps), *_on_gaps(network), *_on_links(network), *_on_areas(areas)),
+        (
+            *network.remarks,
+            *on_jumps(jumps),
+            *on_gaps(network),
+            *on_links(network),
+            *on_sides(network),
+            *on_widths(links, borders),
+            *on_junctions(network, junctions, areas),
+        ),
     )
 
 
@@ -106,13 +111,6 @@ def lane_stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], f
     """All of a lane, and by how much it jumps aside at most [m]."""
     sections = links.sections[lane.road]
     return stretches(sections.road, [(*sections.rows[part.section], part.lane) for part in lane.parts])
-
-
-def _on_jumps(jumps: Sequence[float]) -> Iterator[str]:
-    far = [jump for jump in jumps if jump > WORTH_A_REMARK]
-    if far:
-        count, is_ = ("1 lane jumps", "is") if len(far) == 1 else (f"{len(far)} lanes jump", "are")
-        yield f"{count} aside between two sections, by up to {max(far):.2f} m, and {is_} evened out"
 
 
 def _refuse_wide(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> None:
@@ -130,44 +128,6 @@ def _area(rings: Sequence[Floats]) -> Shape | None:
         return union(rings)[0]
     except NoSurface:
         return None
-
-
-def _on_areas(areas: Mapping[str, Shape | None]) -> Iterator[str]:
-    for junction, area in areas.items():
-        if area is None:
-            yield f"no lane of junction `{junction[:40]}` has a width: nobody goes that way"
-
-
-def _on_gaps(network: OdrNetwork) -> Iterator[str]:
-    """On pieces of reference lines that do not begin where the ones before them end."""
-    gaps = {
-        road.id: max((math.dist(one.pose(two.s)[:2], two.start[:2]) for one, two in pairwise(road.pieces)), default=0.0)
-        for road in network.roads.values()
-    }
-    broken = [road for road, gap in gaps.items() if gap > WORTH_A_REMARK]
-    if broken:
-        first = max(broken, key=lambda road: gaps[road])
-        yield f"the reference line {_of(first, broken)} is broken, by up to {gaps[first]:.3g} m"
-
-
-def _on_links(network: OdrNetwork) -> Iterator[str]:
-    """On what leads to roads and junctions that are not there."""
-    there = {"road": set(network.roads), "junction": set(network.junctions)}
-    lost = [
-        road.id
-        for road in network.roads.values()
-        if any(end.id not in there.get(end.kind, ()) for end in (road.predecessor, road.successor) if end is not None)
-    ]
-    if lost:
-        yield f"a link {_of(lost[0], lost)} leads to what is not there: its lanes end"
-    lost = [each.junction for each in network.connections if not {each.incoming, each.connecting} <= there["road"]]
-    if lost:
-        yield f"junction `{lost[0][:40]}` joins roads that are not there: nobody goes that way"
-
-
-def _of(first: str, all_of_them: Sequence[str]) -> str:
-    more = f" and {len(all_of_them) - 1} more" if len(all_of_them) > 1 else ""
-    return f"of road `{first[:40]}`{more}"
 
 
 def _lane_plans(

@@ -82,8 +82,7 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     """Everything that these outlines cover, and its closed outlines, each (n, 2)."""
     shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
     parts = [shapely.Polygon(ring).buffer(GAP, join_style="mitre") for ring in rings if len(ring) > 2]
-    whole = shapely.unary_union(parts).buffer(-GAP, join_style="mitre").simplify(SMOOTH)
-    whole = shapely.set_precision(whole, PRECISION)
+    whole = rounded(shapely.unary_union(parts).buffer(-GAP, join_style="mitre").simplify(SMOOTH))
     polygons = [each for each in getattr(whole, "geoms", [whole]) if each.area > SPECK]
     if not polygons:
         raise NoSurface
@@ -93,3 +92,21 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
     edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
     return shape_of_parts(edges, triangles[triangle_areas(triangles) > NOTHING]), tuple(lines)
+
+
+def rounded(surface: Any) -> Any:
+    """To `PRECISION`; one whose outline meets itself, as that of narrow borders may, is made whole before."""
+    shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
+    return shapely.set_precision(surface if surface.is_valid else shapely.make_valid(surface), PRECISION)
+
+
+def overlap(one: Shape, other: Shape) -> float:
+    """What two surfaces have in common [m^2]."""
+    (low, high), (least, most) = (
+        (corners.min(axis=0), corners.max(axis=0)) for corners in (one.edges[:, :2], other.edges[:, :2])
+    )
+    if (low > most).any() or (least > high).any():
+        return 0.0
+    shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
+    first, second = (shapely.union_all(shapely.polygons(each.triangles.reshape(-1, 3, 2))) for each in (one, other))
+    return float(first.intersection(second).area)

@@ -156,3 +156,14 @@ def test_a_script_with_scenics_constructs_runs() -> None:
     scenes = loaded.sample(20, seed=1)
     assert scenes.valid.any()
     assert not loaded.simulate(scenes).collided[scenes.valid].all()
+
+
+def test_scenics_intersection_is_all_of_them() -> None:
+    """`distance to intersection` is that to the nearest one; in our own files `intersection` has to be one."""
+    near = "min(distance from ego to network.intersections[0], distance from ego to network.intersections[1])"
+    text = f"map intersection(cols=2)\nego = new Car on road\nrequire abs((distance to {{}}) - {near}) < 1e-9\n"
+    for head, word in (("model scenic.simulators.carla.model\n", "intersection"), ("", "network.intersectionRegion")):
+        assert compile_text(head + text.format(word)).sample(100, seed=1).valid.all()
+    assert "SCN416" in [each.code for each in findings(text.format("intersection"))]
+    bare = findings("map road()\nego = new Car in network.intersectionRegion\n")
+    assert "SCN448" in [each.code for each in bare]

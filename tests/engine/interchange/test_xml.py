@@ -141,6 +141,15 @@ def test_a_tag_without_an_end_is_not_held_in_memory(tmp_path: Path, content: str
     """However large the file may be, one tag or comment may not fill it."""
     error = failure_of(tmp_path, content + "x" * 12_000_001)
     assert "one tag or comment is longer than 12 MB" in error.message
+    assert error.cure == "shorten it, or take it out"
+
+
+def test_too_large_a_map_is_not_told_of_actors(tmp_path: Path) -> None:
+    path = tmp_path / "town.xodr"
+    path.write_text("<OpenDRIVE>" + "<road/>" * 20 + "</OpenDRIVE>")
+    with pytest.raises(InterchangeError, match="more than 10 elements") as caught:
+        read_xml(path, "OpenDRIVE", Limits(elements=10))
+    assert caught.value.cure == "cut the map down to the roads that are needed"
 
 
 def test_folders_devices_and_absent_files_are_reported(tmp_path: Path) -> None:

@@ -4,11 +4,13 @@ opens, files that are wrong, and, where `CORTEXC_MAPS` names a folder of them, t
 
 import math
 import os
+import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -21,6 +23,7 @@ from engine.opendrive.curves import Pose, clothoid
 from engine.road import Lane, LaneRole, Network, build_network
 from engine.road.opendrive.fitting import TOLERANCE, biarc
 from engine.road.opendrive.network import map_file
+from engine.road.opendrive.surfaces import PRECISION, rounded
 from engine.road.outline import near, outline
 from engine.road.paths import PathBook
 from engine.road.sections import faster, group_of, road_of, to_left, to_right
@@ -249,6 +252,45 @@ def test_gaps_and_junctions_of_roads_that_are_not_there_are_told(tmp_path: Path)
     assert lost == "junction `5` joins roads that are not there: nobody goes that way"
 
 
+def test_a_surface_whose_outline_meets_itself() -> None:
+    """That of esmini's `lane_offset_intersection.xodr` does, and was a bug of ours (70)."""
+    crossed = shapely.Polygon([(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0)])
+    with pytest.raises(shapely.errors.GEOSException):
+        shapely.set_precision(crossed, PRECISION)
+    assert rounded(crossed).area == pytest.approx(8.0)
+
+
+def again(text: str, dx: float) -> str:
+    """Roads and junctions of a file under other ids, moved aside."""
+    moved = re.sub(r' x="([^"]*)"', lambda found: f' x="{float(found[1]) + dx}"', text)
+    keys = "road id|elementId|junction|junction id|incomingRoad|connectingRoad"
+    return re.sub(rf'\b({keys})="(\d+)"', lambda found: f'{found[1]}="{1000 + int(found[2])}"', moved)
+
+
+@pytest.mark.parametrize(("dx", "said"), [(0.0, 245), (4.0, 185), (200.0, None)])
+def test_junctions_in_one_another_are_told(dx: float, said: int | None, tmp_path: Path) -> None:
+    text, path = VILLAGE.read_text(), tmp_path / "two.xodr"
+    more = again(text, dx)
+    path.write_text(text.replace("</OpenDRIVE>", more[more.index("<road ") :]))
+    network = read(path)
+    assert (len(network.intersections), len(network.maneuvers)) == (2, 12)
+    common = [f"junctions `10` and `1010` have {said} m^2 in common: who is in one gives no way to those in the other"]
+    assert list(network.remarks) == (common if said else [])
+
+
+@pytest.mark.parametrize(
+    ("which", "remark"),
+    [
+        (1, "traffic keeps left on 1 of 10 roads alone, such as `1`"),
+        (-1, "no lane leads through junction `10`: its links do not fit its roads"),
+    ],
+)
+def test_traffic_that_keeps_left_where_the_links_say_otherwise(which: int, remark: str, tmp_path: Path) -> None:
+    path = tmp_path / "odd.xodr"
+    path.write_text(VILLAGE.read_text().replace('rule="RHT"', 'rule="LHT"', which))
+    assert read(path).remarks == (remark,)
+
+
 def test_a_lane_of_no_width(tmp_path: Path) -> None:
     """Beside others it is a thread that can be followed; alone it is no road."""
     path = tmp_path / "thin.xodr"
@@ -262,7 +304,10 @@ def test_a_junction_of_no_width(tmp_path: Path) -> None:
     path = tmp_path / "thin.xodr"
     path.write_text(VILLAGE.read_text().replace('a="3.5"', 'a="0"'))
     network = read(path)
-    assert network.remarks[-1] == "no lane of junction `10` has a width: nobody goes that way"
+    assert network.remarks[-2:] == (
+        "a lane of road `1` and 3 more has no width: nobody fits into it",
+        "no lane of junction `10` has a width: nobody goes that way",
+    )
     assert (len(network.intersections), len(network.maneuvers)) == (0, 0)
     found = compile_source(Source("thin.scn", f'map opendrive("{path}")\nego = new Car on road\n')).diagnostics
     assert len(network.remarks) > 1

@@ -1,0 +1,213 @@
+"""A network as text and arrays, and back: what is kept of a file's roads, in the process and in the user's cache.
+
+Both ways lead through `Contents`, so a network that was kept is the one that was built, bit for bit. A file of the
+cache is a digest, and what it is of: the key of the entry, the text, all arrays. Anything else is no such file.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import blake2b
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from engine.frozen import frozen
+from engine.maps import MapFile
+from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Lines, Links, Maneuver, Network, Road
+from engine.road.paths import PathBook, Primitive
+from engine.road.regions import Shape
+from engine.road.signs import RoadSign
+from engine.tables import Floats
+from engine.vocabulary import ManeuverType
+
+DIGEST = 32
+"""Bytes of one."""
+WORD = 8
+"""Bytes of a count in a file."""
+ONE_LANE = ("name", "width", "path", "region", "road", "number", "forward")
+ONE_MANEUVER = ("name", "start", "connecting", "end", "intersection_id")
+ONE_SIGN = ("id", "name", "country", "type", "subtype", "value", "road", "x", "y", "lanes")
+LINKED = ("maneuvers", "intersection", "successors", "predecessors", "default_route", "conflicts")
+SHAPED = (("edges", 4), ("hull", 8), ("triangles", 6), ("cores", 4))
+"""Arrays of a shape, and their columns."""
+DRAWN = ("kerbs", "middle", "between")
+
+
+@frozen
+class Contents:
+    """All of a network but its specification."""
+
+    text: Mapping[str, Any]
+    """As JSON has it."""
+    arrays: Mapping[str, Floats]
+    """Rows of what comes in pieces, such as the primitives of all paths; `text` has the length of each piece."""
+
+    @property
+    def intersections(self) -> int:
+        return len(self.text["intersections"])
+
+
+def packed(network: Network, gap: float, turn: float) -> Contents:
+    """The contents of a network of which no scenario knows yet; `gap` and `turn` are those of its paths."""
+    paths, links = network.paths, network.links
+    pieces = dict(_pieces(network))
+    joined = {path: parts for path in range(len(paths)) if (parts := paths.parts(path)) != (path,)}
+    text = {
+        "left_hand": network.left_hand,
+        "remarks": network.remarks,
+        "joints": (gap, turn),
+        "joined": [(path, *parts) for path, parts in joined.items()],
+        "lanes": [(each.role.value, *(getattr(each, name) for name in ONE_LANE)) for each in network.lanes],
+        "maneuvers": [(int(each.type), *(getattr(each, name) for name in ONE_MANEUVER)) for each in network.maneuvers],
+        "roads": [_road_row(each) for each in network.roads],
+        "connecting": [_road_row(each) for each in network.connecting_roads],
+        "intersections": [
+            (each.name, each.center, each.region, [_leg_row(leg) for leg in each.legs])
+            for each in network.intersections
+        ],
+        "links": {name: getattr(links, name) for name in LINKED},
+        "beside": None if links.beside is None else [(lane, *both) for lane, both in links.beside.items()],
+        "signs": [tuple(getattr(sign, name) for name in ONE_SIGN) for sign in network.signs],
+        "limits": list(network.speed_limits.items()),
+        "bounded": list(network.bounds),
+        "is_drawn": network.drawn is not None,
+        "counts": {name: [len(piece) for piece in found] for name, (found, _) in pieces.items()},
+    }
+    arrays = {
+        name: np.concatenate([np.asarray(piece, dtype=np.float64).reshape(-1, columns) for piece in found])
+        if found
+        else np.zeros((0, columns))
+        for name, (found, columns) in pieces.items()
+    }
+    return Contents(json.loads(json.dumps(text)), arrays)
+
+
+def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]:
+    """By name, arrays with their columns."""
+    paths, regions, bounds = network.paths, network.regions, network.bounds.values()
+    yield "paths", ([paths.primitives(path) for path in range(len(paths))], 5)
+    for name, columns in SHAPED:
+        yield name, ([getattr(regions.shape(region), name) for region in range(len(regions))], columns)
+    yield "left", ([left for left, _ in bounds], 2)
+    yield "right", ([right for _, right in bounds], 2)
+    for name in DRAWN:
+        yield name, (() if network.drawn is None else getattr(network.drawn, name), 2)
+
+
+def _road_row(road: Road) -> tuple[Any, ...]:
+    return road.name, [lane.id for lane in road.forward.lanes], [lane.id for lane in road.backward.lanes]
+
+
+def _leg_row(leg: Leg) -> tuple[Any, ...]:
+    incoming, outgoing = ([lane.id for lane in lanes] for lanes in (leg.incoming_lanes, leg.outgoing_lanes))
+    return leg.name, leg.heading, leg.length, incoming, outgoing, leg.neighbour, leg.phase
+
+
+# -- and back ----------------------------------------------------------------------------------------------------------
+
+
+def unpacked(contents: Contents, spec: MapFile) -> Network:
+    """A new network of these contents: a scenario joins paths of its own."""
+    text = contents.text
+    network = Network(spec, text["left_hand"], _paths(contents), remarks=tuple(text["remarks"]))
+    for shape in zip(*(_parts(contents, name) for name, _ in SHAPED), strict=True):
+        network.regions.add(Shape(*shape))
+    network.lanes = tuple(
+        Lane(network, index, row[1], LaneRole(row[0]), *row[2:]) for index, row in enumerate(text["lanes"])
+    )
+    network.maneuvers = tuple(
+        Maneuver(network, index, row[1], ManeuverType(row[0]), *row[2:]) for index, row in enumerate(text["maneuvers"])
+    )
+    network.roads = tuple(_road(network, *row) for row in text["roads"])
+    network.connecting_roads = tuple(_road(network, *row) for row in text["connecting"])
+    network.intersections = tuple(
+        _intersection(network, index, *row) for index, row in enumerate(text["intersections"])
+    )
+    network.links = _links(text)
+    network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
+    network.speed_limits = dict(text["limits"])
+    bounds = zip(_parts(contents, "left"), _parts(contents, "right"), strict=True)
+    network.bounds = dict(zip(text["bounded"], bounds, strict=True))
+    if text["is_drawn"]:
+        network.drawn = Lines(*(tuple(_parts(contents, name)) for name in DRAWN))
+    return network
+
+
+def _parts(contents: Contents, name: str) -> list[Floats]:
+    ends = np.cumsum([0, *contents.text["counts"][name]]).tolist()
+    return [contents.arrays[name][start:end] for start, end in pairwise(ends)]
+
+
+def _paths(contents: Contents) -> PathBook:
+    rows = list(map(Primitive._make, contents.arrays["paths"].tolist()))
+    ends = np.cumsum([0, *contents.text["counts"]["paths"]]).tolist()
+    joined = {tuple(parts): path for path, *parts in contents.text["joined"]}
+    return PathBook(*contents.text["joints"]).filled([tuple(rows[a:b]) for a, b in pairwise(ends)], joined)
+
+
+def _road(network: Network, name: str, forward: Sequence[int], backward: Sequence[int]) -> Road:
+    ahead, back = (
+        LaneGroup(network, name, way, tuple(network.lanes[index] for index in lanes))
+        for way, lanes in ((True, forward), (False, backward))
+    )
+    return Road(network, name, ahead, back, ())
+
+
+def _intersection(
+    network: Network, index: int, name: str, center: Sequence[float], region: int, legs: Sequence[Sequence[Any]]
+) -> Intersection:
+    x, y = center
+    return Intersection(network, index, name, 0, index, (x, y), region, tuple(_leg(network, *leg) for leg in legs))
+
+
+def _leg(
+    network: Network,
+    name: str,
+    heading: float,
+    length: float,
+    incoming: Sequence[int],
+    outgoing: Sequence[int],
+    *rest: int,
+) -> Leg:
+    first, last = (tuple(network.lanes[lane] for lane in lanes) for lanes in (incoming, outgoing))
+    return Leg(name, heading, length, first, last, *rest)  # type: ignore[arg-type]
+
+
+def _links(text: Mapping[str, Any]) -> Links:
+    rows: dict[str, list[Any]] = {name: [_tuple_of(each) for each in text["links"][name]] for name in LINKED}
+    beside = None if text["beside"] is None else {lane: (left, right) for lane, left, right in text["beside"]}
+    return Links(**rows, beside=beside)
+
+
+def _tuple_of(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value  # type: ignore[arg-type]
+
+
+# -- as a file ---------------------------------------------------------------------------------------------------------
+
+
+def to_bytes(contents: Contents, key: str) -> bytes:
+    """The file of an entry of the cache."""
+    text = dict(contents.text) | {"key": key, "arrays": {name: each.shape for name, each in contents.arrays.items()}}
+    head = json.dumps(text).encode()
+    head += b" " * (-(len(head) + WORD) % WORD)
+    body = len(head).to_bytes(WORD, "little") + head + b"".join(each.tobytes() for each in contents.arrays.values())
+    return blake2b(body, digest_size=DIGEST).digest() + body
+
+
+def from_bytes(file: bytes, key: str) -> Contents | None:
+    """What such a file holds; None of any other, a damaged one, or one of another key."""
+    body = memoryview(bytearray(file))[DIGEST:]
+    if len(body) < WORD or blake2b(body, digest_size=DIGEST).digest() != file[:DIGEST]:
+        return None
+    end = WORD + int.from_bytes(body[:WORD], "little")
+    text: dict[str, Any] = json.loads(bytes(body[WORD:end]))
+    if text["key"] != key:
+        return None
+    arrays: dict[str, Floats] = {}
+    for name, (rows, columns) in text["arrays"].items():
+        flat: Floats = np.frombuffer(body, dtype=np.float64, count=rows * columns, offset=end)
+        arrays[name] = flat.reshape(rows, columns)
+        end += flat.nbytes
+    return Contents(text, arrays)

@@ -1,0 +1,126 @@
+"""Networks that are kept: the same as those that are built, whatever lies in the cache."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.maps import MapFile
+from engine.road import Network, build_network
+from engine.road.arrays import road_tables
+from engine.road.opendrive import network as maker
+from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
+from engine.road.opendrive.network import contents_of, map_file
+from engine.road.opendrive.planning import plan_of
+from engine.user_cache import ENVIRONMENT_VARIABLE
+
+VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache, of which this process remembers nothing."""
+    monkeypatch.setenv(ENVIRONMENT_VARIABLE, str(tmp_path / "cache"))
+    contents_of.cache_clear()
+    return tmp_path / "cache"
+
+
+def told(network: Network) -> str:
+    """All elements of a network, in words and numbers."""
+    legs = [
+        (leg.name, leg.heading, leg.length, leg.incoming_lanes, leg.outgoing_lanes, leg.neighbour, leg.phase)
+        for site in network.intersections
+        for leg in site.legs
+    ]
+    roads = [(road.name, road.lanes, road.groups) for road in (*network.roads, *network.connecting_roads)]
+    parts = (network.lanes, network.maneuvers, network.intersections, legs, roads, vars(network.links))
+    return repr((*parts, network.remarks, network.speed_limits, network.left_hand, network.arms))
+
+
+def assert_same(one: Network, other: Network) -> None:
+    assert told(one) == told(other)
+    first, second = road_tables(one), road_tables(other)
+    for name, one_table, other_table in zip(first._fields, first, second, strict=True):
+        assert np.array_equal(one_table, other_table), name
+    assert one.bounds.keys() == other.bounds.keys()
+    for lane, bounds in one.bounds.items():
+        assert all(np.array_equal(a, b) for a, b in zip(bounds, other.bounds[lane], strict=True))
+    assert one.drawn is not None
+    assert other.drawn is not None
+    for name in ("kerbs", "middle", "between"):
+        drawn = zip(getattr(one.drawn, name), getattr(other.drawn, name), strict=True)
+        assert all(np.array_equal(a, b) for a, b in drawn)
+
+
+def built(spec: MapFile) -> Network:
+    """Without any cache."""
+    return maker._Builder(spec, plan_of(spec.path, spec.digest)).build()
+
+
+def test_a_network_comes_back_from_its_contents_bit_for_bit(cache: Path) -> None:
+    spec = map_file(VILLAGE, "village.xodr")
+    fresh, contents = built(spec), packed(built(spec), maker.GAP, maker.TURN)
+    assert_same(unpacked(contents, spec), fresh)
+    read = from_bytes(to_bytes(contents, "key"), "key")
+    assert read is not None
+    assert_same(unpacked(read, spec), fresh)
+    assert from_bytes(to_bytes(contents, "key"), "another key") is None
+
+
+def test_paths_that_a_scenario_joins_stay_its_own(cache: Path) -> None:
+    spec = map_file(VILLAGE, "village.xodr")
+    one = build_network(spec)
+    kept = len(one.paths)
+    one.paths.reverse(0)
+    other = build_network(spec)
+    assert len(other.paths) == kept < len(one.paths)
+    route = other.lanes[0].default_route
+    assert other.paths.join(other.paths.parts(route)) == route
+
+
+def test_another_process_reads_no_map_that_is_kept(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = map_file(VILLAGE, "village.xodr")
+    fresh = build_network(spec)
+    contents_of.cache_clear()
+    monkeypatch.setattr(maker, "plan_of", lambda *_: pytest.fail("the file is read again"))
+    assert_same(build_network(map_file(VILLAGE, "village.xodr")), fresh)
+
+
+def turned(content: bytes, place: int) -> bytes:
+    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: b"not one of ours",
+        lambda content: content[:-1],
+        lambda content: content + b"x",
+        lambda content: turned(content, 0),
+        lambda content: turned(content, 40),
+        lambda content: turned(content, len(content) // 2),
+    ],
+)
+def test_a_damaged_entry_is_as_none_and_is_written_anew(cache: Path, damage) -> None:
+    spec = map_file(VILLAGE, "village.xodr")
+    (entry,) = cache.glob(maker.FAMILY)
+    whole = entry.read_bytes()
+    entry.write_bytes(damage(whole))
+    contents_of.cache_clear()
+    assert_same(build_network(spec), built(spec))
+    assert entry.read_bytes() == whole
+
+
+def test_a_folder_in_its_place_or_a_cache_that_is_none_costs_time_alone(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = map_file(VILLAGE, "village.xodr")
+    (entry,) = cache.glob(maker.FAMILY)
+    entry.unlink()
+    entry.mkdir()
+    contents_of.cache_clear()
+    assert_same(build_network(spec), built(spec))
+    monkeypatch.setattr(maker, "cached_file", lambda *_: None)
+    contents_of.cache_clear()
+    assert_same(build_network(spec), built(spec))
