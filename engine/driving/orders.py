@@ -90,8 +90,8 @@ class Orders:
             self._decided(chosen[some], samples[some], out[some])
 
     def _decided(self, chosen: Ints, samples: Ints, out: Floats) -> None:
-        turn, each = np.arange(out.shape[1]), np.arange(len(chosen))
-        width = out.shape[2]
+        length, width = int(out.shape[1]), int(out.shape[2])
+        turn, each = np.arange(length), np.arange(len(chosen))
         rows = self._pages[self._table[chosen]].reshape(len(chosen), -1, width)
         for its, every, delay in zip(self._columns, self.every, self._delay, strict=True):
             out[:, :delay, its] = self._neutral[chosen, np.newaxis, its]

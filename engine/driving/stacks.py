@@ -247,7 +247,7 @@ class Stack:
 
 def _bytes(array: NDArray[Any]) -> memoryview:
     """An array as the bytes that it holds, without a copy."""
-    return memoryview(np.ascontiguousarray(array)).cast("B")
+    return np.ascontiguousarray(array).data.cast("B")
 
 
 def _widen(pipe: int) -> None:
