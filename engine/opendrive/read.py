@@ -9,7 +9,7 @@ against it, and the other way round where the road's `rule` is left hand traffic
 import bisect
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from engine.interchange.contract import InterchangeError, cited, name_cure, quot
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.curves import Piece, Pose, read_piece
 from engine.opendrive.links import OdrConnection, OdrEnd, connections, lane_end, road_end
+from engine.opendrive.signals import OdrSignal, Signals, counting, road_signals
 from engine.opendrive.speeds import SpeedFrom, lane_speeds, road_speeds
 from engine.tables import Floats
 
@@ -91,6 +92,8 @@ class OdrRoad:
     successor: OdrEnd | None = None
     speeds: tuple[SpeedFrom, ...] = ()
     """Of all lanes that have none of their own."""
+    signals: tuple[OdrSignal, ...] = ()
+    """Those that count on it, wherever they stand."""
 
     def section(self, s: float) -> OdrSection:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
@@ -210,6 +213,8 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     junctions = tuple(node.text("id") for node in root.every("junction"))
     walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
     remarks, ways = (*_remarks(roads), *_on_buildings(unread)), tuple(connections(root))
+    roads, lost = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
+    remarks = (*remarks, f"signals are left out that have no place: {lost}") if lost else remarks
     return OdrNetwork(path.name, roads, junctions, path, remarks, walls, ways)
 
 
@@ -220,6 +225,13 @@ def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
             if (least := min((row.a for row in lane.widths), default=0.0)) < NARROWEST:
                 yield f"lane {lane.id} of road `{road.id[:40]}` is {least:g} m wide, which is taken as 0 m"
                 return
+
+
+def with_signals(roads: Mapping[str, OdrRoad], signals: Mapping[str, Signals]) -> tuple[dict[str, OdrRoad], int]:
+    """Roads with the signals that count on them, and how many of these cannot be read."""
+    known = {each.id: each for found in signals.values() for each in found.own}
+    new = {road: replace(each, signals=tuple(counting(signals[road], known))) for road, each in roads.items()}
+    return new, sum(each.unread for each in signals.values())
 
 
 def _read_road(node: Node) -> OdrRoad:

@@ -16,6 +16,7 @@ from engine.frozen import frozen, frozen_identity
 from engine.maps import MapSpec
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import RegionBook
+from engine.road.signs import RoadSign
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -331,6 +332,8 @@ class Network:
     """Left and right border of the lanes of a file, by id: (n, 2) each, as traffic runs. Others keep their width."""
     speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])
     """Of the lanes that have one, by id [m/s]."""
+    signs: tuple[RoadSign, ...] = ()
+    """Traffic lights and signs of a file."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
     """(n, 5): x, y, heading, length, width of blocks between the arms."""
 

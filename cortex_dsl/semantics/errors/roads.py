@@ -106,6 +106,17 @@ MAP_REMARK = note(
         shown="while the map is read",
     ),
 )
+MAP_SIGNS = note(
+    "SCN458",
+    "of the map `{file}`: {what}",
+    cure="{cure}",
+    page=Page(
+        "traffic lights and signs of a file",
+        "A file of roads says where traffic lights and signs stand, not what lights show. They are there to be asked "
+        "for; drivers heed lights where the scenario says by `signals(...)` what they show, and no signs.",
+        shown="while the map is read",
+    ),
+)
 MAP_WITHOUT_INTERSECTION = Problem(
     "SCN448",
     "this map has no intersection",

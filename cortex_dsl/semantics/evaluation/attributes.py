@@ -42,6 +42,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
 from engine.road.sections import LaneSection, group_of, opposite_group, road_of
+from engine.road.signs import TRAFFIC_LIGHT, RoadSign
 from engine.vocabulary import ManeuverType, State
 
 Entry = TypeVar("Entry")
@@ -83,8 +84,8 @@ _INTERSECTION: dict[str, Callable[[Evaluator, Intersection], Value]] = {
     "is4Way": lambda ev, intersection: Truth(ev.algebra.truth(intersection.is_4way)),
     "center": lambda ev, intersection: Vector(*map(ev.algebra.literal, intersection.center)),
     "name": lambda _, intersection: intersection.name,
-    "signals": signals.lights,
-    "isSignalized": lambda ev, _: Truth(ev.algebra.truth(signals.plan_of(ev) is not None)),
+    "signals": signals.signals_of,
+    "isSignalized": lambda ev, intersection: Truth(ev.algebra.truth(signals.is_signalized(ev, intersection))),
     "roads": lambda _, intersection: tuple(dict.fromkeys(road_of(lane) for lane in intersection.incoming_lanes)),
 }
 
@@ -121,8 +122,20 @@ _POSE: dict[str, Callable[[Evaluator, Pose], Value]] = {
 
 _SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
     "isTrafficLight": lambda ev, _: Truth(ev.algebra.truth(True)),
+    "type": lambda *_: TRAFFIC_LIGHT,
     "intersection": lambda _, light: light.intersection,
     "name": lambda _, light: light.name,
+}
+
+_SIGN: dict[str, Callable[[Evaluator, RoadSign], Value]] = {
+    "isTrafficLight": lambda ev, sign: Truth(ev.algebra.truth(sign.is_traffic_light)),
+    "name": lambda _, sign: sign.name,
+    "openDriveID": lambda _, sign: sign.id,
+    "country": lambda _, sign: sign.country,
+    "type": lambda _, sign: sign.type,
+    "subtype": lambda _, sign: sign.subtype,
+    "value": lambda ev, sign: None if sign.value is None else Quantity(ev.algebra.literal(sign.value), None),
+    "position": lambda ev, sign: Vector(*map(ev.algebra.literal, (sign.x, sign.y))),
 }
 
 _OF_LISTS: dict[str, Callable[[Evaluator, Items], Value]] = {"append": lists.append}
@@ -132,6 +145,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (LaneGroup, lanes.OF_GROUP),
     (Road, lanes.OF_ROAD),
     (Signal, _SIGNAL),
+    (RoadSign, _SIGN),
     (Lane, _LANE),
     (Maneuver, _MANEUVER),
     (Intersection, _INTERSECTION),

@@ -129,6 +129,7 @@ OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
     "speedLimit": lambda ev, road: _speed_limit(ev, road.lanes[0]),
     "is1Way": lambda ev, road: Truth(ev.algebra.truth(len(road.groups) == 1)),
     "name": lambda _, road: road.name,
+    "signals": lambda _, road: tuple(sign for sign in road.network.signs if sign.road == road.name),
 }
 
 OF_SECTION_BESIDE: Mapping[str, Getter] = _neighbour_getters()

@@ -4,12 +4,14 @@ The road of a file without `map` suits what the file asks for, and notes say so.
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.roads import (
     BAD_MAP,
     MAP_REMARK,
+    MAP_SIGNS,
     MAP_VARIES,
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
@@ -58,7 +60,28 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         if isinstance(spec, MapFile) and (remarks := networks[spec].remarks):
             # A place is told each code once, so that all stand in one note.
             ev.report(MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks)))
+        if isinstance(spec, MapFile) and (unheeded := _unheeded(ev, networks[spec])):
+            ev.report(MAP_SIGNS.at(span, file=spec.file, what=unheeded[0], cure=unheeded[1]))
     return networks[spec]
+
+
+PLAN = re.compile(r"^\s*signals\b", re.MULTILINE)
+"""The statement that says what lights show."""
+
+
+def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
+    """What stands beside the roads of a file that no driver heeds, and what to do about it."""
+    lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
+    signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
+    if ev.file.default_signals is not None or PLAN.search(ev.file.source.text):
+        lights = 0
+    found = [
+        f"{count} {noun}{'s'[: count != 1]}" for count, noun in ((lights, "traffic light"), (signs, "sign")) if count
+    ]
+    if not found:
+        return None
+    cure = "write `signals()`, and drive with `obey_signals=True`" if lights else "hold drivers back by their behaviors"
+    return f"no driver heeds its {' and '.join(found)}", cure
 
 
 def network_of(ev: Evaluator) -> Network:

@@ -40,7 +40,9 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
+from engine.road.lights import lit_arms, signs_at
 from engine.road.network import Intersection, Lane
+from engine.road.signs import RoadSign
 from engine.vocabulary import State
 
 ARGUMENTS = ("green", "yellow", "all_red", "offset")
@@ -141,15 +143,36 @@ def number_of(light: Signal) -> int:
 
 
 def light_of(lane: Lane) -> Signal | None:
-    """The light at the end of a lane; None where it leads into no intersection."""
+    """The light at the end of a lane; None where it leads into no intersection, or the map's file has none there."""
     if lane.intersection is None or not lane.maneuvers:
         return None
-    return Signal(lane.intersection, _arm_of(lane))
+    light = Signal(lane.intersection, _arm_of(lane))
+    return light if is_there(light) else None
+
+
+def is_there(light: Signal) -> bool:
+    """Whether the file of the map has a light there; where that has none at all, every arm has one."""
+    lit = lit_arms(light.intersection.network)
+    return lit is None or (light.intersection.id, light.arm) in lit
 
 
 def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
-    """One light for each arm; none where the file has no lights."""
-    return () if plan_of(ev) is None else tuple(Signal(intersection, i) for i in range(len(intersection.legs)))
+    """One light for each arm that has one; none where the scenario has no lights."""
+    every = (Signal(intersection, i) for i in range(len(intersection.legs)))
+    return () if plan_of(ev) is None else tuple(light for light in every if is_there(light))
+
+
+def signals_of(ev: Evaluator, intersection: Intersection) -> tuple[Signal | RoadSign, ...]:
+    """Its lights, where the scenario has some, and what else stands there by the map's file."""
+    signs, shown = signs_at(intersection.network, intersection.id), lights(ev, intersection)
+    return (*shown, *(sign for sign in signs if not (shown and sign.is_traffic_light)))
+
+
+def is_signalized(ev: Evaluator, intersection: Intersection) -> bool:
+    """Whether it has lights: by the map's file, where that has any."""
+    if lit_arms(intersection.network) is None:
+        return plan_of(ev) is not None
+    return any(is_there(Signal(intersection, i)) for i in range(len(intersection.legs)))
 
 
 def phase_of(light: Signal) -> int:

@@ -50,6 +50,7 @@ from cortex_dsl.semantics.quantities.units import (
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Network, Road
 from engine.road.sections import LaneSection
+from engine.road.signs import RoadSign
 from engine.vocabulary import ManeuverType
 
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
@@ -64,6 +65,7 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (LaneGroup, "a lane group"),
     (Road, "a road"),
     (Signal, "a traffic light"),
+    (RoadSign, "a sign of the map"),
     (Colour, "the colour of a traffic light"),
     (Effect, "nothing"),
     (DirectionField, "a direction field"),
@@ -112,7 +114,7 @@ def option_name(value: Value) -> str:
     """How one option of a choice is shown to people."""
     if isinstance(value, Lane | Maneuver | Intersection | Actor | Region | LaneSection | LaneGroup | Road | Signal):
         return value.name
-    if isinstance(value, ManeuverType):
+    if isinstance(value, ManeuverType | RoadSign):
         return value.name
     if isinstance(value, str):
         return value

@@ -10,6 +10,7 @@ from itertools import pairwise
 from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml import Element, child, decimal
+from engine.road.lights import lit_arms
 from engine.road.network import Intersection, LaneRole, Leg, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
@@ -95,7 +96,8 @@ def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) 
     if signals is not None:
         for intersection in network.intersections:
             for arm, leg in arms_of(intersection).items():
-                _add_light(root, ids.light(intersection.id, arm), leg, cycle(signals, leg.phase, step))
+                if not lights.keys().isdisjoint(lane.id for lane in leg.incoming_lanes):
+                    _add_light(root, ids.light(intersection.id, arm), leg, cycle(signals, leg.phase, step))
     for intersection in network.intersections:
         _add_intersection(root, ids, intersection)
 
@@ -182,11 +184,13 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
 
 
 def _lights(ids: Ids) -> dict[int, int]:
-    """The light at the end of each incoming lane."""
+    """The light at the end of each incoming lane that has one."""
+    lit = lit_arms(ids.network)
     return {
         lane.id: ids.light(intersection.id, arm)
         for intersection in ids.network.intersections
         for arm, leg in arms_of(intersection).items()
+        if lit is None or (intersection.id, intersection.legs.index(leg)) in lit
         for lane in leg.incoming_lanes
     }
 

@@ -17,6 +17,7 @@ from engine.maps import MapFile
 from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Lines, Links, Maneuver, Network, Road
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
+from engine.road.signs import RoadSign
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
@@ -26,6 +27,7 @@ WORD = 8
 """Bytes of a count in a file."""
 ONE_LANE = ("name", "width", "path", "region", "road", "number", "forward")
 ONE_MANEUVER = ("name", "start", "connecting", "end", "intersection_id")
+ONE_SIGN = ("id", "name", "country", "type", "subtype", "value", "road", "x", "y", "lanes")
 LINKED = ("maneuvers", "intersection", "successors", "predecessors", "default_route", "conflicts")
 SHAPED = (("edges", 4), ("hull", 8), ("triangles", 6), ("cores", 4))
 """Arrays of a shape, and their columns."""
@@ -66,6 +68,7 @@ def packed(network: Network, gap: float, turn: float) -> Contents:
         ],
         "links": {name: getattr(links, name) for name in LINKED},
         "beside": None if links.beside is None else [(lane, *both) for lane, both in links.beside.items()],
+        "signs": [tuple(getattr(sign, name) for name in ONE_SIGN) for sign in network.signs],
         "limits": list(network.speed_limits.items()),
         "bounded": list(network.bounds),
         "is_drawn": network.drawn is not None,
@@ -122,6 +125,7 @@ def unpacked(contents: Contents, spec: MapFile) -> Network:
         _intersection(network, index, *row) for index, row in enumerate(text["intersections"])
     )
     network.links = _links(text)
+    network.signs = tuple(RoadSign(*map(_tuple_of, row)) for row in text["signs"])
     network.speed_limits = dict(text["limits"])
     bounds = zip(_parts(contents, "left"), _parts(contents, "right"), strict=True)
     network.bounds = dict(zip(text["bounded"], bounds, strict=True))

@@ -33,6 +33,7 @@ from engine.road.network import (
 from engine.road.opendrive.contents import Contents, from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.linking import THROUGH
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
+from engine.road.opendrive.signs import signs_of
 from engine.road.paths import PathBook
 from engine.tables import ROAD_REGION
 from engine.user_cache import cached_file, fingerprint
@@ -124,6 +125,7 @@ class _Builder:
         network.intersections = tuple(
             self.intersection(number, junction, areas[junction]) for number, junction in enumerate(plan.junctions)
         )
+        network.signs = tuple(signs_of(plan.links))
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
         if (apart := link_by_ways(network, plan.links.successors, beside)) > GAP:
             network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: nobody drives on over them",)

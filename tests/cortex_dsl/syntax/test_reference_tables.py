@@ -183,6 +183,7 @@ def road_attributes() -> Rows:
             "road": lanes.OF_ROAD,
             "centre line": attributes._CENTERLINE,
             "traffic light": attributes._SIGNAL,
+            "sign": attributes._SIGN,
         }
     )
 

@@ -1,0 +1,34 @@
+"""Which arms of intersections have traffic lights, and what else stands over them, by the file of a map."""
+
+from functools import lru_cache
+
+from engine.road.network import Lane, Network
+from engine.road.signs import RoadSign
+
+
+@lru_cache(maxsize=4)
+def lit_arms(network: Network) -> frozenset[tuple[int, int]] | None:
+    """Intersections and arms whose traffic has a light, by their indices; None where the file has no lights, or there
+    is none: then the scenario says which there are, and every arm has one.
+    """
+    lights = [sign for sign in network.signs if sign.is_traffic_light]
+    if not lights:
+        return None
+    lanes = {start for sign in lights for lane in sign.lanes for start in _waiting(network.lanes[lane])}
+    return frozenset(
+        (intersection.id, arm)
+        for intersection in network.intersections
+        for arm, leg in enumerate(intersection.legs)
+        if not lanes.isdisjoint(lane.id for lane in leg.incoming_lanes)
+    )
+
+
+def _waiting(lane: Lane) -> tuple[int, ...]:
+    """Where traffic waits that a light over a lane tells: at its end, or before it where it runs through a junction."""
+    return tuple(before.id for before in lane.predecessors) if not lane.maneuvers and lane.intersection else (lane.id,)
+
+
+def signs_at(network: Network, intersection: int) -> tuple[RoadSign, ...]:
+    """Those over the lanes through an intersection, each once, as in Scenic."""
+    through = {each.connecting_lane.road for each in network.intersections[intersection].maneuvers}
+    return tuple({sign.id: sign for sign in reversed(network.signs) if sign.road in through}.values())[::-1]
