@@ -31,6 +31,7 @@ from engine.fairness import fair_starts
 from engine.host import requested
 from engine.outcomes import Outcomes
 from engine.sampling import draw_genomes, sample
+from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.tables import Bools
 from engine.vocabulary import Blame, EndReason, Fault, Method
@@ -160,7 +161,9 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> D
     scenes = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
     starts = fair_starts(program, requested(program, scenes), config, jobs) if fair else scenes.valid
     outcomes = simulate(program, scenes, config, jobs)
-    return Driven(scenes.valid, starts & scenes.valid, outcomes, blame(program, scenes, config, jobs=jobs))
+    blamed, struck = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), np.flatnonzero(outcomes.collided)
+    blamed[struck] = blame(program, take(scenes, struck), config, jobs=jobs)  # it runs all that it is given again
+    return Driven(scenes.valid, starts & scenes.valid, outcomes, blamed)
 
 
 def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:

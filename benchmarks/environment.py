@@ -9,8 +9,10 @@ is measured is the stepping, default observation included:
   bits, which is asserted
 - an environment whose episodes go on for ever, against drawing and running as many scenes in the batch host
 - a controller in a process of its own, against the same one here, at 1,024 scenes: time on the clock
+- the most memory that environments of the examples A to F take on their way, asked every 0.1 s and in each step
 """
 
+import re
 import sys
 import tempfile
 import time
@@ -22,6 +24,7 @@ from typing import TypeVar
 import numpy as np
 
 import cortex_dsl as cx
+from benchmarks.drivers import EXAMPLES, ROOT
 from engine import batch
 from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
@@ -62,6 +65,7 @@ def main(lanes: int = 4096, file: str = FILE) -> None:
     stepping(scenario, lanes)
     episodes(scenario, lanes)
     processes(scenario, BESIDE)
+    memories()
 
 
 def stepping(scenario: cx.Scenario, lanes: int) -> None:
@@ -148,6 +152,26 @@ def processes(scenario: cx.Scenario, lanes: int) -> None:
             time.perf_counter,
         )
     print(f"  {lanes:,} scenes driven by a process in {one:.2f} s, here in {other:.2f} s: {one / other:.2f} times")
+
+
+def memories() -> None:
+    """What a scene of each example takes at the most, while episodes follow one another."""
+    for name, file in EXAMPLES.items():
+        text = (ROOT / "examples" / f"{file}.scn").read_text()
+        text = re.sub(r"behavior EgoBehavior.*?\n\n|simulation\(.*\)", "", text, flags=re.DOTALL)
+        most = [_most(text, every) / 1000 for every in ("0.1 s", "0 s")]
+        print(f"  {name}: {most[0]:.1f} kB a scene asked every 0.1 s, {most[1]:.1f} kB in each step")
+
+
+def _most(text: str, every: str) -> float:
+    external = f"ExternalBehavior(trajectory=egoTrajectory, every={every})"
+    environment = cx.compile_text(text.replace("EgoBehavior(egoTrajectory)", external)).environment(BESIDE)
+    environment.reset(seed=1)
+    actions, most = np.tile(DECIDED, (BESIDE, 1)), 0
+    for _ in range(450):  # more than the 400 steps of the longest run
+        environment.step(actions)
+        most = max(most, environment.nbytes)
+    return most / BESIDE
 
 
 def in_turns(one: Callable[[], Made], other: Callable[[], Made], clock: Callable[[], float]) -> tuple[float, float]:

@@ -236,7 +236,7 @@ def recipe_of(program: Program) -> Recipe:
 
 def _plain(tables: Tables) -> Tables:
     """Return contiguous, writable arrays: numba would compile the kernels again for any others."""
-    return tables._make(np.require(array, requirements=PLAIN) for array in tables)
+    return tables._make(each if each.flags.carray else np.require(each, requirements=PLAIN) for each in tables)
 
 
 def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.drivers import DRIVERS, EXAMPLES, goes_there, rows, text_of
+from benchmarks.drivers import DRIVERS, EXAMPLES, driven, goes_there, rows, text_of
 from cortex_dsl import compile_text
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -138,6 +138,16 @@ def test_the_brake_along_ways_ends_no_run_early_and_gets_through() -> None:
     assert brake.avoidable == 0.0
     assert brake.stood == 0.0
     assert brake.through > 0.99
+
+
+@pytest.mark.parametrize(
+    ("file", "number"), [("B", 107), ("B", 12561), ("D", 3119), ("E", 2233), ("D", 5464), ("D", 7797)]
+)
+def test_who_comes_too_fast_keeps_aside_or_gets_out_ahead(file: str, number: int) -> None:
+    """Scenes in which it once stopped askew on its way back to its way, or where ways join, in front of another."""
+    one = driven(text_of(file, "gives way"), number, number + 1, 1)
+    assert one.valid.all()
+    assert not one.outcomes.collided.any()
 
 
 FILES = (*EXAMPLES, "cut_in", "crowd", "two_walkers")

@@ -112,16 +112,18 @@ def drive(
     undecided = coasting(program, scenes)
     results = empty_results(program, requested(program, undecided))
     lanes = Lanes(program, block, config, contact, jobs=jobs)
-    actions = np.zeros((len(scenes), lanes.turns, lanes.numbers))
+    actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
     for seat in seats:
         seat.meet(block, observed(program), config.time_step)
     work = _Work(lanes, seats)
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))
-        decided = _patiently(work, _padded(scenes, rows, block))
+        room = actions[first : first + block]
+        decided = _patiently(work, _padded(scenes, rows, block), room if len(room) == block else None)
         for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
             array[rows] = found[: len(rows)]
-        actions[rows] = decided.actions[: len(rows)]
+        if decided.actions is not room:
+            room[:] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
     if work.failures and not work.answered:
@@ -160,9 +162,11 @@ class _Block:
     results: tuple[NDArray[Any], ...]
 
 
-def _patiently(work: _Work, scenes: Scenes) -> _Block:
-    """Drive a block. Where a controller fails over it twice, each half of its scenes is driven alone, until one scene
-    is left over which it always fails: that one has the verdict CONTROLLER.
+def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Block:
+    """Drive a block, whose actions may be written into `room`.
+
+    Where a controller fails over it twice, each half of its scenes is driven alone, until one scene is left over which
+    it always fails: that one has the verdict CONTROLLER.
 
     Raises:
         LostError: it has failed over one scene after the other, and never given an action that can be driven.
@@ -170,7 +174,7 @@ def _patiently(work: _Work, scenes: Scenes) -> _Block:
     rows = np.flatnonzero(scenes.valid)
     for attempt in range(TWICE):
         try:
-            return _Block(_drive_block(work, scenes), work.lanes.copied())
+            return _Block(_drive_block(work, scenes, room), work.lanes.copied())
         except LostError as error:
             work.failures.append(error)
             if attempt + 1 == TWICE and len(rows) <= 1:
@@ -205,7 +209,7 @@ def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[An
     return np.where(chosen.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
-def _drive_block(work: _Work, scenes: Scenes) -> Floats:
+def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
     """What is decided in a block, lane by lane (see `Lanes.decided`)."""
     lanes, every = work.lanes, np.arange(len(work.lanes))
     lanes.place(every, scenes)
@@ -222,7 +226,7 @@ def _drive_block(work: _Work, scenes: Scenes) -> Floats:
                 lanes.observe(number, asked, seen[number])
                 _decide(work, number, asked, seat.answer(seen[number].copy(), asked, times))
         lanes.step()
-    return lanes.decided(every)
+    return lanes.decided(every, room)
 
 
 def _decide(work: _Work, number: int, asked: Bools, actions: Floats) -> None:

@@ -1,6 +1,7 @@
 """What is decided in scenes side by side: of the coming turns, which runs read, and all of it, by which they run again.
 
-The decisions of all lanes at one step stand in one row of a log, which is as long as the oldest run that still goes on.
+The decisions of a lane stand in pages, of which it takes one more whenever the last one is full, and gives all back
+when its next run begins: lanes need memory for how long their runs are, not for how long any could be.
 """
 
 from collections.abc import Sequence
@@ -10,8 +11,12 @@ import numpy as np
 from engine.control import Control, columns, numbers_decided, turns
 from engine.tables import Bools, Floats, Ints
 
-FIRST_ROOM = 16
-"""Rows of a log to begin with; it grows by half."""
+PAGE = 16
+"""Rows of a page, each what was decided at one pause."""
+AT_ONCE = 256
+"""Lanes that are gathered at once: what a processor's cache holds."""
+SHARE = 8
+"""There is room for so many more pages whenever none is left, as a part of those that there are."""
 
 
 class Orders:
@@ -25,52 +30,82 @@ class Orders:
         """Turns of which it is known what was decided."""
         width = numbers_decided(controls)
         self._neutral = np.zeros((count, width))
-        self._log = np.zeros((FIRST_ROOM, count, width))
-        self._step, self._born = 0, np.ones(count, dtype=np.int64)
+        self._pages = np.zeros((count, PAGE, width))
+        self._table = np.full((count, 1), -1, dtype=np.int32)  # the pages of each lane, one after the other
+        self._free = np.arange(count, dtype=np.int32)
 
     @property
     def nbytes(self) -> int:
         """Memory of what is kept."""
-        return self._log.nbytes + self._neutral.nbytes + self._born.nbytes
+        return self._pages.nbytes + self._table.nbytes + self._free.nbytes + self._neutral.nbytes
 
     def begin(self, chosen: Ints, neutral: Floats, coming: Floats) -> None:
         """Runs begin in the chosen lanes with the next step; until something is decided, `neutral` (chosen, numbers)
         holds. `coming` (lanes, turns, numbers) is what runs read.
         """
-        self._born[chosen], self._neutral[chosen] = self._step + 1, neutral
+        had = self._table[chosen]
+        self._free = np.concatenate([self._free, had[had >= 0]])
+        self._table[chosen] = -1
+        self._neutral[chosen] = neutral
         coming[chosen] = neutral[:, np.newaxis]
-
-    def step(self, longest: int) -> None:
-        """All lanes go on; no run has more than `longest` steps."""
-        self._step += 1
-        rows = len(self._log)
-        needed = min(self._step - int(self._born.min()), longest) + 2  # one more: a run that has ended rests for a step
-        if needed > rows:
-            wider = np.zeros((max(needed, min(rows + rows // 2, longest + 2)), *self._log.shape[1:]))
-            for step in range(max(0, self._step - rows), self._step):
-                wider[step % len(wider)] = self._log[step % rows]
-            self._log = wider
 
     def decide(self, number: int, chosen: Bools, samples: Ints, actions: Floats, coming: Floats) -> None:
         """Let the control of this number do `actions` (lanes, a) in the chosen lanes, now or from its delay on."""
-        its = self._columns[number]
-        np.copyto(self._log[self._step % len(self._log), :, its], actions, where=chosen[:, np.newaxis])
-        lane = np.flatnonzero(chosen)
-        first, given = samples[lane] + self._delay[number], actions[lane]
+        its, lane = self._columns[number], np.flatnonzero(chosen)
+        now, given = samples[lane], actions[lane]
+        row = now // self._pause
+        page = self._page(lane, row // PAGE)  # which may make room for more of them
+        _rows(self._pages)[page * PAGE + row % PAGE, its] = given
+        first, kept = now + self._delay[number], coming.shape[1]
         for later in range(self.every[number]):
-            coming[lane, (first + later) % coming.shape[1], its] = given
+            _rows(coming)[lane * kept + (first + later) % kept, its] = given
 
-    def decided(self, chosen: Ints, samples: Ints, length: int) -> Floats:
-        """(chosen, length, numbers): what was decided for each turn in the chosen lanes, which are at `samples`
-        (chosen,); what was decided last goes on.
+    def _page(self, lane: Ints, which: Ints) -> Ints:
+        """The pages of these numbers of the lanes; who has none yet takes one."""
+        missing = int(which.max(initial=0)) + 1 - self._table.shape[1]
+        if missing > 0:
+            self._table = np.pad(self._table, ((0, 0), (0, missing)), constant_values=-1)
+        page = self._table[lane, which]
+        new = np.flatnonzero(page < 0)
+        if len(new):
+            self._make_room(len(new))
+            page[new], self._free = self._free[: len(new)], self._free[len(new) :]
+            self._table[lane[new], which[new]] = page[new]
+        return page
+
+    def _make_room(self, needed: int) -> None:
+        """Have so many free pages."""
+        there = len(self._pages)
+        if needed > len(self._free):
+            more = max(needed - len(self._free), there // SHARE)
+            self._pages = np.concatenate([self._pages, np.zeros((more, *self._pages.shape[1:]))])
+            self._free = np.concatenate([self._free, np.arange(there, there + more, dtype=np.int32)])
+
+    def decided(self, chosen: Ints, samples: Ints, out: Floats) -> None:
+        """Write what was decided for each turn in the chosen lanes, which are at `samples` (chosen,), into `out`
+        (chosen, turns, numbers); what was decided last goes on.
         """
-        out = np.repeat(self._neutral[chosen][:, np.newaxis], length, axis=1)
+        for first in range(0, len(chosen), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            self._decided(chosen[some], samples[some], out[some])
+
+    def _decided(self, chosen: Ints, samples: Ints, out: Floats) -> None:
+        length, width = int(out.shape[1]), int(out.shape[2])
+        turn, each = np.arange(length), np.arange(len(chosen))
+        rows = self._pages[self._table[chosen]].reshape(len(chosen), -1, width)
         for its, every, delay in zip(self._columns, self.every, self._delay, strict=True):
-            held = max(length - delay, 0)
-            number = np.minimum(np.arange(-(-held // every)), ((samples - 1) // every)[:, np.newaxis])
-            row = (self._born[chosen][:, np.newaxis] + number * (every // self._pause)) % len(self._log)
-            found = self._log[row, chosen[:, np.newaxis], its]
-            nothing = samples == 0
-            found[nothing] = self._neutral[chosen[nothing], np.newaxis, its]
-            out[:, delay:, its] = np.repeat(found, every, axis=1)[:, :held]
-        return out
+            out[:, :delay, its] = self._neutral[chosen, np.newaxis, its]
+            of_it = rows[:, :: every // self._pause, its]
+            for later in range(every):
+                to = out[:, delay + later :: every, its]
+                known = min(to.shape[1], of_it.shape[1])
+                to[:, :known] = of_it[:, :known]
+            last = (samples - 1) // every
+            held = np.where((samples > 0)[:, np.newaxis], of_it[each, np.maximum(last, 0)], self._neutral[chosen, its])
+            late = turn >= (delay + (last + 1) * every)[:, np.newaxis]
+            np.copyto(out[:, :, its], held[:, np.newaxis], where=late[:, :, np.newaxis])
+
+
+def _rows(array: Floats) -> Floats:
+    """The rows of all lanes or pages, one after the other."""
+    return array.reshape(-1, array.shape[-1])

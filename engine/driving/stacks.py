@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.errors import ControllerError, LostError
 from engine.tables import Bools, Floats, Ints
@@ -109,18 +110,16 @@ class Stack:
         """
         running = self._running or self._start()
         count = len(active)
-        question = b"".join(
-            (
-                np.int64(running.questions).astype("<i8").tobytes(),
-                (np.zeros(count) if times is None else times).astype("<f8", copy=False).tobytes(),
-                self._keys.astype("<i8", copy=False).tobytes(),
-                self._fresh.astype(np.uint8).tobytes(),
-                active.astype(np.uint8).tobytes(),
-                observations.astype("<f8", copy=False).tobytes(),
-            )
+        question = (
+            np.array([running.questions], dtype="<i8"),
+            (np.zeros(count) if times is None else times).astype("<f8", copy=False),
+            self._keys.astype("<i8", copy=False),
+            self._fresh,
+            active,
+            observations.astype("<f8", copy=False),
         )
         size = (count, len(self._header["actions"]))
-        answer = self._exchange(running, question, 8 * size[0] * size[1], LATE)
+        answer = self._exchange(running, [_bytes(each) for each in question], 8 * size[0] * size[1], LATE)
         running.questions += 1
         self._starts, self._fresh[:] = 0, False
         return np.frombuffer(answer, dtype="<f8").reshape(size)
@@ -146,7 +145,7 @@ class Stack:
         running = self._running = self._opened()
         weakref.finalize(self, running.close)
         line = json.dumps(self._header).encode() + b"\n"
-        answer = self._exchange(running, line, -1, BEGINNING)
+        answer = self._exchange(running, [memoryview(line)], -1, BEGINNING)
         self._check(answer)
         return running
 
@@ -193,8 +192,8 @@ class Stack:
                 f'let it answer the first line with {{"version": {VERSION}}}',
             )
 
-    def _exchange(self, running: _Running, question: bytes, size: int, limit: float) -> bytes:
-        """Write a question and read so many bytes, or a line (-1)."""
+    def _exchange(self, running: _Running, question: list[memoryview], size: int, limit: float) -> bytes:
+        """Write a question, part by part, and read so many bytes, or a line (-1)."""
         end = time.monotonic() + limit
         try:
             self._send(running, question, end)
@@ -209,11 +208,14 @@ class Stack:
             self.close()
             raise LostError(f"`{shlex.join(self.command)}` {what}{self._said}", "see what it printed") from error
 
-    def _send(self, running: _Running, question: bytes, end: float) -> None:
-        left = memoryview(question)
-        while left:
+    def _send(self, running: _Running, question: list[memoryview], end: float) -> None:
+        while question:
             self._wait(running.write, select.POLLOUT, end)
-            left = left[os.write(running.write, left) :]
+            written = os.writev(running.write, question)
+            while question and written >= len(question[0]):
+                written -= len(question.pop(0))
+            if written:
+                question[0] = question[0][written:]
 
     def _receive(self, running: _Running, size: int, end: float) -> bytes:
         parts: list[bytes] = []
@@ -241,6 +243,11 @@ class Stack:
         running.log.seek(0)
         text = running.log.read().decode(errors="replace").strip()
         self._said = f"; it printed: …{text[-TAIL:]}" if len(text) > TAIL else f"; it printed: {text}" if text else ""
+
+
+def _bytes(array: NDArray[Any]) -> memoryview:
+    """An array as the bytes that it holds, without a copy."""
+    return np.ascontiguousarray(array).data.cast("B")
 
 
 def _widen(pipe: int) -> None:

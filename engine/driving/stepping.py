@@ -30,6 +30,8 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, Verdict
 
 CONTACT = ContactConfig()
+AT_ONCE = 256
+"""Runs that are judged by one call: what was decided in them stays in the cache."""
 
 # -- what is observed --------------------------------------------------------------------------------------------------
 
@@ -148,29 +150,28 @@ class Lanes:
 
     def _judge(self, ended: Ints) -> None:
         """Run what has ended again, at once and on record."""
-        samples = self.samples[ended]
-        scenes = self._scenes
+        if len(ended) > AT_ONCE:
+            in_parts(len(ended), self._jobs, lambda first, last: self._judge_some(ended[first:last]))
+        else:
+            self._judge_some(ended)
+
+    def _judge_some(self, ended: Ints) -> None:
+        samples, scenes = self.samples[ended], self._scenes
         asked = Requested(
             verdict=scenes.verdict[ended],
             variant=scenes.variant[ended],
             values=scenes.values[ended],
             keys=scenes.keys[ended],
-            actions=self._orders.decided(ended, samples, int(samples.max()) + 1),
+            actions=np.empty((len(ended), int(samples.max()) + 1, self.numbers)),
         )
+        self._orders.decided(ended, samples, asked.actions)
         found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
         found.verdict[:] = asked.verdict
         rows = judge_rows if len(self.program.judged) else simulate_rows
-
-        def run(first: int, last: int) -> None:
-            scratch = memory(self.program, self.turns) if self._alone is None else self._alone
-            rows(self._at_once, asked, first, last, scratch, np.zeros((len(self.program.actors), 3)), found)
-            if self._jobs == 1:
-                self._alone = scratch
-
-        if len(ended) > CHUNK:
-            in_parts(len(ended), self._jobs, run)
-        else:
-            run(0, len(ended))
+        scratch = memory(self.program, self.turns) if self._alone is None else self._alone
+        rows(self._at_once, asked, 0, len(ended), scratch, np.zeros((len(self.program.actors), 3)), found)
+        if self._jobs == 1:
+            self._alone = scratch
         for array, new in zip(_arrays(self._results), _arrays(found), strict=True):
             array[ended] = new
 
@@ -204,7 +205,6 @@ class Lanes:
 
     def step(self) -> None:
         """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
-        self._orders.step(-(-self.plan.layout.last_sample // self.plan.layout.pause) + 1)
 
         def run(first: int, last: int) -> None:
             advance(self.plan, self._part(first, last), self.turns, True)
@@ -249,9 +249,12 @@ class Lanes:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
         self._orders.decide(number, chosen, self.samples, actions, self._run.lane_actions)
 
-    def decided(self, chosen: Ints) -> Floats:
+    def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
         """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""
-        return self._orders.decided(chosen, self.samples[chosen], self.turns)
+        if out is None:
+            out = np.empty((len(chosen), self.turns, self.numbers))
+        self._orders.decided(chosen, self.samples[chosen], out)
+        return out
 
 
 def _arrays(group: object) -> tuple[NDArray[Any], ...]:

@@ -6,7 +6,7 @@ leave it before the other comes?
 """
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
@@ -21,8 +21,12 @@ LINE = 1.0
 """How far before the area a driver comes to rest [m]; *ours*."""
 LEAST_LINE = 0.2
 """Nearer than this to it no stop is tried [m]."""
+OUTSIDE = 0.01
+"""How far from the area who is not in it counts to be at least [m]."""
 GAP = 0.7
 """Between one's leaving the area and the other's coming into it [s]; *ours*, of the size of a reaction time."""
+SHORTEST_GAP = 0.3
+"""By how much it comes at least before another who can no longer stop and gets out ahead of it [s]; *ours*."""
 MERGING_GAP = 1.5
 """By how much one comes before another into a way that both go on [s]; *ours*: a short time gap."""
 THEIRS = 3.0
@@ -71,6 +75,10 @@ class Conflict:
     def exists(self) -> Term:
         """Whether the ways meet, and the other is seen."""
         return self.enter < math.inf
+
+    def nearer(self, by: Term) -> "Conflict":
+        """The same for one whose outline reaches so far beyond where its way has it."""
+        return replace(self, enter=where(self.enter > 0.0, maximum(self.enter - by, OUTSIDE), self.enter))
 
     @property
     def parts(self) -> Term:
@@ -140,9 +148,11 @@ def can_stop(job: Job, conflict: Conflict) -> Term:
     return speed * late + speed * speed / (2.0 * braking(job)) + LEAST_LINE < conflict.enter
 
 
-def braking_helps(job: Job, conflict: Conflict) -> Term:
+def braking_helps(job: Job, conflict: Conflict, lost: Term | None = None) -> Term:
     """Whether to brake where one can no longer stop before the area: one comes after the other has left it, or neither
-    that nor leaving it before the other comes is possible. Nobody brakes inside, but for one who is there.
+    that nor leaving it before the other comes is possible. Where ways join nobody leaves: there it helps not to be long
+    enough before the other, who comes nearer by a time of `lost` [s] afterwards (None: however that may be). Nobody
+    brakes inside, but for one who is there.
     """
     speed, hard = job.speed(), braking(job)
     # Beyond its stopping distance nobody comes: there the square root is of nothing.
@@ -150,5 +160,8 @@ def braking_helps(job: Job, conflict: Conflict) -> Term:
     late = (speed - sqrt(maximum(slowed, 0.0))) / hard
     outside = conflict.enter > 0.0
     passes_behind = outside & ((slowed <= 0.0) | (late > conflict.their_clearing))
-    passes_before = conflict.clears < conflict.their_arrival
+    over = conflict.clears
+    if lost is not None:
+        over = where(conflict.parts, over, conflict.arrives + (SHORTEST_GAP + lost))
+    passes_before = over < conflict.their_arrival
     return passes_behind | (~passes_before & (outside | (conflict.their_enter <= 0.0)))

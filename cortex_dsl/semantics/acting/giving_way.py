@@ -6,7 +6,8 @@ deceleration of 3 m/s^2 where that is enough. Where it can no longer stop there,
 (`foreseeing`).
 
 Who has left its way, as one that comes into a bend too fast, goes back to it only where nobody is beside it or comes
-from behind: the area of conflict, which is searched for along ways, says nothing of that.
+from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
+stands only where all of its outline is clear of that way.
 
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
@@ -28,7 +29,18 @@ from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
 from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor
-from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, path_distance, path_project, sqrt, where
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    cos,
+    maximum,
+    minimum,
+    path_distance,
+    path_pose,
+    path_project,
+    sin,
+    sqrt,
+    where,
+)
 from engine.vocabulary import State
 
 JOINING_SPEED = 5.0
@@ -41,6 +53,13 @@ OFF = 1.25
 """Who is farther from its way has left it [m]; as in `engine.kernels.crossing`."""
 RETURN = 3.0
 """Time that the way back takes [s]; *ours*: 10 degrees, which is how followers go back, from a lane's width off it."""
+LATER = (0.0, 0.5)
+"""When another has to be on that way to count [s]: now, or soon, as it is going; *ours*."""
+EDGING = 3.0
+"""Speed at which one that has left its way keeps aside, until it is clear of who comes along and may stop [m/s];
+*ours*: it turns by a lane's width over ten metres."""
+ROOM = 0.3
+"""How far from that one it then means to be [m]; *ours*."""
 AWAY = 5.0
 """What is added to the speed of who gets out of the way [m/s]."""
 BRISK = 3.0
@@ -54,47 +73,64 @@ def give_way(job: Job) -> ir.Block:
     sight, target = Sight.of(job), job.target_speed()
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
     brakes, goes = [], []
+    off, askew = _beside(job, path)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
-        must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict)
-        helps = braking_helps(job, conflict)
+        must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict.nearer(askew))
+        helps = braking_helps(job, conflict.nearer(askew), _lost(job, other))
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
         goes.append(must & ~stops & ~helps)
     speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
-    brakes.append(_has_left(job, path) & _is_taken(job, path))
-    return (*acts, job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed)))
+    aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
+    waits, stands = aside > 0.0, abs(off) - askew > aside
+    speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
+    offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
+    return (*acts, job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset))
 
 
 def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether it is through before another; where ways join, also fast enough not to be run into: while it gains dv by
-    its acceleration a, the other comes nearer by dv^2 / 2 a.
-    """
-    theirs = maximum(state(job.ev, other, State.SPEED), 1.0)
-    slower = maximum(theirs - JOINING_SPEED, 0.0)
-    caught_up = slower * slower / (2.0 * throttle(job) * theirs)
-    joining = conflict.arrives + (MERGING_GAP + caught_up)
+    """Whether it is through before another; where ways join, also fast enough not to be run into."""
+    joining = conflict.arrives + (MERGING_GAP + _lost(job, other))
     return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
 
 
-def _has_left(job: Job, path: Term) -> Term:
+def _lost(job: Job, other: Actor) -> Term:
+    """By what time another comes nearer from behind [s]: while one gains dv by its acceleration a, by dv^2 / 2 a."""
+    theirs = maximum(state(job.ev, other, State.SPEED), 1.0)
+    slower = maximum(theirs - JOINING_SPEED, 0.0)
+    return slower * slower / (2.0 * throttle(job) * theirs)
+
+
+def _beside(job: Job, path: Term) -> tuple[Term, Term]:
+    """How far left of its way the middle of the actor is, and how much farther its outline reaches because the actor
+    stands askew to it [m].
+    """
     here = current_pose(job.ev, job.actor)
-    return path_distance(path, here.x, here.y) > OFF
+    x, y, heading = path_pose(path, path_project(path, here.x, here.y))[:3]
+    off = (here.y - y) * cos(heading) - (here.x - x) * sin(heading)
+    askew = 0.5 * size_of(job.actor, "length") * abs(sin(here.heading - heading))
+    return off, askew
 
 
-def _is_taken(job: Job, path: Term) -> Term:
-    """Whether another is beside the actor on its way, or will be before the actor is back."""
-    here, near = current_pose(job.ev, job.actor), []
+def _kept_aside(job: Job, path: Term) -> Term:
+    """How far off its way the actor is clear of others who are beside it on that way, or will be before it is back [m];
+    0: nobody is.
+    """
+    here, aside = current_pose(job.ev, job.actor), job.ev.algebra.literal(0.0)
     s = path_project(path, here.x, here.y)
     for other in others(job.ev, job.actor):
-        there = current_pose(job.ev, other)
+        there, theirs = current_pose(job.ev, other), state(job.ev, other, State.SPEED)
         behind = s - path_project(path, there.x, there.y)
         long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length")) + LINE
         wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
-        comes = (behind > -long) & (behind < long + state(job.ev, other, State.SPEED) * RETURN)
-        on_it = path_distance(path, there.x, there.y) < wide
-        near.append(is_present(job.ev, other) & comes & on_it & unhidden(job.ev, job.actor, other))
-    return job.ev.algebra.any_of(near)
+        comes = (behind > -long) & (behind < long + theirs * RETURN)
+        along, across = theirs * cos(there.heading), theirs * sin(there.heading)
+        places = [(there.x + along * later, there.y + across * later) for later in LATER]
+        on_it = job.ev.algebra.any_of([path_distance(path, x, y) < wide for x, y in places])
+        near = is_present(job.ev, other) & comes & on_it & unhidden(job.ev, job.actor, other)
+        aside = maximum(aside, where(near, wide, 0.0))
+    return aside
 
 
 def _approach(job: Job, room: Term) -> Term:

@@ -117,12 +117,12 @@ class Job:
 
     # -- acts --------------------------------------------------------------------------------------------------------
 
-    def follow(self, path: Term, speed: Term) -> ir.Act:
-        """Follow a path to its end; for the lights too, if the call says so."""
+    def follow(self, path: Term, speed: Term, offset: Term | None = None) -> ir.Act:
+        """Follow a path to its end, so far to its left; for the lights too, if the call says so."""
         if self.flag("obey_signals"):
             stop, room = signals.must_stop(self.ev, self.actor, self.call.spans["obey_signals"])
             speed = self.stopping(speed, stop, room)
-        return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local())
+        return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local(), offset)
 
     def stopping(self, speed: Term, stop: Term, room: Term) -> Term:
         """The target speed, lowered while `stop` holds so that the front halts `room` metres from here.

@@ -1,5 +1,6 @@
 """A driver in a process of its own: it drives as one in this process does, and what befalls it is told."""
 
+import hashlib
 import os
 import random
 import shutil
@@ -18,6 +19,7 @@ import cortex_dsl as cx
 from engine.driving import stacks
 from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
+from engine.driving.stacks import stack_of
 from engine.errors import ControllerError
 from engine.vocabulary import Verdict
 from tests.engine.driving.test_blocks import same
@@ -81,6 +83,24 @@ def test_a_process_drives_as_a_function_does(scenario: cx.Scenario, tmp_path: Pa
     same(done.outcomes, here.outcomes)
     assert np.array_equal(done.scenes.actions, here.scenes.actions)
     assert not done.remarks
+
+
+def test_a_question_larger_than_a_pipe_arrives_as_it_is(tmp_path: Path) -> None:
+    """It is written part by part, each of which may stop anywhere."""
+    lanes, wide, rng = 5_000, 60, np.random.default_rng(2)
+    digest = "import hashlib; write.write(hashlib.sha256(head + seen.tobytes()).digest() * (3 * n // 4)); continue"
+    name = client(tmp_path, digest).removeprefix("process:")
+    stack = stack_of(name)
+    named = [{"name": str(number)} for number in range(wide)]
+    stack.meet({"version": 1, "lanes": lanes, "observations": named, "actions": named[:3]})
+    keys, seen, times = rng.integers(0, 9, (lanes, 6)), rng.random((lanes, wide)), rng.random(lanes)
+    stack.reset(np.arange(lanes), keys)
+    asked = rng.random(lanes) < 0.5
+    answers = [stack.act(seen, asked, times).tobytes()[:32] for _ in range(2)]
+    stack.close()
+    for number, (fresh, answer) in enumerate(zip((True, False), answers, strict=True)):
+        parts = (np.int64(number), times, keys, np.full(lanes, fresh), asked, seen)
+        assert answer == hashlib.sha256(b"".join(part.tobytes() for part in parts)).digest()
 
 
 @pytest.mark.parametrize("language", ["python", "c"])
