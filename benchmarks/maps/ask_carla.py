@@ -7,7 +7,7 @@ import json
 import sys
 from pathlib import Path
 
-import carla
+import carla  # type: ignore[import-not-found]
 
 if __name__ == "__main__":
     town = carla.Map("town", Path(sys.argv[1]).read_text(encoding="utf-8"))
