@@ -2,7 +2,8 @@
 
 Files of many params, objects, requirements and so on, of 128 KiB and of 256 KiB, which is as large as a file may be,
 and two of which only the compiler's answer counts: 30 misspelt names among 5,000, and 1,000 params. Seconds of
-computing; exit code 1 where a file takes longer than it may, or twice the text more than 2.2 times as long.
+computing, the least of `--times`, as whatever else the machine does only adds to them; exit code 1 where a file takes
+longer than it may, or twice the text more than 2.2 times as long.
 """
 
 import argparse
@@ -34,6 +35,7 @@ LARGE: Mapping[str, Callable[[int], str]] = {
     "requirements": lambda i: f"require (distance from ego to (9, {i})) > {i / 1000} m\n",
     "requirements on the run": lambda i: f"require always ego.speed < {i + 40} m/s\n",
     "ends": lambda i: f"terminate when (distance from ego to (20, 10)) < {i / 1000} m\n",
+    "texts": lambda i: f'x{i} = f"{{{i}}} cars of {{{i} m:.1f}}"\n',
     "records": lambda i: f"record ego.speed + {i} as r{i}\n",
 }
 """One part of a file, which is made of many of them behind its ego."""
@@ -42,13 +44,18 @@ LARGE: Mapping[str, Callable[[int], str]] = {
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--times", type=int, default=3, help="how often each file is compiled (3)")
     options = parser.parse_args(arguments)
     seconds_of(EGO)  # whatever is loaded once
+
+    def least(text: str) -> float:
+        return min(seconds_of(text) for _ in range(options.times))
+
     sizes = (MAX_BYTES // 2, MAX_BYTES)
-    found = {name: [seconds_of(of_size(part, size)) for size in sizes] for name, part in LARGE.items()}
+    found = {name: [least(of_size(part, size)) for size in sizes] for name, part in LARGE.items()}
     params = of_parts(LARGE["params, each required"], 1_000)
-    small = {"1,000 params, each required": seconds_of(params)}
-    small["30 misspelt names among 5,000"] = seconds_of(misspelt(5_000, 30))
+    small = {"1,000 params, each required": least(params)}
+    small["30 misspelt names among 5,000"] = least(misspelt(5_000, 30))
     if options.json:
         print(json.dumps({"large": found, "small": small}))
     else:

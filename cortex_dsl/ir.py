@@ -418,7 +418,8 @@ class DrawSite:
     replaced by `at (x, y), facing h`), `point` (a specifier, replaced by `at (x, y)`), `heading`
     (a specifier, replaced by `facing h`); `pose added` and `point added` are put behind a class name."""
     unit: str
-    """SI unit word of a number ("m", "m/s", "rad", ""); written values are SI, so no rounding on the way back."""
+    """SI unit word of a number ("m", "m/s", "rad", ""), whose written values are SI, so no rounding on the way back; of
+    a `lane` what the choice is called."""
     values: tuple[Expr, ...]
     """What the site evaluated to; written out with 17 digits."""
 

@@ -2,6 +2,7 @@
 
     python -m benchmarks.maps FOLDER [--points 10000] [--python PYTHON] [--json]
     python -m benchmarks.maps FOLDER --steps [--json]
+    python -m benchmarks.maps FOLDER --carla PYTHON
     python -m benchmarks.maps FOLDER --compile FILE.scenic [--json]
     python -m benchmarks.maps FOLDER --script FILE.scenic [--scenes 200] [--python PYTHON] [--json]
 
@@ -10,9 +11,11 @@ maneuvers and centre lines, and at random points for the lane and for the direct
 lane has to hold the point, and outside intersections the directions have to agree. PYTHON is one that has Scenic;
 without it the one of `make validate` is set up. A file that either does not read is named, and why.
 
-With `--steps` nobody asks Scenic: what a step costs on each file is held against one on a grid (`steps`). With
-`--compile` it is measured how long a script takes to check whose map is in the folder (`compiling`). With `--script`
-both tools sample scenes of a script of Scenic, whose map is found in the folder (`distributions`).
+With `--carla` it is CARLA's parser that is asked, by a Python that has the package `carla`, which lanes lead into which
+(`topology`); no simulator runs. With `--steps` nobody asks another tool: what a step costs on each file is held against
+one on a grid (`steps`). With `--compile` it is measured how long a script takes to check whose map is in the folder
+(`compiling`). With `--script` both tools sample scenes of a script of Scenic, whose map is found in the folder
+(`distributions`).
 """
 
 import argparse
@@ -31,6 +34,7 @@ import numpy as np
 from benchmarks.maps.compiling import seconds
 from benchmarks.maps.distributions import compare
 from benchmarks.maps.steps import shares
+from benchmarks.maps.topology import compare_with_carla
 from benchmarks.validation import environments
 from engine.errors import CortexError
 from engine.road import Lane, Network, build_network
@@ -79,6 +83,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--python", help="an interpreter that has Scenic")
     parser.add_argument("--steps", action="store_true", help="measure what a step costs instead")
+    parser.add_argument("--carla", metavar="PYTHON", help="hold the ways from lane to lane against CARLA's own instead")
     parser.add_argument("--compile", type=Path, help="measure how long a script takes to check instead")
     parser.add_argument("--script", type=Path, help="compare sampled scenes of a script of Scenic instead")
     parser.add_argument("--scenes", type=int, default=200, help="of both tools")
@@ -86,6 +91,8 @@ def main(words: Sequence[str] | None = None) -> int:
     options = parser.parse_args(words)
     if options.steps:
         return _steps(sorted(options.folder.glob("*.xodr")), as_json=options.json)
+    if options.carla is not None:
+        return compare_with_carla(sorted(options.folder.glob("*.xodr")), options.carla)
     if options.compile is not None:
         found = seconds(options.compile, options.folder)
         said = (f"{name:16} {took:.2f} s of processor time" for name, took in found.items())

@@ -79,6 +79,7 @@ def concrete_files(
         *_map_edits(program, modules),
         _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
     ]
+    edits = list(_requoted(edits, modules, source))
     texts = {names[file.start]: _apply(file, edits) for file in source.files}
     texts[name] = "".join(f"# {line}\n" for line in remark.splitlines()) + texts[name]
     return {file: _laid_out(file, text) for file, text in texts.items()} if laid_out else texts
@@ -115,6 +116,18 @@ def _apply(file: FileText, edits: Sequence[Edit]) -> str:
     return "".join([*result, text[position:]])
 
 
+def _requoted(edits: Sequence[Edit], modules: Sequence[nodes.Module], source: Source) -> Iterator[Edit]:
+    """With the other quotes where an edit lies in a text with values that begins with these."""
+    found = (node.span for module in modules for node in everything_in(module) if isinstance(node, nodes.Formatted))
+    texts = [span for span in found if source.slice(span)[1] == '"']
+    for edit in edits:
+        if '"' in edit.text and any(span.start < edit.span.start and edit.span.end < span.end for span in texts):
+            text = edit.text.replace("'", r"\x27").replace(r"\"", r"\x22").replace('"', "'")
+            yield Edit(edit.span, text)
+        else:
+            yield edit
+
+
 def _import_edits(
     imports: Imports, source: Source, modules: Sequence[nodes.Module], names: Mapping[int, str]
 ) -> Iterator[Edit]:
@@ -142,7 +155,7 @@ def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Ed
     statements = (each for module in modules for each in module.statements if isinstance(each, nodes.Map))
     for place in (*entries, *statements):
         for node in everything_in(place):
-            if isinstance(node, nodes.String) and node.value == spec.file:
+            if isinstance(node, nodes.Formatted) or (isinstance(node, nodes.String) and node.value == spec.file):
                 yield Edit(node.span, f'"{map_name(spec)}"')
 
 

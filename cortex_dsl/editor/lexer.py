@@ -80,10 +80,10 @@ class ScnLexer(RegexLexer):
             default("#pop"),
         ],
         "strings": [
-            (r'"""(?:[^\\]|\\[\s\S])*?(?:"""|\Z)', String),
-            (r"'''(?:[^\\]|\\[\s\S])*?(?:'''|\Z)", String),
-            (r'"(?:[^"\\\n]|\\[^\n])*"?', String),
-            (r"'(?:[^'\\\n]|\\[^\n])*'?", String),
+            (r'[fF]?"""(?:[^\\]|\\[\s\S])*?(?:"""|\Z)', String),
+            (r"[fF]?'''(?:[^\\]|\\[\s\S])*?(?:'''|\Z)", String),
+            (r'[fF]?"(?:[^"\\\n]|\\[^\n])*"?', String),
+            (r"[fF]?'(?:[^'\\\n]|\\[^\n])*'?", String),
         ],
         "numbers": [
             (rf"({patterns.NUMBER})({BLANK}*)({patterns.UNIT})", bygroups(Number, Whitespace, Keyword.Type)),

@@ -58,10 +58,10 @@ def _statements() -> list[Rule]:
 
 def _strings() -> list[Rule]:
     return [
-        _quoted("", '"""', "string.quoted.triple"),
-        _quoted("", "'''", "string.quoted.triple"),
-        _match(r'"(?:[^"\\\n]|\\[^\n])*"?', name="string.quoted.double"),
-        _match(r"'(?:[^'\\\n]|\\[^\n])*'?", name="string.quoted.single"),
+        _quoted(r"(?:\b[fF])?", '"""', "string.quoted.triple"),
+        _quoted(r"(?:\b[fF])?", "'''", "string.quoted.triple"),
+        _match(r'(?:\b[fF])?"(?:[^"\\\n]|\\[^\n])*"?', name="string.quoted.double"),
+        _match(r"(?:\b[fF])?'(?:[^'\\\n]|\\[^\n])*'?", name="string.quoted.single"),
     ]
 
 

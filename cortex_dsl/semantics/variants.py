@@ -19,7 +19,17 @@ from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
-from cortex_dsl.semantics.evaluation import calls, distances, geometry, lists, objects, operators, relations, seeing
+from cortex_dsl.semantics.evaluation import (
+    calls,
+    distances,
+    geometry,
+    lists,
+    objects,
+    operators,
+    relations,
+    seeing,
+    texts,
+)
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.areas import Area
@@ -27,7 +37,7 @@ from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.builtins import OFF_ROAD
+from cortex_dsl.semantics.names.classes import OFF_ROAD
 from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
@@ -43,6 +53,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.WithUnit: operators.with_unit,
     nodes.Degrees: operators.degrees,
     nodes.String: operators.string,
+    nodes.Formatted: texts.formatted,
     nodes.Constant: operators.constant,
     nodes.InitialScenario: operators.initial_scenario,
     nodes.Name: operators.name,

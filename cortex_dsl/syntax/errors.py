@@ -254,6 +254,13 @@ WRONG_IMPORT = Code(
     "import my-cars\n",
     'import "my-cars.scn" as my_cars\n',
 )
+WRONG_FORMATTED = Code(
+    "SCN128",
+    "text with values that cannot be read",
+    'In `f"..."` a value stands between braces, with how it is laid out behind a colon; `{{` and `}}` are braces.',
+    'x = 3\ny = f"{x cars"\n',
+    'x = 3\ny = f"{x} cars"\n',
+)
 EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "# later\n", "x = 1\n", _READ)
 BINARY_FILE = Code(
     "SCN131", "not a text file", "A scenario is text; this file holds zero bytes.", "x = 1\n\0", "x = 1\n", _READ

@@ -11,7 +11,8 @@ from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors, nodes
 from cortex_dsl.syntax.errors import MAX_DEPTH
-from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS, EscapeError, string_value, unit_list
+from cortex_dsl.syntax.formatted import read_formatted, unescaped
+from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS, unit_list
 from engine.errors import Signal
 
 Branch: TypeAlias = Tree[Token]
@@ -155,20 +156,11 @@ class ExpressionBuilder:
     def string(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.String(self.text(token(tree.children[0])), span=span)
 
+    def formatted(self, tree: Branch, span: Span) -> nodes.Expression:
+        return read_formatted(token(tree.children[0]), self.source, self.expression, self.report, span)
+
     def text(self, literal: Token) -> str:
-        try:
-            return string_value(literal)
-        except EscapeError as bad:
-            start = (literal.start_pos or 0) + bad.offset
-            self.report(
-                errors.WRONG_LITERAL.at(
-                    Span(start, start + len(bad.text)),
-                    f"`{bad.text}` is no escape",
-                    reason="known escapes are \\n \\t \\r \\0 \\\\ \\\" \\' \\xHH \\uHHHH \\UHHHHHHHH",
-                    cure="write `\\\\` for a backslash",
-                )
-            )
-            return ""
+        return unescaped(literal, literal.start_pos or 0, self.report)
 
     def constant(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.Constant({"True": True, "False": False, "None": None}[str(tree.children[0])], span=span)
@@ -432,7 +424,8 @@ _B = ExpressionBuilder
 _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expression]] = {
     method.__name__: method
     for method in (
-        _B.number, _B.with_unit, _B.string, _B.constant, _B.initial_scenario, _B.name, _B.attribute, _B.index, _B.call,
+        _B.formatted, _B.number, _B.with_unit, _B.string, _B.constant, _B.initial_scenario,
+        _B.name, _B.attribute, _B.index, _B.call,
         _B.starred, _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary,
         _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,

@@ -19,9 +19,10 @@ class EscapeError(Signal):
         self.offset = offset
 
 
-def string_value(literal: str) -> str:
-    """The text that a quoted literal means. Its line breaks are line feeds whatever the file uses."""
-    quotes = 3 if literal[:3] in ('"""', "'''") else 1
+def string_value(literal: str, quotes: int | None = None) -> str:
+    """The text that a quoted literal means, or one within quotes (0). Its line breaks are line feeds in any file."""
+    if quotes is None:
+        quotes = 3 if literal[:3] in ('"""', "'''") else 1
     pieces, last = [], quotes
     body = literal[: len(literal) - quotes]
     for match in _ESCAPE.finditer(body, quotes):

@@ -43,6 +43,21 @@ class String(Expression):
 
 
 @frozen
+class Placeholder(Node):
+    """`{value:layout}` in a text."""
+
+    value: Expression
+    layout: str  # as Python's `format` takes it; empty where there is none
+
+
+@frozen
+class Formatted(Expression):
+    """`f"{n} cars"`: texts, and values that are written out."""
+
+    parts: tuple[str | Placeholder, ...]
+
+
+@frozen
 class Constant(Expression):
     """`True`, `False`, `None`."""
 
@@ -709,7 +724,9 @@ class Assert(Statement):
 
     @property
     def name(self) -> str:
-        """What it says of itself."""
+        """What it says of itself; values in it stay open."""
+        if isinstance(self.message, Formatted):
+            return "".join(part if isinstance(part, str) else "…" for part in self.message.parts)
         return self.message.value if isinstance(self.message, String) else ""
 
 

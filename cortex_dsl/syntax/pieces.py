@@ -9,7 +9,7 @@ from lark import Token
 
 _OPEN = {"LPAR": ")", "LSQB": "]", "LBRACE": "}"}
 _CLOSE = {"RPAR", "RSQB", "RBRACE"}
-_ENDS_VALUE = {"NAME", "NUMBER", "STRING", "CONSTANT", "UNIT", "_DEG", *_CLOSE}
+_ENDS_VALUE = {"NAME", "NUMBER", "STRING", "FSTRING", "CONSTANT", "UNIT", "_DEG", *_CLOSE}
 _CALLED = {"_SIMULATION", "_SIGNALS", "_REQUIRE_PROBABLY"}
 """Words that a bracket follows without a space."""
 _SIGNED = {"PLUS", "MINUS", "STAR"}
@@ -142,7 +142,7 @@ class _Pieces:
         for number, token in enumerate(self.tokens):
             gap = self.text[self.tokens[number - 1].end_pos : token.start_pos] if number else ""
             kind = "BOUND_COMMA" if number in self.bound else token.type
-            spelled = str(token) if kind == "STRING" else " ".join(token.split())
+            spelled = str(token) if kind in ("STRING", "FSTRING") else " ".join(token.split())
             yield Piece(
                 kind, spelled, self.space(token.type), comments_in(gap), "\n" in gap, "\\" in _COMMENT.sub("", gap)
             )

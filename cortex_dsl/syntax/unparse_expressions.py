@@ -11,6 +11,7 @@ from typing import Any
 
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_number, write_string
+from cortex_dsl.syntax.unparse_formatted import write_formatted
 from cortex_dsl.syntax.words import TEMPORAL_PREFIXES
 
 
@@ -67,10 +68,6 @@ def _number(node: nodes.Number) -> Written:
 
 def _with_unit(node: nodes.WithUnit) -> Written:
     return f"{write(node.value, Level.PRIMARY)} {node.unit}", Level.QUANTITY
-
-
-def _string(node: nodes.String) -> Written:
-    return write_string(node.value), Level.ATOM
 
 
 def _constant(node: nodes.Constant) -> Written:
@@ -261,7 +258,8 @@ def _new(node: nodes.New) -> Written:
 _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
     nodes.Number: _number,
     nodes.WithUnit: _with_unit,
-    nodes.String: _string,
+    nodes.String: lambda node: (write_string(node.value), Level.ATOM),
+    nodes.Formatted: lambda node: (write_formatted(node, lambda value: write(value, Level.OR)), Level.ATOM),
     nodes.Constant: _constant,
     nodes.InitialScenario: _initial_scenario,
     nodes.Name: _name,

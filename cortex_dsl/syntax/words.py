@@ -178,7 +178,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("apparent heading of", "apparent heading of A from B", "Heading of an object from the line of sight."),
         ("angle from", "angle from A to B", "Heading of the way from one place to another."),
         ("angle to", "angle to B", "Heading of the way from the ego to a place."),
-        ("distance past", "distance past A of B", "How far a place is ahead of an object, along the heading of that."),
+        ("distance past", "distance past A of B", "How far an object has come past a place, along its own heading."),
         ("follow", "follow FIELD from PLACE for DISTANCE", "Where a way along the field ends."),
         ("front of", "front of A", "The middle of an edge of an outline; also `back`, `left`, `right`."),
         ("back of", "back of A", "The middle of its rear edge; `back left of` and `back right of` are its corners."),

@@ -66,7 +66,7 @@ class Campaign:
     distinct_collisions: int
     """Different genomes that collided."""
     worst: tuple[Case, ...]
-    """Up to ten of many kinds, worst first: by risk, equal ones by continuous risk (see `ranking`)."""
+    """Up to ten of many kinds, worst first: risk, then avoidable ones, then continuous risk (see `ranking`)."""
     genes: tuple[GeneEffect, ...]
     elapsed: float
     """[s]"""

@@ -1,4 +1,5 @@
-"""The worst cases of a campaign: by risk, then continuous risk, then age, and of many kinds.
+"""The worst cases of a campaign: by risk, those that a competent driver would have avoided before others of the same
+risk, then by continuous risk, then age, and of many kinds.
 
 Of the collisions in that order (of all valid simulations, where there are fewer than asked for) the worst is taken,
 then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that a
@@ -38,20 +39,23 @@ class Case:
     """How fast the two came together at contact, or where they were closest [m/s]: risk has a top, this has none."""
 
 
-def order_of_risk(evaluations: Evaluations) -> Ints:
-    """Return the valid simulated rows, worst first: integer risk, then continuous risk, then birth; or by what else is
-    sought.
+def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
+    """Return the valid simulated rows, worst first: integer risk, or what else is sought; then those that a
+    competent driver would have avoided, where `blame` (n, k) tells; then continuous risk, then birth.
     """
     rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
     first = -evaluations.continuous if is_aimed(evaluations.rollouts) else -evaluations.score
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], first[rows]))]
+    avoidable = np.zeros(len(rows), dtype=bool)
+    if blame is not None:
+        avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
+    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first[rows]))]
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
     """Return the worst rollouts of up to `count` different genomes, worst first; with what the reference driver says of
     each rollout (n, k), of many kinds.
     """
-    rows = _different(evaluations, order_of_risk(evaluations))
+    rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
         rows = _of_each_kind(evaluations, rows, count, blame)
     return tuple(_case(evaluations, row, rank) for rank, row in enumerate(rows[:count].tolist(), start=1))

@@ -115,7 +115,9 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _missing("`except`", "nothing is raised", BODY.format("try:\n        wait\n    except E:\n        wait")),
         _same("`self.x = V`", BODY.format("self.foo += 1"), "numbers and truths that the object was made with"),
         _missing("`self.position = V`", "the run moves objects", BODY.format("self.position = (1, 1)")),
-        _same("`scenario`, `setup`, `compose`",
+        _differs("`scenario`, `setup`, `compose`",
+                 "what started a scenario sees it end one step later, and goes on then; a record sees an `override` "
+                 "from the next sample on; what a handler interrupts goes on",
               "scenario S():\n    setup:\n        terminate after 1 s\n"
               "scenario Main():\n    compose:\n        do S()\n"),
         _same("`override X with behavior B`, `with foo V`",
@@ -155,8 +157,10 @@ TABLES: dict[str, tuple[Row, ...]] = {
                  'f = PolygonalVectorField("f", [])\n'),
         _same("`Workspace`", "workspace = Workspace(CircularRegion((0, 0), 300))\n"),
         _same("`sin`, `hypot`, `min`, `max`, `len`, `range`, `round`", "x = max(sin(3), hypot(3, 4), round(2.5))\n"),
-        _missing("`str`, `float`, `int`, `isinstance`", "values have no classes", "x = int(2.5)\n"),
-        _missing("f-strings", "no part of a run reads text", 'x = f"{3}"\n'),
+        _same("`str`, `float`, `int`, `isinstance`", "x = int(2.5)\n"
+              "assert isinstance(ego, Car) and isinstance(x, (int, float))\n",
+              "of texts that are known; `int` of drawn numbers too"),
+        _same("f-strings", 'x = f"{3} {2.5:.2f}"\nassert x == "3 2.50"\n', "of what is known, or a finite choice"),
         _same("`globalParameters`", "param X = 3\nx = globalParameters.X\n"),
     ),
     "properties": (
@@ -174,12 +178,14 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`speed`", "a = new Car on road, with speed 3\n"),
         _missing("`velocity`, `angularSpeed`", "they follow from what an object does", "x = ego.velocity\n"),
         _same("`behavior`", "a = new Object with behavior IdleBehavior\n"),
-        _missing("`lastActions`", "a record holds numbers", "record ego.lastActions as a\n"),
+        _missing("`lastActions`", "actions are no values; ask for `x.throttle`, `x.brake` or `x.steer`",
+                 "record ego.lastActions as a\n"),
         _same("`left`, `frontRight`, …", "p = ego.frontRight\n"),
         _missing("`visibleRegion`", "write `visible R`", "a = new Object in ego.visibleRegion\n"),
     ),
     "domain": (
-        _same("`road`, `network`, `intersection`", "x = network.lanes[0]\n", "`intersection` where the map has one"),
+        _same("`road`, `network`, `intersection`", "x = network.lanes[0]\n",
+              "`intersection` of a map with several is their region, with a `model` line"),
         _same("`lane.maneuvers`, `lane.sections`, `laneToLeft`, …", "x = network.lanes[0].sections[0].laneToLeft\n"),
         _same("`network.laneAt`, `roadAt`, `laneGroupAt`, `intersectionAt`", "x = network.laneAt(ego)\n"),
         _missing("`sidewalk`, `curb`, `shoulder`, `crossing`", "roads have lanes alone",

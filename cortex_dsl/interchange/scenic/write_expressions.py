@@ -35,7 +35,8 @@ from cortex_dsl.semantics.model.values import (
     Quantity,
     Value,
 )
-from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS, Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
+from cortex_dsl.semantics.names.classes import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.units import UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import Sought, objectives_content, sought_of
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
@@ -89,7 +90,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "attempts": scenes.attempts[0],
         "params": params_content(program.space, scenes.genomes[0]),
         "held": {one.name: {"value": one.value, "unit": one.unit} for one in report.held},
-        "choices": {c.name: c.option for c in program.variants[int(scenes.variant[0])].choices},
+        "choices": dict(made_choices(program, scenes)),
         "actors": program.actors,
         "end": {
             "reason": reason,

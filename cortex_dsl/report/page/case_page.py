@@ -9,6 +9,7 @@ from pathlib import Path
 from shlex import quote
 
 from cortex_dsl.report.findings.case_replay import CaseReplay
+from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import broken_words, sought_of
 from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, percent, significant
 from cortex_dsl.report.findings.run_report import PARTS
@@ -137,8 +138,8 @@ def params_table(replay: CaseReplay) -> Element:
         for one in replay.held
     ]
     choices = [
-        element("tr", element("th", choice.name, scope="row"), element("td", choice.option, colspan=3))
-        for choice in replay.program.variants[int(replay.scenes.variant[0])].choices
+        element("tr", element("th", name, scope="row"), element("td", option, colspan=3))
+        for name, option in made_choices(replay.program, replay.scenes)
     ]
     return element("table", element("tbody", rows, held, choices), class_="params")
 

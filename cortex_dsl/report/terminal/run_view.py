@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import broken_words
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import RunReport
@@ -146,7 +147,7 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
     parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
     if len(program.space) or report.held:
         parts.append(section("Params", params_view(program.space, report.scenes.genomes[0], report.held)))
-    if (choices := choices_view(program, int(report.scenes.variant[0]))) is not None:
+    if (choices := choices_view(program, report.scenes)) is not None:
         parts.append(section("Choices", choices))
     parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
     return Group(*parts)
@@ -166,12 +167,10 @@ def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
     return [*parts, section("Other measures", measures, "beside the risk")]
 
 
-def choices_view(program: Program, variant: int) -> RenderableType | None:
-    """What chance chose among finitely many, e.g. lanes and maneuvers; None where there was nothing to choose."""
-    if not 0 <= variant < len(program.variants) or not program.variants[variant].choices:
-        return None
-    rows = [(Text(c.name), Text(c.option)) for c in program.variants[variant].choices]
-    return columns(left(), left(wrap=True), rows=rows)
+def choices_view(program: Program, scenes: Scenes) -> RenderableType | None:
+    """What chance chose for row 0 among finitely many; None where there was nothing to choose."""
+    rows = [(Text(name), Text(option)) for name, option in made_choices(program, scenes)]
+    return columns(left(), left(wrap=True), rows=rows) if rows else None
 
 
 def key_moment(report: RunReport) -> KeyMoment | None:

@@ -100,7 +100,7 @@ def still_view(
     parts: list[RenderableType] = [section("Scene", _beside(drawing, legend, width), _found(scenes, note))]
     if len(program.space):
         parts.append(section("Params", params_view(program.space, scenes.genomes[0])))
-    if (choices := choices_view(program, int(scenes.variant[0]))) is not None:
+    if (choices := choices_view(program, scenes)) is not None:
         parts.append(section("Choices", choices))
     return Group(*parts)
 

@@ -1,4 +1,6 @@
-"""SCN55x: words of Scenic that the compiler works out: fields at places, overrides of a file's own properties."""
+"""SCN55x: words of Scenic that the compiler works out: fields at places, overrides of a file's own properties, texts
+made of values.
+"""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem
@@ -33,5 +35,69 @@ OVERRIDDEN_AND_SET = Problem(
         "scenario Sub():\n    setup:\n        override ego with more 9\n        terminate after 1 s\n\n"
         "scenario Main():\n    compose:\n        do Sub()\n"
         "record ego.laps + ego.more as laps\n",
+    ),
+)
+LAYOUT = Problem(
+    "SCN552",
+    "`{layout}` does not lay out {kind}",
+    "it is read as Python reads what stands behind the colon; widths have up to three digits",
+    "as in `{{x:.2f}}` for a number, `{{n:03d}}` for a whole one, `{{name:>8}}` for a text",
+    page=Page(
+        "layout that does not fit the value",
+        "What stands behind the colon in a text with values says how one value is laid out. `d` is for whole numbers, "
+        "`f` and `e` are for all, and a text has a width alone.",
+        'laps = 2.5\nego = new Car on road, with name f"car {laps:d}"\n',
+        'laps = 2.5\nego = new Car on road, with name f"car {laps:.1f}"\n',
+    ),
+)
+LONG_TEXT = Problem(
+    "SCN553",
+    "this text has more than {limit} characters",
+    "texts are put together when the file is compiled, so their length is limited",
+    "put less into it",
+    page=Page(
+        "text too long",
+        "A text that is put together from others may double with each step of a loop, so its length is limited.",
+        'x = "ab"\nfor i in range(20):\n    x = x + x\nego = new Car on road, with name x\n',
+        'x = "ab"\nfor i in range(2):\n    x = x + x\nego = new Car on road, with name x\n',
+    ),
+)
+NO_NUMBER_IN_TEXT = Problem(
+    "SCN554",
+    "`{text}` is no {kind}",
+    "a text is read as Python reads it",
+    'write digits alone in it, such as `int("3")` or `float("2.5")`',
+    page=Page(
+        "text that is no number",
+        "`int` and `float` read a text that has nothing but a number in it; a unit stands behind the call.",
+        'ego = new Car on road, with speed float("ten")\n',
+        'ego = new Car on road, with speed float("10")\n',
+    ),
+)
+NO_CLASS = Problem(
+    "SCN555",
+    "`isinstance` asks for a class, but this is {actual}",
+    "classes are those that `new` makes objects of, and `int`, `float`, `str`, `list` and `tuple`",
+    "write one of them, or several in brackets: `(Car, Truck)`",
+    page=Page(
+        "what is no class",
+        "`isinstance(x, Car)` is true of a `Car` and of everything of a class that is made from it.",
+        'ego = new Car on road\nrequire isinstance(ego, "Car")\n',
+        "ego = new Car on road\nrequire isinstance(ego, Car)\n",
+    ),
+)
+LAST_ACTIONS = Problem(
+    "SCN556",
+    "what an object took in the last step is not kept as a list",
+    "actions are orders to the simulation and no values",
+    "ask for what they do, `{name}.throttle`, `{name}.brake` or `{name}.steer`, or note it yourself: "
+    "`with braked 0`, and `self.braked = 1` beside the `take`",
+    page=Page(
+        "`lastActions`",
+        "Scenic keeps the actions that each object took in the last step. Here they are orders that the simulation "
+        "carries out; pedals and steering are numbers that can be asked for, and a behavior may count what it does.",
+        "ego = new Car on road, with behavior BrakeBehavior()\nrecord ego.lastActions as actions\n"
+        "terminate after 2 s\n",
+        "ego = new Car on road, with behavior BrakeBehavior()\nrecord ego.brake as brake\nterminate after 2 s\n",
     ),
 )

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.compile_time import LAST_ACTIONS
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
 from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
 from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
@@ -284,6 +285,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         return of_lane(lane_under(ev, actor))
     if name in relations.EDGES:
         return relations.edge_of(ev, actor, relations.EDGES[name])
+    if name == "lastActions":
+        raise LAST_ACTIONS.mistake(span, name=actor.name)
     if (of_object := driving.OF_OBJECTS.get(name)) is not None:
         return of_object(ev, actor, span)
     raise UNKNOWN_ATTRIBUTE.mistake(

@@ -6,7 +6,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
-from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values, regions
+from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values, regions, texts
 from cortex_dsl.semantics.evaluation.arguments import (
     Given,
     Slot,
@@ -132,6 +132,7 @@ FUNCTIONS: Mapping[str, functions.Meaning] = {
     **over_run.MEANINGS,
     **regions.MEANINGS,
     **random_values.MEANINGS,
+    **texts.MEANINGS,
 }
 
 

@@ -42,7 +42,8 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.classes import ACTOR_KINDS
 from cortex_dsl.semantics.quantities.algebra import Term, cos, equal, region_contains, sin, where
 from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.source import Span
@@ -313,10 +314,8 @@ def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Va
     while_running(ev, span, "setAllIntersectionTrafficLightsStatus")
     plan = signals.needed(ev, span, "`setAllIntersectionTrafficLightsStatus`")
     if not isinstance(intersection.value, Intersection):
-        actual = kind_name(intersection.value)
-        raise WRONG_KIND.mistake(
-            intersection.span, what="`intersection`", expected="an intersection", actual=actual, cure=""
-        )
+        what, actual = "`intersection`", kind_name(intersection.value)
+        raise WRONG_KIND.mistake(intersection.span, what=what, expected="an intersection", actual=actual, cure="")
     colour = named_colour(color.value, color.span)
     lights = signals.lights(ev, intersection.value)
     return Effect(tuple(act for light in lights for act in set_light(ev, plan, light, colour, span)))

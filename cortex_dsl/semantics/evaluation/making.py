@@ -21,7 +21,7 @@ from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, shown
-from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, LOW, PLACED, PLACES
+from cortex_dsl.semantics.names.classes import ACTOR_KINDS, LOW, PLACED, PLACES
 from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, MODEL_FIELDS, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
@@ -105,9 +105,9 @@ class Making:
     _pose: Pose | None = None
 
     def __post_init__(self) -> None:
-        classes = () if self.own is None else (self.own, *self.own.bases)
+        self.classes = () if self.own is None else (self.own, *self.own.bases)
         self.defaults: dict[str, tuple[ClassValue, nodes.PropertyDefault]] = {}
-        for each in reversed(classes):
+        for each in reversed(self.classes):
             self.defaults |= {default.name: (each, default) for default in each.node.properties}
 
     @property

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import islice
 from operator import ge, gt, le, lt
 
 from cortex_dsl import ir
@@ -158,7 +159,7 @@ def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) ->
     """Of a slip: where a unit is missing, which for a param is its own line, and what else there is to see."""
     if not isinstance(number.expr, ir.Gene):
         return span, range_labels(number.expr, ev.file.genes)
-    gene = list(ev.file.genes.values())[number.expr.index]
+    gene = next(islice(ev.file.genes.values(), number.expr.index, None))
     return gene.span, (Label(span, f"taken for {dimension_name(dimension)}"),)
 
 

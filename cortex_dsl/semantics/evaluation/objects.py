@@ -24,7 +24,7 @@ from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
+from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -195,6 +195,7 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario, plain=making.plain)
+    actor.builtin, actor.classes = making.builtin or "Object", making.classes
     _let_change(ev, actor)
     ev.run.built.actors.append(actor)
     _require_of(ev, actor, placed[0], node)
@@ -276,11 +277,12 @@ def _own_heading(ev: Evaluator, node: nodes.New, found: Sorted, default: Term | 
 
 
 def _unique(ev: Evaluator, name: str) -> str:
-    taken = {actor.name for actor in ev.run.built.actors}
+    taken = ev.run.built.actor_names
     number = 2
     unique = name
     while unique in taken:
         unique, number = f"{name}{number}", number + 1
+    taken.add(unique)
     return unique
 
 

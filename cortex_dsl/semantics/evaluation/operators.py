@@ -18,6 +18,7 @@ from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.bounds_given import Site, scaled
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.roads import named_constant
+from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -148,6 +149,8 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         with numbers.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](left, right, node.span)
+    if isinstance(left, str) and isinstance(right, str) and operator == "+":
+        return joined_text([left, right], node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)

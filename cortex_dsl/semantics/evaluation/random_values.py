@@ -50,7 +50,8 @@ def uniform(ev: Evaluator) -> Term:
 def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None, kind: str = "number") -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, kind, si_word(dimension), (expr,)))
+        word = name_of_choice(ev, site) if kind == "lane" else si_word(dimension)
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, kind, word, (expr,)))
     return Quantity(expr, dimension)
 
 
@@ -163,11 +164,15 @@ def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
     return tuple(option.weight / total for option in options)
 
 
+def name_of_choice(ev: Evaluator, site: Site) -> str:
+    return ev.run.assigning or shortened(ev, site.span)
+
+
 def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | None = None) -> Value:
     """One option as a decision of this variant: at random, or as a gene says."""
     if ev.moment.running and ev.moment.repeated:
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
-    name = ev.run.assigning or shortened(ev, site.span)
+    name = name_of_choice(ev, site)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
     drawable = gene is None and _are_lanes(options)
     option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene, drawable=drawable)]

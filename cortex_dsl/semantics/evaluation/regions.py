@@ -218,6 +218,10 @@ def _field(ev: Evaluator, _name: Given, value: Given, least: Given | None, step:
             heading = function.apply(ev.moment, {function.parameters[0].name: coordinates})
         else:
             heading = function
+        if isinstance(heading, DirectionField):  # such as itself
+            cure = "return a heading: `(FIELD at p)` of another field"
+            actual = kind_name(heading)
+            raise WRONG_KIND.mistake(value.span, what="this", expected="a heading", actual=actual, cure=cure)
         return geometry.heading_at(ev, heading, point, value.span)
 
     fewest = 4 if least is None else whole_number(ev, least.value, least.span, "`minSteps`")

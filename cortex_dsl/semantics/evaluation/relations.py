@@ -41,7 +41,8 @@ def relative_to(ev: Evaluator, node: nodes.RelativeTo) -> Value:
 
 
 def _turned_field(ev: Evaluator, value: Value, base: Value, spans: tuple[Span, Span]) -> DirectionField:
-    """The sum of two fields, or of a field and an angle, at each place."""
+    """The sum of two fields, or of a field and an angle, at each place; of two, one counts from the file's zero."""
+    both = isinstance(value, DirectionField) and isinstance(base, DirectionField)
 
     def part(each: Value, span: Span) -> Callable[[Vector], Term]:
         if isinstance(each, DirectionField):
@@ -50,7 +51,7 @@ def _turned_field(ev: Evaluator, value: Value, base: Value, spans: tuple[Span, S
         return lambda _point: turned
 
     one, other = (part(each, span) for each, span in zip((value, base), spans, strict=True))
-    return DirectionField(lambda point: one(point) + other(point))
+    return DirectionField(lambda point: one(point) + (as_written(ev, other(point)) if both else other(point)))
 
 
 def _written(ev: Evaluator, value: Value, span: Span) -> Term:
@@ -105,10 +106,10 @@ def _relative_position(ev: Evaluator, of: Value, of_span: Span, origin: Value, s
 
 
 def _distance_past(ev: Evaluator, of: Value, of_span: Span, origin: Value, span: Span) -> Value:
-    """How far a place is ahead, along the heading of what is past."""
+    """How far something has come past a place, along its own heading; less than 0 where the place is ahead of it."""
     point = geometry.position(ev, of, of_span)
     pose = geometry.oriented(ev, origin, span, "what is past")
-    return Quantity((point.x - pose.x) * cos(pose.heading) + (point.y - pose.y) * sin(pose.heading), LENGTH)
+    return Quantity((pose.x - point.x) * cos(pose.heading) + (pose.y - point.y) * sin(pose.heading), LENGTH)
 
 
 _RELATIONS: Mapping[str, Callable[[Evaluator, Value, Span, Value, Span], Value]] = {

@@ -6,6 +6,7 @@ What they look at must be known when the file is compiled; each round costs step
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
@@ -82,8 +83,17 @@ def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     if isinstance(condition, ir.Literal):
         if not condition.value:
-            raise ASSERTION.mistake(node.condition.span, reason=node.name)
+            raise ASSERTION.mistake(node.condition.span, reason=_message(ev, node))
         return
     name = node.name or ev.file.source.words(node.condition.span)
     margin = margin_of(condition, ev.run.compared)
     ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(node.span), *margin))
+
+
+def _message(ev: Evaluator, node: nodes.Assert) -> str:
+    """Its text, with the values in it as far as they are known."""
+    try:
+        message = None if node.message is None else ev.evaluate(node.message)
+    except (Mistake, NeedsExpansion):
+        return node.name
+    return message if isinstance(message, str) else node.name

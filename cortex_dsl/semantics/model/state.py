@@ -164,15 +164,20 @@ class FileContext:
 
     def gene_index(self, name: str) -> int:
         """Number of a gene, in the order of the file."""
-        for known in islice(self.genes, len(self._gene_numbers), None):
-            self._gene_numbers[known] = len(self._gene_numbers)
+        if name not in self._gene_numbers:
+            for known, _ in self._genes_since(len(self._gene_numbers)):
+                self._gene_numbers[known] = len(self._gene_numbers)
         return self._gene_numbers[name]
+
+    def _genes_since(self, count: int) -> list[tuple[str, ir.GeneInfo]]:
+        """Those that came after the first `count`, in their order; it takes no look at these."""
+        return list(islice(reversed(self.genes.items()), len(self.genes) - count))[::-1]
 
     def gene_bounds(self) -> dict[int, Interval]:
         """SI bounds of every gene that stands for its own value."""
         if self._bounded == len(self.genes):
             return self._bounds
-        for i, g in enumerate(islice(self.genes.values(), self._bounded, None), self._bounded):
+        for i, (_, g) in enumerate(self._genes_since(self._bounded), self._bounded):
             if g.kind != GeneKind.INDEX:
                 self._bounds[i] = g.low * g.scale, g.high * g.scale
         self._bounded = len(self.genes)
@@ -220,6 +225,7 @@ class Built:
     """What a variant has made so far: objects, coroutines, requirements, and the road that they share."""
 
     actors: list[Actor] = field(default_factory=list)
+    actor_names: set[str] = field(default_factory=set)
     numbered: int = 1
     """The next number of an object; 0 is the ego's."""
     first_ego: Actor | None = None

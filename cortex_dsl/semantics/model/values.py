@@ -219,14 +219,14 @@ class Actor:
     span: Span
     pose: Pose
     properties: dict[str, Value] = field(default_factory=dict)
-    scenario: "Instance | None" = None
-    """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
+    scenario: "Instance | None" = None  # what made it, if another scenario starts that
     overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
     """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
     overridden: "dict[str, list[tuple[int, Quantity | Truth]]]" = field(default_factory=dict)  # likewise, of its own
-    plain: bool = False
-    """Whether it is an `Object`: nothing is known of it but its place and outline, and it may do things."""
+    plain: bool = False  # an `Object`: nothing is known of it but its place and outline, and it may do things
     cells: "dict[str, Cell]" = field(default_factory=dict)  # its own properties that the run may change
+    builtin: str = ""  # the class of the language that it is of
+    classes: "tuple[ClassValue, ...]" = ()  # those of the file that it is of, nearest first
 
 
 @frozen_identity

@@ -4,7 +4,7 @@ dimension: messages about its requirements use the same one.
 
 import math
 from collections.abc import Iterator, Mapping
-from itertools import chain
+from itertools import chain, islice
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.model.areas import Area
@@ -174,8 +174,8 @@ def _written(condition: nodes.Expression) -> Iterator[str]:
 
 def param_units(condition: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> Iterator[str]:
     """The units of the params that an expression reads, in the order of the file; "" of those without."""
-    known = list(genes.values())
-    yield from (known[index].unit for index in sorted({e.index for e in leaves(condition) if isinstance(e, ir.Gene)}))
+    for index in sorted({each.index for each in leaves(condition) if isinstance(each, ir.Gene)}):
+        yield next(islice(genes.values(), index, None)).unit
 
 
 def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) -> str:

@@ -1,5 +1,4 @@
-"""Everything a program may name without defining it: one row each, with what hover text and the reference say; and the
-classes of `new`.
+"""Everything a program may name without defining it: one row each, with what hover text and the reference say.
 
 A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
 `random_values`, `following`, `caution` and `giving_way` hold what the rows do.
@@ -12,7 +11,7 @@ from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, PURE, SPEED, TIME
 from engine.frozen import frozen
 from engine.named_results import NAMED_RESULTS
-from engine.vocabulary import ActorKind, Command
+from engine.vocabulary import Command
 
 
 class Kind(Enum):
@@ -146,6 +145,11 @@ _ROWS = (
     _function("floor", "Greatest whole number not above x.", "x"),
     _function("ceil", "Least whole number not below x.", "x"),
     _function("round", "Nearest whole number, halves to even.", "x"),
+    # -- texts and classes
+    _function("int", "The whole part of a number, towards zero; of a text, the whole number in it.", "x"),
+    _function("float", "The number that a text holds; a number as it is.", "x"),
+    _function("str", "A value as text.", "x"),
+    _function("isinstance", "Whether something is of a class, or of one of several.", "x", "classinfo"),
     # -- lists
     _function("len", "Number of items of a list.", "items"),
     _function("filter", "Items of a list for which a function is true.", "function", "items"),
@@ -315,36 +319,3 @@ UNASSIGNABLE: Mapping[str, str] = {
 
 def names_of(kind: Kind) -> tuple[str, ...]:
     return tuple(row.name for row in _ROWS if row.kind is kind)
-
-
-# -- the classes of `new`, and the properties that `with` sets ---------------------------------------------------------
-
-PLACES = ("Point", "OrientedPoint")
-PLACED = ("position", "heading")
-"""What a class may say about the place of its objects, beside their properties."""
-
-PROPS = (
-    "Trash", "Cone", "Debris", "VendingMachine", "Chair", "BusStop", "Garbage", "Container", "Table", "Barrier",
-    "PlantPot", "Mailbox", "Box", "Bench", "Barrel", "Kiosk", "IronPlate", "TrafficWarning",
-)  # fmt: skip
-"""Things of Scenic's CARLA model: obstacles here, all of one size."""
-
-LOW = frozenset(PROPS) - {"VendingMachine", "BusStop", "Container", "Kiosk", "TrafficWarning"}
-"""Props over which a driver sees: none is higher than a driver's eyes, 1.08 m above the road (AASHTO, "A Policy on
-Geometric Design of Highways and Streets", 2011, section 3.2.6)."""
-
-ACTOR_KINDS: Mapping[str, ActorKind] = {
-    "Car": ActorKind.CAR,
-    "Truck": ActorKind.TRUCK,
-    "Bus": ActorKind.BUS,
-    "Motorcycle": ActorKind.MOTORCYCLE,
-    "Bicycle": ActorKind.BICYCLE,
-    "Pedestrian": ActorKind.PEDESTRIAN,
-    "Obstacle": ActorKind.OBSTACLE,
-    **dict.fromkeys(PROPS, ActorKind.OBSTACLE),
-    "Object": ActorKind.OBSTACLE,
-}
-
-CLASSES = (*PLACES, *ACTOR_KINDS)
-OFF_ROAD = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
-"""Kinds that need not start on the road."""

@@ -5,6 +5,7 @@ which params belong to the system under test.
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import TypeGuard
+from weakref import finalize
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics.errors.names import DUPLICATE
@@ -28,7 +29,20 @@ def parts(node: nodes.Node) -> list[nodes.Node]:
 
 
 def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
-    """All nodes below a node."""
+    """All nodes below a node. Those of a file, which many look through, are found once."""
+    if not isinstance(node, nodes.Module):
+        return _below(node)
+    if (known := _OF_FILES.get(id(node))) is None:
+        known = _OF_FILES[id(node)] = tuple(_below(node))
+        finalize(node, _OF_FILES.pop, id(node), None)
+    return iter(known)
+
+
+_OF_FILES: dict[int, tuple[nodes.Node, ...]] = {}
+"""The nodes of each file that there is, by its identity."""
+
+
+def _below(node: nodes.Node) -> Iterator[nodes.Node]:
     waiting = parts(node)[::-1]
     while waiting:
         part = waiting.pop()

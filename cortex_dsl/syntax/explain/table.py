@@ -50,7 +50,7 @@ MISTAKES = (
     Mistake("class Taxi extends Car:\n    pass", "SCN114", joints.class_head),
     Mistake("class Taxi(Car):\n    speed = 3", "SCN126", joints.class_line),
     Mistake("import cars/taxi", "SCN127", joints.wrong_import),
-    Mistake('x = f"{y}"', "SCN115", habits.text_prefix),
+    Mistake('x = r"{y}"', "SCN115", habits.text_prefix),
     Mistake("behavior Stop() {}", "SCN114", phrasing.braces),
     Mistake("x = 50 %", "SCN114", phrasing.percent),
     Mistake("require a && b", "SCN114", habits.foreign_spelling),

@@ -5,7 +5,10 @@ import pytest
 from scipy import stats
 
 from cortex_dsl import CompileError, Scenario, compile_text
+from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.semantics import elaboration
+from engine.road import build_network
+from engine.scenes import actor_columns
 from engine.vocabulary import Column
 
 SIX = """
@@ -131,3 +134,22 @@ def test_too_many_lanes_that_must_be_known_are_still_refused() -> None:
     with pytest.raises(CompileError) as error:
         compile_text(f"map intersection(lanes=4)\n{many}\nego = new Car on road\n")
     assert [each.code for each in error.value.diagnostics] == ["SCN505"]
+
+
+def test_drawn_lanes_are_called_as_chosen_ones(drawing: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In tables, documents and on pages: the same names, and the lanes on which the objects stand."""
+    drawn = compile_text(PAIR)
+    scenes = drawn.sample(20, seed=2)
+    made = [made_choices(drawn.program, scenes, row) for row in np.flatnonzero(scenes.valid).tolist()]
+    network = build_network(drawn.program.road_spec)
+    for row, choices in zip(np.flatnonzero(scenes.valid).tolist(), made, strict=True):
+        for actor, (_, lane) in enumerate(choices):
+            x, y = actor_columns(drawn.program, scenes.values[row])[actor, [Column.X, Column.Y]]
+            (named,) = (each for each in network.lanes if each.name == lane)
+            assert network.paths.distance(named.path, float(x), float(y)) < 0.5 * named.width
+    monkeypatch.setattr(elaboration, "CHOSEN_LANES_LIMIT", 1024)
+    chosen = compile_text(PAIR)
+    assert not any(site.kind == "lane" for site in chosen.program.variants[0].sites)
+    others = made_choices(chosen.program, chosen.sample(1, seed=2))
+    assert {tuple(name for name, _ in choices) for choices in made} == {tuple(name for name, _ in others)}
+    assert len(set(made)) > 5

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import compile_text
-from engine.vocabulary import Column
+from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
 
 HERE = "map intersection()\n"
@@ -52,7 +52,7 @@ def test_operators_on_places(head: str, expression: str, value: str | None) -> N
     north = 90.0 if head == MODEL else 0.0
     if value is None:
         turn = math.radians(30.0 + north)
-        value = f"{10.0 * math.cos(turn) + 10.0 * math.sin(turn)} m"
+        value = f"{-10.0 * math.cos(turn) - 10.0 * math.sin(turn)} m"
     unit = value.split()[-1]
     rows(head + EGO + OTHER + f"require abs(({expression}) - ({value})) < 1e-9 {unit}\n")
 
@@ -342,3 +342,86 @@ def test_the_timestep_of_scenic_is_the_step_of_the_run() -> None:
     both = MODEL + said + "simulation(time_step=0.02 s)\n" + car
     assert compile_text(both).config.simulation.time_step == 0.02
     assert errors(MODEL + "param timestep = 9\n" + car) == ["SCN402"]
+
+
+@pytest.mark.parametrize(
+    ("expression", "text"),
+    [
+        ('f"{3} {2.5:.2f} {7:03d} {{}}"', "3 2.50 007 {}"),
+        ("f'{30 km/h:.1f} {1.5 m} {90 deg:.2f}'", "8.3 m/s 1.5 m 1.57 rad"),
+        ("f'''{True} {None} {[1, 2]} {(1, 'a')}'''", "True None [1, 2] (1, a)"),
+        ("f\"{'a':>3}{(lambda x: x + 1)(2)}{3 != 4}\"", "  a3True"),
+        ('"a" + str(2) + str(1e300)', "a21e+300"),
+        ('f"{ego} {ManeuverType.LEFT_TURN}"', "ego LEFT_TURN"),
+    ],
+)
+def test_texts_hold_values(expression: str, text: str) -> None:
+    """As Python writes them; numbers with their unit, things of the road by their name."""
+    rows(HERE + EGO + f"assert {expression} == {text!r}, {expression}\n")
+
+
+def test_int_is_the_whole_part_towards_zero() -> None:
+    """Of what is known and of what is drawn."""
+    known = "assert [int(-2.7), int(2.7), int(-0.2), int('-3'), int(True), float('2.5')] == [-2, 2, 0, -3, 1, 2.5]\n"
+    drawn = "x = Range(-3, 3)\nrequire int(x) == (floor(x) if x >= 0 else ceil(x))\n"
+    rows(HERE + known + EGO + drawn, 50)
+    spread = rows(HERE + "ego = new Object at (int(Range(-3, 3)), 0)\n", 200)[:, 0, Column.X]
+    assert set(spread.tolist()) == {-2.0, -1.0, 0.0, 1.0, 2.0}
+
+
+def test_classes_are_asked_for() -> None:
+    """An object is of its class, of those that this is made from, and of no other."""
+    text = HERE + "class Taxi(Car):\n    width: 2\nclass Cab(Taxi):\n    width: 2\n"
+    text += f"ego = new Taxi at (3, 2){FREE}\np = new OrientedPoint at (1, 1)\n"
+    true = ("ego, Taxi", "ego, Car", "ego, (Truck, Object)", "p, Point", "3, int", "[1], list", "'a', (int, str)")
+    false = ("ego, Cab", "ego, Truck", "p, Car", "2.5, int", "(1, 2), list", "3, str", "True, float")
+    asserted = [f"assert isinstance({each})\n" for each in (*true, "Range(1, 2), (int, float)")]
+    rows(text + "".join([*asserted, *(f"assert not isinstance({each})\n" for each in false)]))
+    assert errors(text + "assert isinstance(Range(1, 2), int)\n") == ["SCN506"]
+
+
+def test_a_copy_of_a_scene_keeps_its_quotes() -> None:
+    """What was chosen inside a text stands in the other quotes."""
+    text = HERE + f"k = f\"a{{Uniform('x', 'it s')}}\"\nego = new Object at (len([k]), 0){FREE}\nrequire k == 'ax'\n"
+    scenario = compile_text(text + "terminate after 1 s\n")
+    copy = scenario.concrete(scenario.sample(1, seed=2))
+    assert "k = f\"a{'x'}\"" in copy
+    compile_text(copy)
+
+
+def test_an_assertion_says_its_text() -> None:
+    """With its values where it is known to be false; what is drawn stays open and is required of the scene."""
+    (said,) = [d for d in findings(HERE + 'x = 3\nassert x == 4, f"x is {x}"\n' + EGO) if d.code == "SCN476"]
+    assert said.reason == "x is 3"
+    drawn = compile_text(HERE + 'x = Range(3, 5)\nassert x < 4, f"x is {x:.2f}"\n' + EGO)
+    assert "x is …" in [requirement.name for requirement in drawn.program.requirements]
+
+
+def test_two_fields_turn_one_another() -> None:
+    """Headings add up as the file counts them, whichever side is a field."""
+    field = 'f = VectorField("f", lambda p: 0.1 * p.x)\n'
+    text = f"{field}ego = new Object at (9, 20), facing (f relative to f){FREE}\n"
+    assert rows(MODEL + text)[0, 0, Column.HEADING] == pytest.approx(1.8 + math.pi / 2)
+    assert rows(HERE + text)[0, 0, Column.HEADING] == pytest.approx(1.8)
+
+
+@pytest.mark.parametrize("value", ["1 / (P - P)", "10 ** (300 * P)", "exp(800 * P)"])
+def test_a_scene_with_a_number_beyond_all_bounds_fails(value: str) -> None:
+    """As one with no number does; no host is given it."""
+    scenes = compile_text(f"{HERE}P = Range(1, 2)\nego = new Object at (9, 9), with width {value}{FREE}\n").sample(5)
+    assert not scenes.valid.any()
+    assert set(scenes.verdict.tolist()) == {Verdict.ERROR}
+
+
+@pytest.mark.parametrize(("function", "code"), [("lambda p: f", "SCN303"), ("lambda p: (f at p)", "SCN435")])
+def test_a_field_that_is_made_of_itself_is_refused(function: str, code: str) -> None:
+    """Before anything is asked of it without end."""
+    assert errors(f'{HERE}f = VectorField("f", {function})\nego = new Object at (0, 0), facing f\n') == [code]
+
+
+def test_the_lane_at_a_known_point_is_a_lane() -> None:
+    """It has maneuvers and a centre line; inside the intersection, where lanes cross, only the run knows it."""
+    text = f"{HERE}lane = network.laneAt((1.75, -30))\nego = new Car on lane.centerline\n"
+    rows(text + "assert lane in network.lanes and len(lane.maneuvers) == 3\nrequire ego in lane\n")
+    rows(f"{HERE}assert network.laneAt(new Point at (1.75, -30)) is network.laneAt((1.75, -20))\n{EGO}")
+    assert errors(f"{HERE}x = network.laneAt((0.3, 0.4)).maneuvers\n{EGO}") == ["SCN630"]

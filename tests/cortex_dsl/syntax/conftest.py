@@ -133,6 +133,12 @@ leaves = st.one_of(
     node(nodes.Constant, st.sampled_from([True, False, None])),
     node(nodes.String, texts),
 )
+leaves |= node(
+    nodes.Formatted,
+    st.lists(st.tuples(texts, node(nodes.Placeholder, leaves, st.sampled_from(["", ".1f", ">8"]))), max_size=3).map(
+        lambda pairs: tuple(part for pair in pairs for part in pair if part != "")
+    ),
+)
 expressions = brief(st.recursive(leaves, grow, max_leaves=8))
 # A string as the first statement would be the docstring.
 said = expressions.filter(lambda value: not isinstance(value, nodes.String))

@@ -131,7 +131,7 @@ def test_kinds_count_collisions_whatever_led_to_them(rows: list[Happening]) -> N
 def test_the_worst_hold_each_partner_and_kind_before_a_second(rows: list[Happening], count: int) -> None:
     """As many partners and kinds as fit, the very worst among them, in the order of risk."""
     table, blame = table_of(rows)
-    everyone = worst_cases(table, len(rows))
+    everyone = worst_cases(table, len(rows), blame)
     chosen = worst_cases(table, count, blame)
     order = [case.row for case in everyone]
     places = [order.index(case.row) for case in chosen]
@@ -148,11 +148,15 @@ def test_the_worst_hold_each_partner_and_kind_before_a_second(rows: list[Happeni
 
 
 def test_avoidable_cases_come_into_the_list_first() -> None:
-    """Of a hundred collisions of equal kind the one that a competent driver avoids is among the ten worst."""
+    """Of a hundred collisions of equal kind the one that a competent driver avoids is among the ten worst: before those
+    of the same risk, behind those of more.
+    """
     table = searched(np.linspace(0.1, 0.9, 100))
     blame = said(*[UNAVOIDABLE] * 99, AVOIDABLE)
-    assert [case.row for case in worst_cases(table, 10, blame)] == [*range(9), 99]
+    assert [case.row for case in worst_cases(table, 10, blame)] == [99, *range(9)]
     assert [case.row for case in worst_cases(table, 10)] == list(range(10))
+    less = searched(np.linspace(0.1, 0.9, 100), score=np.array([22] * 99 + [21], dtype=np.int32))
+    assert [case.row for case in worst_cases(less, 10, blame)] == [*range(9), 99]
 
 
 def test_a_near_miss_takes_no_collisions_place() -> None:

@@ -1,0 +1,48 @@
+"""Do lanes lead into the same lanes as in CARLA's own reading of a file, from road to road?"""
+
+import json
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from engine.maps import digest_of
+from engine.road import build_network
+from engine.road.opendrive.network import map_file
+from engine.road.opendrive.planning import plan_of
+
+ASK = Path(__file__).with_name("ask_carla.py")
+LONGEST = 600.0
+"""That CARLA may take for a file [s]."""
+Ways = set[tuple[str, int, str, int]]
+"""From a lane of a road to one of another road."""
+
+
+def compare_with_carla(paths: Sequence[Path], python: str) -> int:
+    """Print by file how many ways both know, and which one does not; 1 where one does not."""
+    differs = False
+    for path in paths:
+        asked = subprocess.run(
+            [python, str(ASK), str(path)], capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+        if asked.returncode:
+            last = (asked.stderr.strip().splitlines() or ["no reason"])[-1][:120]
+            print(f"{path.name:24} CARLA does not read it: {last}", flush=True)
+            continue
+        ours, carlas = ways(path), ways_of_carla(json.loads(asked.stdout.strip().splitlines()[-1]))
+        lacking, more = sorted(carlas - ours), sorted(ours - carlas)
+        differs |= bool(lacking or more)
+        print(f"{path.name:24} {len(ours & carlas)} ways as CARLA, {len(lacking)} only there {lacking[:4]}, "
+              f"{len(more)} only here {more[:4]}", flush=True)  # fmt: skip
+    return int(differs)
+
+
+def ways(path: Path) -> Ways:
+    """Ours."""
+    links = plan_of(str(path), digest_of(path)).links
+    network = build_network(map_file(path, path.name))
+    found = ((links.lanes[lane.id], links.lanes[after.id]) for lane in network.lanes for after in lane.successors)
+    return {(a.road, a.last.lane, b.road, b.first.lane) for a, b in found if a.road != b.road}
+
+
+def ways_of_carla(pairs: Sequence[Sequence[int]]) -> Ways:
+    return {(str(a), one, str(b), other) for a, one, b, other in pairs if a != b}

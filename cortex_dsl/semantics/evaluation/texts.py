@@ -1,0 +1,189 @@
+"""Texts made of values, numbers made of texts and truths, and classes: `f"{n} cars"`, `str`, `int`, `isinstance`."""
+
+import re
+from collections.abc import Mapping
+
+from cortex_dsl.semantics.errors.compile_time import LAYOUT, LONG_TEXT, NO_CLASS, NO_NUMBER_IN_TEXT
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth
+from cortex_dsl.semantics.model.areas import Area
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BuiltinValue,
+    ClassValue,
+    Items,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+)
+from cortex_dsl.semantics.model.wording import kind_name, number_text, option_name
+from cortex_dsl.semantics.names.classes import CLASSES
+from cortex_dsl.semantics.quantities.algebra import ceil, floor, maximum, minimum
+from cortex_dsl.semantics.quantities.units import PURE, si_word
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Road
+from engine.road.sections import LaneSection
+from engine.vocabulary import ActorKind, ManeuverType
+
+LONGEST = 10_000
+"""Characters of a text that values are written into."""
+_WIDE = re.compile(r"\d{4}")
+_NAMED = (Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, ManeuverType)
+
+
+# -- to text ----------------------------------------------------------------------------------------------------------
+
+
+def formatted(ev: Evaluator, node: nodes.Formatted) -> Value:
+    """A text with its values written out; what is drawn must be a finite choice."""
+    return joined_text([each if isinstance(each, str) else _placed(ev, each) for each in node.parts], node.span)
+
+
+def joined_text(texts: list[str], span: Span) -> str:
+    if sum(map(len, texts)) > LONGEST:
+        raise LONG_TEXT.mistake(span, limit=LONGEST)
+    return "".join(texts)
+
+
+def _placed(ev: Evaluator, node: nodes.Placeholder) -> str:
+    value = ev.evaluate(node.value)
+    if not node.layout:
+        return _written(ev, value, node.value.span)
+    unit = ""
+    known: str | float = ""
+    if isinstance(value, Quantity):
+        known, unit = ev.constant(value, node.value.span, "a number in a text"), si_word(value.dimension)
+    else:
+        known = _written(ev, value, node.value.span)
+    if _WIDE.search(node.layout) or (laid_out := _laid_out(known, node.layout)) is None:
+        kind = kind_name(value)
+        raise LAYOUT.mistake(node.span, layout=node.layout, kind=kind)
+    return f"{laid_out} {unit}".rstrip() if unit else laid_out
+
+
+def _laid_out(value: str | float, layout: str) -> str | None:
+    """As Python lays it out; a whole number is an `int` where it can be one. None where the layout does not fit."""
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
+    for each in (int(value), value) if whole else (value,):
+        try:
+            return format(each, layout)
+        except (ValueError, OverflowError):
+            continue
+    return None
+
+
+def _written(ev: Evaluator, value: Value, span: Span) -> str:
+    """A value as `print` would show it; a number with its unit."""
+    match value:
+        case Quantity(dimension=dimension):
+            number = number_text(ev.constant(value, span, "a number in a text"))
+            return f"{number} {si_word(dimension)}".rstrip()
+        case Truth():
+            return str(known_truth(ev, value, span, "a truth in a text"))
+        case None | str():
+            return str(value)
+        case Vector():
+            x, y = (
+                number_text(ev.constant(Quantity(each, None), span, "a place in a text")) for each in (value.x, value.y)
+            )
+            return f"({x}, {y})"
+        case tuple():
+            ends = "[]" if isinstance(value, Items) else "()"
+            return f"{ends[0]}{', '.join(_written(ev, item, span) for item in value)}{ends[1]}"
+        case _ if isinstance(value, _NAMED):
+            return option_name(value)
+    cure = "name what it is called in quotes"
+    raise WRONG_KIND.mistake(span, what="this", expected="something with a text", actual=kind_name(value), cure=cure)
+
+
+def _str(ev: Evaluator, x: Given, span: Span) -> Value:
+    return joined_text([_written(ev, x.value, x.span)], span)
+
+
+# -- to numbers -------------------------------------------------------------------------------------------------------
+
+
+def _int(ev: Evaluator, x: Given, span: Span) -> Value:
+    """Towards zero, as in Python."""
+    given = _number(ev, x, span, "int")
+    dimension = None if given.dimension is None else PURE
+    term = numbers.adopt(ev, given, PURE, x.span, "the argument of `int`")
+    return Quantity(maximum(floor(term), 0.0) + minimum(ceil(term), 0.0), dimension)
+
+
+def _float(ev: Evaluator, x: Given, span: Span) -> Value:
+    return _number(ev, x, span, "float")
+
+
+def _number(ev: Evaluator, x: Given, span: Span, name: str) -> Quantity:
+    """The argument as a number; a truth is 1 or 0, a text is read as Python reads it."""
+    if isinstance(x.value, Truth):
+        return Quantity(x.value.expr, None)
+    if not isinstance(x.value, str):
+        return numbers.quantity(x.value, x.span, f"the argument of `{name}`")
+    try:
+        read = float(int(x.value)) if name == "int" else float(x.value)
+    except (ValueError, OverflowError):
+        kind = "whole number" if name == "int" else "number"
+        raise NO_NUMBER_IN_TEXT.mistake(x.span, text=x.value[:40], kind=kind) from None
+    return numbers.literal(ev, read, None, span)
+
+
+# -- classes ----------------------------------------------------------------------------------------------------------
+
+
+def _isinstance(ev: Evaluator, x: Given, classinfo: Given, _span: Span) -> Value:
+    """Of a number that is drawn it is known that it is an `int` or a `float`, and not which."""
+    classes = classinfo.value if isinstance(classinfo.value, tuple) else (classinfo.value,)
+    names = {each.name for each in classes if isinstance(each, BuiltinValue)}
+    if isinstance(x.value, Quantity) and names >= _NUMBERS:
+        return Truth(ev.algebra.truth(True))
+    known = [_is_a(ev, x, each, classinfo.span) for each in classes]  # all, so that what is no class is told
+    return Truth(ev.algebra.truth(any(known)))
+
+
+def _is_a(ev: Evaluator, x: Given, kind: Value, span: Span) -> bool:
+    if isinstance(kind, ClassValue):
+        return isinstance(x.value, Actor) and kind in x.value.classes
+    if isinstance(kind, BuiltinValue) and kind.name in CLASSES:
+        return _is_of(x.value, kind.name)
+    if isinstance(kind, BuiltinValue) and (kind.name in _PYTHON or kind.name in _NUMBERS):
+        return _is_python(ev, x, kind.name)
+    raise NO_CLASS.mistake(span, actual=kind_name(kind))
+
+
+def _is_of(value: Value, name: str) -> bool:
+    """Whether a value is of a class of the language; each object is an `Object`, which is an oriented point."""
+    match value:
+        case Actor(kind=kind, builtin=builtin):
+            above = name in ("Object", "OrientedPoint", "Point")
+            return above or name == builtin or (name == kind.name.capitalize() and kind is not ActorKind.OBSTACLE)
+        case Pose():
+            return name in ("OrientedPoint", "Point")
+        case Vector():
+            return name == "Point"
+    return False
+
+
+def _is_python(ev: Evaluator, x: Given, name: str) -> bool:
+    """Whole numbers are of the class `int`, others of `float`."""
+    match x.value:
+        case Quantity() as number if name in _NUMBERS:
+            known = ev.constant(number, x.span, "a number whose class is asked for")
+            return known.is_integer() == (name == "int")
+        case Truth():
+            return name == "int"
+    return type(x.value) is _PYTHON.get(name)
+
+
+_NUMBERS = frozenset({"int", "float"})
+_PYTHON: Mapping[str, type] = {"str": str, "list": Items, "tuple": tuple}
+
+MEANINGS: Mapping[str, Meaning] = {"str": _str, "int": _int, "float": _float, "isinstance": _isinstance}

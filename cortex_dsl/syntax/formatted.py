@@ -1,0 +1,192 @@
+"""Texts with values, `f"{n} cars"`, taken apart: what stands between the braces is read by the grammar itself."""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TypeAlias
+
+from lark import Token, Tree
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import errors, nodes
+from cortex_dsl.syntax.literals import EscapeError, string_value
+from cortex_dsl.syntax.parser import read_tree
+from cortex_dsl.syntax.scanning import PAIRS
+from engine.errors import Signal
+from engine.frozen import frozen
+
+_TEXT = re.compile(r"(?:[^{}]|\{\{|\}\})+")
+_LAYOUT = re.compile(r"[^{}]*")
+_INNER = re.compile(r"""\"[^"]*"|'[^']*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""")
+_BEFORE = "_ = ("
+"""What makes a statement of an expression, so that line breaks in it are none."""
+
+Branch: TypeAlias = Tree[Token]
+
+
+class UnreadableError(Signal):
+    """Something between the braces cannot be read; the diagnostic says what."""
+
+    def __init__(self, *diagnostics: Diagnostic) -> None:
+        super().__init__("")
+        self.diagnostics = diagnostics
+
+
+def read_formatted(
+    literal: Token,
+    source: Source,
+    expression: Callable[[Branch], nodes.Expression],
+    report: Callable[[Diagnostic], None],
+    span: Span,
+) -> nodes.Expression:
+    """The text, its values built by `expression`; empty where it cannot be read, which is reported."""
+    start = literal.start_pos or 0
+    parts: list[str | nodes.Placeholder] = []
+    try:
+        for part in _taken_apart(literal, start):
+            if isinstance(part, Hole):
+                value = expression(_tree_of(source, part.value))
+                parts.append(nodes.Placeholder(value, part.layout, span=part.span))
+            else:
+                text = unescaped(literal[part.start - start : part.end - start], part.start, report, 0)
+                parts.append(text.replace("{{", "{").replace("}}", "}"))
+    except UnreadableError as unreadable:
+        for diagnostic in unreadable.diagnostics:
+            report(diagnostic)
+        return nodes.String("", span=span)
+    return nodes.Formatted(tuple(parts), span=span)
+
+
+def unescaped(literal: str, start: int, report: Callable[[Diagnostic], None], quotes: int | None = None) -> str:
+    """What a literal at `start` of the file means; empty where an escape is none, which is reported."""
+    try:
+        return string_value(literal, quotes)
+    except EscapeError as bad:
+        place = start + bad.offset
+        report(
+            errors.WRONG_LITERAL.at(
+                Span(place, place + len(bad.text)),
+                f"`{bad.text}` is no escape",
+                reason="known escapes are \\n \\t \\r \\0 \\\\ \\\" \\' \\xHH \\uHHHH \\UHHHHHHHH",
+                cure="write `\\\\` for a backslash",
+            )
+        )
+        return ""
+
+
+@frozen
+class Hole:
+    """`{value:layout}`: where the value and the whole stand in the file, and the layout."""
+
+    value: Span
+    span: Span
+    layout: str
+
+
+def _taken_apart(literal: str, start: int) -> Iterator[Span | Hole]:
+    """The texts and the holes of a literal that begins at `start` of the file.
+
+    Raises:
+        UnreadableError: for a brace without its partner, and what Python writes that has no meaning here.
+    """
+    quotes = 3 if literal[1:4] in ('"""', "'''") else 1
+    place, end = 1 + quotes, len(literal) - quotes
+    while place < end:
+        if (text := _TEXT.match(literal, place, end)) is not None:
+            yield Span(start + place, start + text.end())
+            place = text.end()
+        elif literal[place] == "}":
+            raise _unreadable(
+                start + place, start + place + 1, "`}` closes nothing", "write `}}` for a brace in the text"
+            )
+        else:
+            hole = _hole(literal, place, end, start)
+            yield hole
+            place = hole.span.end - start
+
+
+def _hole(literal: str, place: int, end: int, start: int) -> Hole:
+    """What a `{` at `place` opens."""
+    stop = _value_end(literal, place + 1, end)
+    sign = literal[stop : stop + 1] if stop < end else ""
+    value = Span(start + place + 1, start + stop)
+    if not literal[place + 1 : stop].strip() and sign:
+        raise _unreadable(start + place, start + stop + 1, "nothing stands between these braces", "write a value there")
+    if sign == "!":
+        raise _unreadable(start + stop, start + stop + 2, "`!` after a value is not supported", "leave it out")
+    layout = ""
+    if sign == ":":
+        written = _LAYOUT.match(literal, stop + 1, end)
+        layout, stop = written.group() if written else "", written.end() if written else stop
+        sign = literal[stop : stop + 1] if stop < end else ""
+    if sign == "{":
+        raise _unreadable(start + stop, start + stop + 1, "a layout holds no values", "write it as it is: `{x:.1f}`")
+    if sign != "}":
+        raise _unreadable(
+            start + place, start + place + 1, "`{` is never closed", "close it, or write `{{` for a brace"
+        )
+    return Hole(value, Span(start + place, start + stop + 1), layout)
+
+
+def _value_end(literal: str, place: int, end: int) -> int:
+    """Where a value ends: at a sign that is in no bracket and no text of it."""
+    open_: list[str] = []
+    for match in _INNER.finditer(literal, place, end):
+        sign = match.group()
+        if match.lastgroup == "open":
+            open_.append(PAIRS[sign])
+        elif open_ and open_[-1] == sign:
+            open_.pop()
+        elif not open_ and match.lastgroup == "end":
+            return match.start()
+    return end
+
+
+def _unreadable(start: int, end: int, message: str, cure: str) -> UnreadableError:
+    code = errors.WRONG_FORMATTED
+    return UnreadableError(code.at(Span(start, end), message, reason=code.why, cure=cure))
+
+
+def _tree_of(source: Source, value: Span) -> Branch:
+    """The tree of the expression at a place of the file, as if it had been read with the file.
+
+    Raises:
+        UnreadableError: with what the grammar says of it.
+    """
+    by = value.start - len(_BEFORE)
+    tree, diagnostics = read_tree(Source(source.name, f"{_BEFORE}{source.text[value.start : value.end]})\n"))
+    if tree is None or diagnostics:
+        raise UnreadableError(*(_moved(each, by, value) for each in diagnostics))
+    statement, *more = tree.children
+    assert isinstance(statement, Tree)
+    if more or statement.data != "assign":
+        raise _unreadable(value.start, value.end, "this is no value", "write one value between the braces")
+    expression = statement.children[1]
+    assert isinstance(expression, Tree)
+    _move(expression, by)
+    return expression
+
+
+def _move(tree: Branch, by: int) -> None:
+    if not tree.meta.empty:
+        tree.meta.start_pos += by
+        tree.meta.end_pos += by
+    for child in tree.children:
+        if isinstance(child, Tree):
+            _move(child, by)
+        elif isinstance(child, Token) and child.start_pos is not None:
+            child.start_pos += by
+            child.end_pos = (child.end_pos or 0) + by
+
+
+def _moved(diagnostic: Diagnostic, by: int, value: Span) -> Diagnostic:
+    """At its place in the file; what ends the value there is a brace."""
+
+    def label(each: Label) -> Label:
+        return Label(Span(each.span.start + by, each.span.end + by), each.text)
+
+    at_end = diagnostic.label.span.start + by == value.end
+    message = diagnostic.message.replace("found `)`", "found `}`") if at_end else diagnostic.message
+    secondary = tuple(map(label, diagnostic.secondary))
+    return replace(diagnostic, message=message, label=label(diagnostic.label), secondary=secondary)
