@@ -8,7 +8,7 @@ from cortex_dsl.semantics.evaluation.geometry import current_pose, position
 from cortex_dsl.semantics.evaluation.lanes import as_section, chosen, lane_at
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Closure, Pose, Value
+from cortex_dsl.semantics.model.values import Actor, Closure, Pose, Value, Vector
 from cortex_dsl.semantics.quantities.bounds import closed_value
 from engine.road.network import Lane, LaneRole, Network
 from engine.road.sections import group_of, road_of
@@ -21,7 +21,19 @@ def lane_under(ev: Evaluator, place: Value) -> Value:
     if isinstance(place, Pose):
         return lane_at(ev, place)
     point = position(ev, place, ev.algebra.span, "what is asked for its lane")
+    if (only := _only_lane(ev, point)) is not None:
+        return only
     return lane_at(ev, Pose(point.x, point.y, ev.algebra.literal(math.nan)))
+
+
+def _only_lane(ev: Evaluator, point: Vector) -> Lane | None:
+    """The lane at a point that is known, where it lies in no other: one that can be asked for all that it has."""
+    x, y = closed_value(point.x), closed_value(point.y)
+    if x is None or y is None:
+        return None
+    network = network_of(ev)
+    first, *others = [*(lane for lane in network.lanes if network.regions.contains(lane.region, x, y)), None]
+    return first if len(others) == 1 else None
 
 
 Point = tuple[float, float]

@@ -417,3 +417,11 @@ def test_a_scene_with_a_number_beyond_all_bounds_fails(value: str) -> None:
 def test_a_field_that_is_made_of_itself_is_refused(function: str, code: str) -> None:
     """Before anything is asked of it without end."""
     assert errors(f'{HERE}f = VectorField("f", {function})\nego = new Object at (0, 0), facing f\n') == [code]
+
+
+def test_the_lane_at_a_known_point_is_a_lane() -> None:
+    """It has maneuvers and a centre line; inside the intersection, where lanes cross, only the run knows it."""
+    text = f"{HERE}lane = network.laneAt((1.75, -30))\nego = new Car on lane.centerline\n"
+    rows(text + "assert lane in network.lanes and len(lane.maneuvers) == 3\nrequire ego in lane\n")
+    rows(f"{HERE}assert network.laneAt(new Point at (1.75, -30)) is network.laneAt((1.75, -20))\n{EGO}")
+    assert errors(f"{HERE}x = network.laneAt((0.3, 0.4)).maneuvers\n{EGO}") == ["SCN630"]
