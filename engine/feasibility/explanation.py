@@ -202,7 +202,8 @@ def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callab
 # -- proofs that are kept ----------------------------------------------------------------------------------------------
 
 FAMILY = "proof-*.json"
-CODE = (Path(__file__).parent, Path(__file__).parents[1] / "road")
+_ENGINE = Path(__file__).parents[1]
+CODE = (Path(__file__).parent, *(_ENGINE / folder for folder in ("road", "road/opendrive", "opendrive")))
 """Folders whose files decide what is proved."""
 
 

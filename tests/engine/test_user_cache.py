@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file
+from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file, fingerprint
 
 
 @pytest.fixture
@@ -44,3 +44,14 @@ def test_files_of_a_kind_that_are_long_unused_are_removed(root: Path) -> None:
     cached_file("grammar-new.lark", "grammar-*.lark")
     assert sorted(p.name for p in root.glob("grammar-*")) == [f"grammar-{age:02}.lark" for age in range(KEPT)]
     assert len(list(root.glob("other-*"))) == KEPT + 4
+
+
+def test_code_as_long_and_as_old_is_other_code(tmp_path: Path) -> None:
+    """Packages are built with the times of files set to one moment."""
+    (code := tmp_path / "code").mkdir()
+    seen = set[str]()
+    for text in ("GAP = 1", "GAP = 2"):
+        (code / "one.py").write_text(text)
+        os.utime(code / "one.py", (0, 0))
+        seen |= {fingerprint([code]), fingerprint([code / "one.py"])}
+    assert len(seen) == 2

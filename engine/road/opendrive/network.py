@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from engine import opendrive
+from engine import frozen, maps, opendrive, tables, vocabulary
 from engine.atomic import write_one
-from engine.interchange import xml
+from engine.interchange import contract, xml
 from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile, digest_of
 from engine.opendrive.read import OdrRoad
@@ -69,8 +69,13 @@ def file_network(spec: MapFile) -> Network:
 # -- networks that are kept --------------------------------------------------------------------------------------------
 
 FAMILY = "roads-*.bin"
-CODE = (Path(__file__).parent, Path(__file__).parents[1], Path(opendrive.__file__).parent, Path(xml.__file__))
-"""Whose files decide what is read."""
+CODE = (
+    Path(__file__).parent,
+    Path(__file__).parents[1],
+    Path(opendrive.__file__).parent,
+    *(Path(each.__file__) for each in (contract, frozen, maps, tables, vocabulary, xml)),
+)
+"""Files, and folders of files, that decide what is read."""
 
 
 @lru_cache(maxsize=8)
@@ -81,7 +86,7 @@ def contents_of(path: str, digest: str) -> Contents:
         InterchangeError: it is no OpenDRIVE file that can be driven on.
     """
     surfaces = find_spec("shapely")
-    code = (*CODE, *([Path(surfaces.origin)] if surfaces is not None and surfaces.origin else ()))
+    code = (*CODE, *([Path(surfaces.origin).parent] if surfaces is not None and surfaces.origin else ()))
     key = sha256("\0".join([digest, np.__version__, fingerprint(code)]).encode()).hexdigest()
     entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
     if entry is not None:

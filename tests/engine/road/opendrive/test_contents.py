@@ -1,5 +1,7 @@
 """Networks that are kept: the same as those that are built, whatever lies in the cache."""
 
+from copy import copy
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from engine.road.opendrive import network as maker
 from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.network import contents_of, map_file
 from engine.road.opendrive.planning import plan_of
+from engine.road.signs import RoadSign
 from engine.user_cache import ENVIRONMENT_VARIABLE
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
@@ -34,7 +37,7 @@ def told(network: Network) -> str:
     ]
     roads = [(road.name, road.lanes, road.groups) for road in (*network.roads, *network.connecting_roads)]
     parts = (network.lanes, network.maneuvers, network.intersections, legs, roads, vars(network.links))
-    return repr((*parts, network.remarks, network.speed_limits, network.left_hand, network.arms))
+    return repr((*parts, network.remarks, network.speed_limits, network.left_hand, network.arms, network.signs))
 
 
 def assert_same(one: Network, other: Network) -> None:
@@ -65,6 +68,23 @@ def test_a_network_comes_back_from_its_contents_bit_for_bit(cache: Path) -> None
     assert read is not None
     assert_same(unpacked(read, spec), fresh)
     assert from_bytes(to_bytes(contents, "key"), "another key") is None
+
+
+def test_every_field_of_a_network_is_packed(cache: Path) -> None:
+    """A field without its value makes other contents; those that no file fills are left out."""
+    digest = map_file(VILLAGE, "village.xodr").digest
+    full = built(MapFile("village.xodr", str(VILLAGE), digest, 1))
+    assert not full.kerbs
+    assert not len(full.buildings)
+    full.remarks, full.speed_limits = ("mended",), {0: 10.0}
+    full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
+    whole = to_bytes(packed(full, maker.GAP, maker.TURN), "key")
+    empty = Network(full.spec, not full.left_hand)
+    for field in fields(Network):
+        lacking = copy(full)
+        setattr(lacking, field.name, getattr(empty, field.name))
+        is_same = to_bytes(packed(lacking, maker.GAP, maker.TURN), "key") == whole
+        assert is_same == (field.name in {"spec", "kerbs", "buildings"}), field.name
 
 
 def test_paths_that_a_scenario_joins_stay_its_own(cache: Path) -> None:
