@@ -1,12 +1,11 @@
 """Which arms of intersections have traffic lights, and what else stands over them, by the file of a map."""
 
-from functools import lru_cache
-
+from engine.road.kept import kept
 from engine.road.network import Lane, Network
 from engine.road.signs import RoadSign
 
 
-@lru_cache(maxsize=4)
+@kept
 def lit_arms(network: Network) -> frozenset[tuple[int, int]] | None:
     """Intersections and arms whose traffic has a light, by their indices; None where the file has no lights, or there
     is none: then the scenario says which there are, and every arm has one.
@@ -31,4 +30,8 @@ def _waiting(lane: Lane) -> tuple[int, ...]:
 def signs_at(network: Network, intersection: int) -> tuple[RoadSign, ...]:
     """Those over the lanes through an intersection, each once, as in Scenic."""
     through = {each.connecting_lane.road for each in network.intersections[intersection].maneuvers}
-    return tuple({sign.id: sign for sign in reversed(network.signs) if sign.road in through}.values())[::-1]
+    found = dict[str, RoadSign]()
+    for sign in network.signs:
+        if sign.road in through:
+            found.setdefault(sign.id, sign)
+    return tuple(found.values())

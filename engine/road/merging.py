@@ -3,11 +3,11 @@ of a motorway does, and where those come from who are behind in a lane.
 """
 
 import math
-from functools import lru_cache
 from itertools import chain
 
 import numpy as np
 
+from engine.road.kept import kept
 from engine.road.network import Lane, Network
 from engine.road.sections import to_left, to_right
 
@@ -32,13 +32,13 @@ def way_through(lane: Lane) -> int:
     return paths.join([*(each.path for each in before), *paths.parts(lane.default_route)])
 
 
-@lru_cache(maxsize=4)
+@kept
 def ways_through(network: Network) -> tuple[int, ...]:
     """`way_through` of each lane: a driver asks for all of them many times over."""
     return tuple(map(way_through, network.lanes))
 
 
-@lru_cache(maxsize=4)
+@kept
 def all_left_by(network: Network) -> tuple[float, ...]:
     """`left_by` of each lane."""
     return tuple(map(left_by, network.lanes))

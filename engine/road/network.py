@@ -300,7 +300,7 @@ class Lines:
 
 @dataclass(eq=False)
 class Network:
-    """Roads, and the intersections that they meet in. A maker fills it once; paths alone are joined later.
+    """Roads, and the intersections that they meet in. A maker fills it once; paths and regions are added later, too.
 
     What a maker has to see to: lanes follow one another with a joint as `PathBook.continues` wants it; a lane keeps its
     width; lanes are numbered from the kerb to the middle; maneuvers of an intersection stand together.
@@ -312,7 +312,7 @@ class Network:
     paths: PathBook = field(default_factory=PathBook)
     """Centre lines of all lanes, default routes, and what a scenario joins."""
     regions: RegionBook = field(default_factory=RegionBook)
-    """Region 0 is the whole drivable road, then the intersections, then the lanes."""
+    """Region 0 is the whole drivable road; then those of its elements, and what a scenario asks for."""
     roads: tuple[Road, ...] = ()
     """In the order of their lanes."""
     intersections: tuple[Intersection, ...] = ()

@@ -5,11 +5,10 @@ them for their neighbours. Left and right are seen by the driver; a neighbour ma
 traffic lanes are numbered from right to left, in left-hand traffic from left to right.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from engine.frozen import frozen
+from engine.road.kept import kept
 from engine.road.network import Lane, LaneGroup, Maneuver, Network, Road
 from engine.road.regions import shape_of_parts
 
@@ -110,7 +109,7 @@ def to_right(lane: Lane) -> Lane | None:
     return _inwards(lane) if lane.network.left_hand else slower(lane)
 
 
-@lru_cache(maxsize=4)
+@kept
 def all_intersections(network: Network) -> int:
     """Id of the region that all intersections cover, which is made when it is asked for."""
     shapes = [network.regions.shape(each.region) for each in network.intersections]
