@@ -7,7 +7,10 @@ import json
 import sys
 from pathlib import Path
 
-import carla  # type: ignore[import-not-found]
+try:
+    import carla  # type: ignore[import-not-found]
+except ModuleNotFoundError:
+    sys.exit(3)  # which `topology` knows
 
 if __name__ == "__main__":
     town = carla.Map("town", Path(sys.argv[1]).read_text(encoding="utf-8"))

@@ -11,6 +11,8 @@ from engine.road.opendrive.network import map_file
 from engine.road.opendrive.planning import plan_of
 
 ASK = Path(__file__).with_name("ask_carla.py")
+NO_CARLA = 3
+"""What `ASK` ends with where its Python has no package `carla`."""
 LONGEST = 600.0
 """That CARLA may take for a file [s]."""
 Ways = set[tuple[str, int, str, int]]
@@ -18,22 +20,32 @@ Ways = set[tuple[str, int, str, int]]
 
 
 def compare_with_carla(paths: Sequence[Path], python: str) -> int:
-    """Print by file how many ways both know, and which one does not; 1 where one does not."""
-    differs = False
+    """Print by file how many ways both know, and which one does not.
+
+    Returns 1 where one does not, or CARLA does not read a file; 2 where none could be compared.
+    """
+    differs, compared = False, 0
     for path in paths:
         asked = subprocess.run(
             [python, str(ASK), str(path)], capture_output=True, text=True, timeout=LONGEST, check=False
         )
+        if asked.returncode == NO_CARLA:
+            print(f"{python} has no package `carla`: install it there, or name another Python", flush=True)
+            return 2
         if asked.returncode:
-            last = (asked.stderr.strip().splitlines() or ["no reason"])[-1][:120]
+            last = (asked.stderr.strip().splitlines() or [f"it ended with {asked.returncode}"])[-1][:120]
             print(f"{path.name:24} CARLA does not read it: {last}", flush=True)
+            differs = True
             continue
+        compared += 1
         ours, carlas = ways(path), ways_of_carla(json.loads(asked.stdout.strip().splitlines()[-1]))
         lacking, more = sorted(carlas - ours), sorted(ours - carlas)
         differs |= bool(lacking or more)
         print(f"{path.name:24} {len(ours & carlas)} ways as CARLA, {len(lacking)} only there {lacking[:4]}, "
               f"{len(more)} only here {more[:4]}", flush=True)  # fmt: skip
-    return int(differs)
+    if not compared:
+        print("no file was compared: name a folder with files *.xodr that CARLA reads", flush=True)
+    return int(differs) if compared else 2
 
 
 def ways(path: Path) -> Ways:
