@@ -19,7 +19,7 @@ from engine.interchange.contract import InterchangeError, cited, name_cure, quot
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.curves import Piece, Pose, read_piece
 from engine.opendrive.links import OdrConnection, OdrEnd, connections, lane_end, road_end
-from engine.opendrive.signals import OdrSignal, Signals, counting, road_signals
+from engine.opendrive.signals import OdrSignal, Signals, counting, road_signals, signal_remarks
 from engine.opendrive.speeds import SpeedFrom, lane_speeds, road_speeds
 from engine.tables import Floats
 
@@ -213,9 +213,8 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     junctions = tuple(node.text("id") for node in root.every("junction"))
     walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
     remarks, ways = (*_remarks(roads), *_on_buildings(unread)), tuple(connections(root))
-    roads, lost = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
-    remarks = (*remarks, f"signals are left out that have no place: {lost}") if lost else remarks
-    return OdrNetwork(path.name, roads, junctions, path, remarks, walls, ways)
+    roads, left_out = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
+    return OdrNetwork(path.name, roads, junctions, path, (*remarks, *left_out), walls, ways)
 
 
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
@@ -227,11 +226,13 @@ def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
                 return
 
 
-def with_signals(roads: Mapping[str, OdrRoad], signals: Mapping[str, Signals]) -> tuple[dict[str, OdrRoad], int]:
-    """Roads with the signals that count on them, and how many of these cannot be read."""
+def with_signals(
+    roads: Mapping[str, OdrRoad], signals: Mapping[str, Signals]
+) -> tuple[dict[str, OdrRoad], tuple[str, ...]]:
+    """Roads with the signals that count on them, and remarks on what of these is left out."""
     known = {each.id: each for found in signals.values() for each in found.own}
     new = {road: replace(each, signals=tuple(counting(signals[road], known))) for road, each in roads.items()}
-    return new, sum(each.unread for each in signals.values())
+    return new, tuple(signal_remarks(signals.values(), known))
 
 
 def _read_road(node: Node) -> OdrRoad:

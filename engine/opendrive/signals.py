@@ -1,6 +1,7 @@
 """Signals beside roads: traffic lights, and signs. Source: ASAM OpenDRIVE 1.7.0, chapter 14."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from typing import NamedTuple
 
 from engine.interchange.contract import InterchangeError
@@ -17,7 +18,7 @@ class OdrSignal(NamedTuple):
     """A number of the country's, or OpenDRIVE's own: 1000001 is a traffic light of three colours."""
     subtype: str
     value: float | None
-    """Such as a speed, in the file's unit."""
+    """Such as a speed, in the file's unit; None where there is none, or no number."""
     is_dynamic: bool
     s: float
     t: float
@@ -35,10 +36,12 @@ class Signals(NamedTuple):
     references: tuple[OdrSignal, ...]
     """Of signals that stand elsewhere: their id, and where and for whom they count here."""
     unread: int
-    """That have no place, or no number where one is needed."""
+    """Without an id or a place, or with lanes that are no numbers."""
+    valueless: int
+    """With a value that is no number."""
 
 
-NONE = Signals((), (), 0)
+NONE = Signals((), (), 0, 0)
 ORIENTATIONS: Mapping[str, bool | None] = {"+": True, "-": False}
 NOWHERE = ((0, 0),)
 """The lanes of a signal that counts for none where it stands, as in CARLA's towns: references say where it does."""
@@ -49,7 +52,7 @@ def road_signals(road: Node) -> Signals:
     below = road.find("signals")
     if below is None:
         return NONE
-    own, references, unread = list[OdrSignal](), list[OdrSignal](), 0
+    own, references, unread, valueless = list[OdrSignal](), list[OdrSignal](), 0, 0
     for node in below.every("signal", "signalReference"):
         try:
             signal = _read(node)
@@ -57,18 +60,19 @@ def road_signals(road: Node) -> Signals:
             unread += 1
             continue
         (own if node.tag == "signal" else references).append(signal)
-    return Signals(tuple(own), tuple(references), unread)
+        valueless += signal.value is None and bool(node.attributes.get("value"))
+    return Signals(tuple(own), tuple(references), unread, valueless)
 
 
 def _read(node: Node) -> OdrSignal:
-    """Raises InterchangeError: it has no place."""
+    """Raises InterchangeError: it has no id or no place, or lanes that are no numbers."""
     return OdrSignal(
         node.text("id"),
         node.text("name", ""),
         node.text("country", ""),
         node.text("type", ""),
         node.text("subtype", ""),
-        node.number("value") if node.attributes.get("value") else None,
+        _value(node),
         node.text("dynamic", "no") == "yes",
         node.number("s", low=0.0),
         node.number("t"),
@@ -77,9 +81,25 @@ def _read(node: Node) -> OdrSignal:
     )
 
 
+def _value(node: Node) -> float | None:
+    with suppress(InterchangeError):
+        return node.number("value")
+    return None
+
+
 def counting(found: Signals, known: Mapping[str, OdrSignal]) -> Iterator[OdrSignal]:
     """Signals at the places at which they count; a reference to none is left out."""
     yield from (each for each in found.own if each.lanes != NOWHERE)
     for each in (each for each in found.references if each.lanes != NOWHERE):
         if (of := known.get(each.id)) is not None:
             yield of._replace(s=each.s, t=each.t, along=each.along, lanes=each.lanes)
+
+
+def signal_remarks(every: Collection[Signals], known: Mapping[str, OdrSignal]) -> Iterator[str]:
+    """On what is left out of the signals of all roads, and how many times."""
+    if unread := sum(each.unread for each in every):
+        yield f"signals are left out whose id, place or lanes cannot be read: {unread}"
+    if valueless := sum(each.valueless for each in every):
+        yield f"values of signals are left out that are no numbers: {valueless}"
+    if lost := sum(of.id not in known for each in every for of in each.references):
+        yield f"references are left out to signals that are not there, or cannot be read: {lost}"
