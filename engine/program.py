@@ -111,6 +111,7 @@ class DrawSite:
 
     kind: str
     unit: str
+    """Its word; of a drawn lane, what the choice is called."""
     start: int
     end: int
     values: tuple[int, ...]

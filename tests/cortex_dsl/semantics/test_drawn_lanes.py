@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from cortex_dsl import CompileError, Scenario, compile_text
-from cortex_dsl.report.findings.choices import made_choices
+from cortex_dsl.report.findings.choices import made_choices, numbered
 from cortex_dsl.semantics import elaboration
 from engine.road import build_network
 from engine.scenes import actor_columns
@@ -134,6 +134,18 @@ def test_too_many_lanes_that_must_be_known_are_still_refused() -> None:
     with pytest.raises(CompileError) as error:
         compile_text(f"map intersection(lanes=4)\n{many}\nego = new Car on road\n")
     assert [each.code for each in error.value.diagnostics] == ["SCN505"]
+
+
+def test_choices_of_one_name_are_numbered(drawing: None) -> None:
+    """In documents names are keys: each choice has its own."""
+    cars = "\n".join(
+        f"{'ego' if i == 0 else f'c{i}'} = new Car in (Uniform(*network.lanes)).centerline" for i in range(3)
+    )
+    scenario = compile_text(f"map intersection(ways=4, lanes=2)\n{cars}\n")
+    scenes = scenario.sample(5, seed=1)
+    choices = made_choices(scenario.program, scenes, int(np.flatnonzero(scenes.valid)[0]))
+    assert len(choices) == len(dict(choices)) == 3
+    assert numbered(["a", "b", "a", "a 2", "a"]) == ["a", "b", "a 2", "a 2 2", "a 3"]
 
 
 def test_drawn_lanes_are_called_as_chosen_ones(drawing: None, monkeypatch: pytest.MonkeyPatch) -> None:
