@@ -32,8 +32,8 @@ def _only_lane(ev: Evaluator, point: Vector) -> Lane | None:
     if x is None or y is None:
         return None
     network = network_of(ev)
-    first, *others = [*(lane for lane in network.lanes if network.regions.contains(lane.region, x, y)), None]
-    return first if len(others) == 1 else None
+    found = [lane for lane in network.lanes if network.regions.contains(lane.region, x, y)]
+    return found[0] if len(found) == 1 else None
 
 
 Point = tuple[float, float]

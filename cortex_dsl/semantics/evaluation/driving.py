@@ -211,7 +211,7 @@ def set_light_ahead(ev: Evaluator, actor: Actor, colour: float, reach: Term, spa
     within = ahead.within(reach)
     acts: list[ir.Act] = []
     for intersection in network_of(ev).intersections:
-        for light in (Signal(intersection, i) for i in range(len(intersection.legs))):
+        for light in signals.lights(ev, intersection):
             this = equal(ahead.light, float(number_of(light)))
             condition = within & this
             acts.append(ir.Branch(span, condition, set_light(ev, plan, light, colour, span), ()))
