@@ -127,11 +127,12 @@ class Items(tuple[Value, ...]):
 
 @frozen_identity
 class Closure:
-    """A lambda; `body` is what a file writes behind its colon."""
+    """A lambda; `body` is what a file writes behind its colon, and `has` whether a name is a variable there."""
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
     body: nodes.Expression | None = None
+    has: Callable[[str], bool] = bool
 
 
 @frozen_identity
