@@ -335,11 +335,14 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
 
 
 def every_case(run: OpenedRun) -> tuple[Case, ...]:
-    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first."""
+    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first, in
+    the order of `engine.search.ranking`.
+    """
     evaluations = run.record.evaluations
     first = worst_cases(evaluations, WORST, run.blame)
     taken = {case.row for case in first}
-    rest = [c for c in worst_cases(evaluations, len(order_of_risk(evaluations))) if c.row not in taken]
+    every = worst_cases(evaluations, len(order_of_risk(evaluations)), run.blame)
+    rest = [case for case in every if case.row not in taken]
     return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
 
 
