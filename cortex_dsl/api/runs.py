@@ -335,9 +335,7 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
 
 
 def every_case(run: OpenedRun) -> tuple[Case, ...]:
-    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first, in
-    the order of `engine.search.ranking`.
-    """
+    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first."""
     evaluations = run.record.evaluations
     first = worst_cases(evaluations, WORST, run.blame)
     taken = {case.row for case in first}
