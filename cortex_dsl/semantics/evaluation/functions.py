@@ -200,7 +200,7 @@ def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, amo
         return False
     if body.span not in ev.file.asks_road:
         ev.file.asks_road[body.span] = _asks_road(body, closure.parameters)
-    return ev.file.asks_road[body.span] and not closure.has("ManeuverType")
+    return ev.file.asks_road[body.span]
 
 
 def _asks_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:

@@ -127,12 +127,11 @@ class Items(tuple[Value, ...]):
 
 @frozen_identity
 class Closure:
-    """A lambda; `body` is what a file writes behind its colon, and `has` whether a name is a variable there."""
+    """A lambda; `body` is what a file writes behind its colon, unless a variable hides `ManeuverType` there."""
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]
     body: nodes.Expression | None = None
-    has: Callable[[str], bool] = bool
 
 
 @frozen_identity
