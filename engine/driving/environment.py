@@ -9,7 +9,8 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple
+from operator import index
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -284,10 +285,11 @@ class Environment:
         return Step(seen[0], rewards[0], terminated, truncated)
 
 
-def _whole(seed: object) -> int:
-    if isinstance(seed, int | np.integer):
-        return int(seed)
-    raise ArgumentKindError(f"seed: expected a whole number, got {seed!r}", "leave it out for 0")
+def _whole(seed: SupportsIndex) -> int:
+    try:
+        return index(seed)
+    except TypeError:
+        raise ArgumentKindError(f"seed: expected a whole number, got {seed!r}", "leave it out for 0") from None
 
 
 # -- who drives --------------------------------------------------------------------------------------------------------
