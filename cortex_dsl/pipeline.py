@@ -1,8 +1,6 @@
 """The whole compiler as one function: text in, program out, every stage on the way kept for inspection."""
 
-import gc
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
     from cortex_dsl.semantics.names.linking import ImportedFile
 
 NO_OVERRIDES: Mapping[str, str] = {}
-MOST_UNSEEN = 200_000
-"""Objects that are made between two looks for garbage."""
 
 
 @frozen
@@ -54,29 +50,15 @@ def compile_source(
     Raises:
         CompileError: with every error found.
     """
-    with _little_garbage():
-        module = parse(source)
-        linked = link(module, source, files)
-        checked, diagnostics = elaborate(
-            module,
-            linked.source,
-            overrides,
-            imports=linked.files,
-            scenario=scenario,
-            observe=observe,
-            find_map=lambda path: files.find(source.name, [path]) or map_among_others(path),
-        )
-        return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)
-
-
-@contextmanager
-def _little_garbage() -> Iterator[None]:
-    """Look for garbage seldom: what a compilation makes lives until its end, and looking again and again through all of
-    it costs half the time of a large file.
-    """
-    before = gc.get_threshold()
-    gc.set_threshold(max(before[0], MOST_UNSEEN), *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
+    module = parse(source)
+    linked = link(module, source, files)
+    checked, diagnostics = elaborate(
+        module,
+        linked.source,
+        overrides,
+        imports=linked.files,
+        scenario=scenario,
+        observe=observe,
+        find_map=lambda path: files.find(source.name, [path]) or map_among_others(path),
+    )
+    return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)

@@ -31,7 +31,7 @@ from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
 from engine.opcodes import Op
 from engine.program import ParamSpace, Program
-from engine.scenes import Scenes, refuse_infinite
+from engine.scenes import Scenes
 from engine.streams import check_keys
 from engine.tables import CodeTables, Floats, Ints, RoadTables, Size
 from engine.vocabulary import Distribution, GeneKind, Purpose
@@ -149,7 +149,6 @@ def sample(
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     confiner = _Confiner(prune, genomes) if config.prune and prune else None
     _run_chunks(recipe, request, ledger, jobs, confiner)
-    refuse_infinite(ledger.verdict, ledger.values)
     if program.settings.fair:
         from engine.fairness import draw_until_fair
 

@@ -88,15 +88,3 @@ def weather_sight(program: Program, scenes: Scenes) -> Floats:
     """(n,) how far the weather lets anybody see in each scene [m]."""
     sight = np.array([variant.sight for variant in program.variants], dtype=np.int64)[np.maximum(scenes.variant, 0)]
     return np.where(sight >= 0, scenes.values[np.arange(len(scenes)), sight], np.inf)
-
-
-def refuse_infinite(verdict: Ints, values: Floats) -> None:
-    """Let scenes fail that hold a number beyond all bounds, such as a width of 1 / 0, as those do that hold none.
-
-    Args:
-        verdict: (n,), changed in place.
-        values: (n, v), what was drawn.
-    """
-    with np.errstate(invalid="ignore"):
-        sums = values @ np.zeros(values.shape[1])
-    verdict[(verdict == Verdict.VALID) & ~np.isfinite(sums)] = Verdict.ERROR

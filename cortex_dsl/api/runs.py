@@ -339,7 +339,8 @@ def every_case(run: OpenedRun) -> tuple[Case, ...]:
     evaluations = run.record.evaluations
     first = worst_cases(evaluations, WORST, run.blame)
     taken = {case.row for case in first}
-    rest = [c for c in worst_cases(evaluations, len(order_of_risk(evaluations))) if c.row not in taken]
+    every = worst_cases(evaluations, len(order_of_risk(evaluations)), run.blame)
+    rest = [case for case in every if case.row not in taken]
     return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
 
 

@@ -180,6 +180,8 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
         LostError: another shape, or no numbers.
     """
     who, shape = f"the controller `{control.controller}`", (len(active), len(control.actions))
+    if getattr(getattr(given, "dtype", None), "kind", "") == "c":
+        raise LostError(f"{who} gave complex numbers", _wanted(control))
     try:
         actions = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -9,7 +9,8 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple
+from operator import index
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from engine.config import Config
 from engine.control import Action, Control
 from engine.driving.controllers import Seat, checked, meant, seats_of
 from engine.driving.stepping import Lanes, observed
-from engine.errors import ArgumentError, nearest
+from engine.errors import ArgumentError, ArgumentKindError, nearest
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess
@@ -96,7 +97,7 @@ class Episodes:
 
     def reset(self, seed: int = 0) -> list[Floats]:
         """Begin the first episodes; what each agent observes."""
-        self._seed = seed
+        self._seed = _whole(seed)
         self._episode[:] = -1
         self._scenes = None
         self._ended[:] = False
@@ -282,6 +283,13 @@ class Environment:
         """
         seen, rewards, terminated, truncated = self.episodes.step([actions])
         return Step(seen[0], rewards[0], terminated, truncated)
+
+
+def _whole(seed: SupportsIndex) -> int:
+    try:
+        return index(seed)
+    except TypeError:
+        raise ArgumentKindError(f"seed: expected a whole number, got {seed!r}", "leave it out for 0") from None
 
 
 # -- who drives --------------------------------------------------------------------------------------------------------

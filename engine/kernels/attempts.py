@@ -22,12 +22,12 @@ from engine.kernels.recipe import (
     Request,
     Scratch,
     copy,
-    has_nan,
     inside_road,
     make_draws,
     overlap,
     pick_variant,
     toss_coins,
+    unbounded,
 )
 from engine.tables import Floats, Ints, Segment
 from engine.vocabulary import Purpose, Verdict
@@ -172,7 +172,8 @@ def _confine(layout: Layout, confinement: Confinement, row: int, option: int, re
 def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Ledger) -> bool:
     """Compute the scene values and test the built-in requirements; true when the row's verdict is settled.
 
-    A value that is NaN settles it as an error: built-in requirements would only report it under a wrong name.
+    A value that is NaN or infinite settles it as an error: built-in requirements would only report it under a wrong
+    name.
     """
     code, layout, values = recipe.code, recipe.layout, out.values[row]
     run_segment(
@@ -187,7 +188,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
         values[value] = registers[code.output_register[template, value]]
     for draw in range(layout.draw_count):
         out.draws[row, draw] = registers[layout.draws + draw]
-    if has_nan(values):
+    if unbounded(values):
         out.verdict[row] = Verdict.ERROR
         return True
     out.tested[row, layout.reasons] += 1
@@ -276,7 +277,7 @@ def _weigh_scene(recipe: Recipe, template: int, row: int, registers: Floats, out
     run_segment(code.scene_code, start, end, registers, code.pool, recipe.road)
     for value in range(len(values)):
         values[value] = registers[code.output_register[template, value]]
-    if has_nan(values):
+    if unbounded(values):
         return
     reasons = recipe.layout.reasons
     out.holds[row, reasons] = 1 if inside_road(recipe.road, code.road_check, values) else 0

@@ -158,10 +158,11 @@ def make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers:
 
 
 @kernel
-def has_nan(values: Floats) -> bool:
+def unbounded(values: Floats) -> bool:
+    """Whether one of them is no number, or beyond all bounds, such as a width of 1 / 0."""
     count = 0
     for value in values:
-        count += 1 if math.isnan(value) else 0
+        count += 0 if math.isfinite(value) else 1
     return count > 0
 
 

@@ -20,7 +20,7 @@ BLAMES = {
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: no failure of the ego"
 SUCCESSION = "(n + 1) / (N + 2)"
 """How shares of what is rare are worked out."""
-APART = "worst first, of equal risk avoidable ones; of each partner and kind one before any has two"
+APART = "worst first, avoidable ones before others of the same risk; of each partner and kind one before any has two"
 """How the worst are chosen; see `engine.search.ranking`."""
 
 

@@ -173,9 +173,9 @@ def known_truth(ev: Evaluator, value: Value, span: Span, purpose: str) -> bool:
 
 def _filter(ev: Evaluator, predicate: Given, items: Given, _span: Span) -> Value:
     closure, among = _closure(ev, predicate), items_of(items.value, items.span)
-    if not _is_of_the_road(ev, closure, among):
+    if closure.body is None or not _is_of_the_road(ev, closure, closure.body, among):
         return _kept(ev, closure, among, predicate.span)
-    key = predicate.span, tuple(map(id, among))
+    key = closure.body.span, tuple(among)
     if key not in ev.file.filtered:
         ev.file.filtered[key] = _kept(ev, closure, among, predicate.span)
     return ev.file.filtered[key]
@@ -190,17 +190,17 @@ OF_THE_PLAN = frozenset({"signal", "signals", "isSignalized"})
 """What elements of the road are asked that a statement of the file decides."""
 
 
-def _is_of_the_road(ev: Evaluator, closure: Closure, among: Sequence[Value]) -> bool:
+def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, among: Sequence[Value]) -> bool:
     """Whether a lambda asks elements of the road, which all variants share, for what each of them is: it is worked out
     once, for a town has hundreds.
     """
-    if closure.body is None or ev.observe is not None:
+    if ev.observe is not None:
         return False
     if not all(isinstance(item, Lane | Maneuver | Intersection) for item in among):
         return False
-    if closure.body.span not in ev.file.asks_road:
-        ev.file.asks_road[closure.body.span] = _asks_road(closure.body, closure.parameters)
-    return ev.file.asks_road[closure.body.span] and not ev.has("ManeuverType")
+    if body.span not in ev.file.asks_road:
+        ev.file.asks_road[body.span] = _asks_road(body, closure.parameters)
+    return ev.file.asks_road[body.span]
 
 
 def _asks_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:

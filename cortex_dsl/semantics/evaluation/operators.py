@@ -114,7 +114,7 @@ def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
         finally:
             ev.run.depth.calls -= 1
 
-    return Closure(node.parameters, apply, node.body)
+    return Closure(node.parameters, apply, None if ev.has("ManeuverType") else node.body)
 
 
 # -- arithmetic -------------------------------------------------------------------------------------------------------

@@ -128,8 +128,8 @@ class FileContext:
     map_files: dict[str, MapFile] = field(default_factory=dict)
     """What was found of files of maps, by the names that they have here."""
     networks: dict[MapSpec, Network] = field(default_factory=dict)
-    filtered: dict[tuple[Span, tuple[int, ...]], tuple[Value, ...]] = field(default_factory=dict)
-    """What conditions on elements of the road keep of them, by the place and the items."""
+    filtered: dict[tuple[Span, tuple[Value, ...]], tuple[Value, ...]] = field(default_factory=dict)
+    """What conditions on elements of the road keep of them, by where it is written and the items."""
     asks_road: dict[Span, bool] = field(default_factory=dict)
     """Which conditions are such ones."""
     settings: Settings = field(default_factory=Settings)

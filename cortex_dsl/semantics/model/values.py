@@ -127,7 +127,7 @@ class Items(tuple[Value, ...]):
 
 @frozen_identity
 class Closure:
-    """A lambda; `body` is what a file writes behind its colon."""
+    """A lambda; `body` is what a file writes behind its colon, unless a variable hides `ManeuverType` there."""
 
     parameters: tuple[str, ...]
     apply: Callable[..., Value]

@@ -11,6 +11,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.interchange.contract import InterchangeError
+from engine.maps import digest_of
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.speeds import limit_at
 from engine.road.network import Lines
@@ -62,8 +63,15 @@ class Plan:
 
 
 @lru_cache(maxsize=8)
-def plan_of(path: str, _digest: str) -> Plan:
+def plan_of(path: str, digest: str) -> Plan:
+    """The plan of a file of this digest, which may be kept for as long as there are files of it.
+
+    Raises:
+        InterchangeError: it is no OpenDRIVE file that can be driven on, or another one came into its place meanwhile.
+    """
     network = read_opendrive(path)
+    if digest_of(Path(path)) != digest:
+        raise InterchangeError("the file changed while it was read", "start again once it is written", Path(path).name)
     links = Links(network)
     if not links.lanes:
         raise InterchangeError(

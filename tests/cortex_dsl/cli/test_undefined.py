@@ -47,6 +47,16 @@ def test_a_sample_without_a_number(tmp_path: Path, cortexc: Command) -> None:
     assert [d["code"] for d in result.document["diagnostics"]] == ["SCN691"]
 
 
+@pytest.mark.parametrize("settings", ["", "simulation(fair=True)\n"])
+def test_a_sample_beyond_all_bounds(settings: str, tmp_path: Path, cortexc: Command) -> None:
+    """An infinite number is none, whatever else the scene is tried for."""
+    text = f"{settings}ego = new Car in lane.centerline, with width 1 m / max(floor(9 * W), 0), facing 1 / (W + 1)\n"
+    path = written(tmp_path / "a.scn", text)
+    result = cortexc(path, "--sample", 100, "--json")
+    assert result.code == 1
+    assert [d["code"] for d in result.document["diagnostics"]] == ["SCN691"]
+
+
 @pytest.mark.parametrize("engine", ["batch", "world"])
 def test_a_run_without_a_number(engine: str, tmp_path: Path, cortexc: Command) -> None:
     """A behavior whose arithmetic fails during the run is named, in both hosts."""

@@ -110,6 +110,10 @@ def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> No
     environment.reset()
     with pytest.raises(ControllerError, match=r"shape \(2, 1\); expected \(2, 3\)"):
         environment.step(np.zeros((2, 1)))
+    with pytest.raises(ControllerError, match="gave complex numbers"):
+        environment.step(np.zeros((2, 3), dtype=complex))
+    with pytest.raises(cx.CortexError, match="seed: expected a whole number, got None"):
+        environment.reset(seed=None)  # type: ignore[arg-type]
     with pytest.raises(cx.CortexError, match="has no controller `eg`"):
         scenario.environment(1, controller="eg")
     with pytest.raises(cx.CortexError, match=r"nobody in .* is driven from outside"):

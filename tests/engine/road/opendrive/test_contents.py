@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
@@ -144,3 +145,10 @@ def test_a_folder_in_its_place_or_a_cache_that_is_none_costs_time_alone(
     monkeypatch.setattr(maker, "cached_file", lambda *_: None)
     contents_of.cache_clear()
     assert_same(build_network(spec), built(spec))
+
+
+def test_a_file_that_changes_while_it_is_read_is_kept_nowhere(cache: Path) -> None:
+    """What was read is of another digest than the one it would be found by."""
+    with pytest.raises(InterchangeError, match="changed while it was read"):
+        contents_of(str(VILLAGE), "0" * 32)
+    assert not list(cache.glob("roads-*"))
