@@ -73,7 +73,7 @@ CODE = (
     Path(__file__).parent,
     Path(__file__).parents[1],
     Path(opendrive.__file__).parent,
-    *(Path(each.__file__) for each in (contract, frozen, maps, tables, vocabulary, xml)),
+    *map(Path, (contract.__file__, frozen.__file__, maps.__file__, tables.__file__, vocabulary.__file__, xml.__file__)),
 )
 """Files, and folders of files, that decide what is read."""
 
