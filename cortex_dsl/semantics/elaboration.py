@@ -25,6 +25,7 @@ from cortex_dsl.semantics.errors.values import NEVER_EQUAL
 from cortex_dsl.semantics.evaluation.roads import (
     beyond_any_road,
     default_road,
+    has_plan,
     map_line,
     map_with_lights,
     reasons_for_road,
@@ -85,6 +86,7 @@ def elaborate(
         _default_road(whole, findings),
         entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
+        has_plan=has_plan(whole),
         find_map=find_map,
         has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),

@@ -17,6 +17,7 @@ from engine.errors import Signal
 from engine.frozen import frozen
 
 _TEXT = re.compile(r"(?:[^{}]|\{\{|\}\})+")
+_BRACES = re.compile(r"(\{\{|\}\})")
 _LAYOUT = re.compile(r"[^{}]*")
 _INNER = re.compile(r"""\"[^"]*"|'[^']*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""")
 _BEFORE = "_ = ("
@@ -49,13 +50,21 @@ def read_formatted(
                 value = expression(_tree_of(source, part.value))
                 parts.append(nodes.Placeholder(value, part.layout, span=part.span))
             else:
-                text = unescaped(literal[part.start - start : part.end - start], part.start, report, 0)
-                parts.append(text.replace("{{", "{").replace("}}", "}"))
+                parts.append(_meant(literal[part.start - start : part.end - start], part.start, report))
     except UnreadableError as unreadable:
         for diagnostic in unreadable.diagnostics:
             report(diagnostic)
         return nodes.String("", span=span)
     return nodes.Formatted(tuple(parts), span=span)
+
+
+def _meant(text: str, start: int, report: Callable[[Diagnostic], None]) -> str:
+    """What a text at `start` of the file means: two braces that are written are one, those of escapes are two."""
+    pieces: list[str] = []
+    for piece in _BRACES.split(text):
+        pieces.append(piece[0] if _BRACES.fullmatch(piece) else unescaped(piece, start, report, 0))
+        start += len(piece)
+    return "".join(pieces)
 
 
 def unescaped(literal: str, start: int, report: Callable[[Diagnostic], None], quotes: int | None = None) -> str:

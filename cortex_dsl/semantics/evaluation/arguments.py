@@ -52,7 +52,9 @@ def evaluate_each(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> tuple[l
         if value is POISON:
             broken = True
         elif starred:
-            given += [Given(item, node.span) for item in items_of(value, node.span, "what `*` unpacks")]
+            items = items_of(value, node.span, "what `*` unpacks")
+            ev.file.spend(node.span, len(items))
+            given += [Given(item, node.span) for item in items]
         else:
             given.append(Given(value, node.span, argument.name, node, argument.span))
     return given, broken

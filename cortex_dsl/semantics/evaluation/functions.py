@@ -135,6 +135,7 @@ def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
 
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
+    ev.file.spend(span, len(items_of(items.value, items.span)))
     for item in items_of(items.value, items.span):
         total = numbers.add(total, numbers.quantity(item, items.span), span)
     return total
@@ -241,6 +242,7 @@ def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         raise OUT_OF_RANGE.mistake(
             span, what="the length of a `range`", actual=count, expected=f"at most {RANGE_LIMIT}", cure=""
         )
+    ev.file.spend(span, count)
     return tuple(_count(ev, n) for n in within)
 
 

@@ -28,7 +28,9 @@ def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Valu
     values: list[Value] = []
     for item in node.items:
         if isinstance(item, nodes.Starred):
-            values += items_of(ev.evaluate(item.value), item.span)
+            items = items_of(ev.evaluate(item.value), item.span)
+            ev.file.copy(item.span, len(items))
+            values += items
         else:
             values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
     if any(value is POISON for value in values):
@@ -88,6 +90,7 @@ def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
     at = [None if each is None else whole_number(ev, ev.evaluate(each), each.span, "a slice") for each in bounds]
     if at[2] == 0:
         raise BAD_INDEX.mistake(part.span, index=0, count=len(items), cure="the step of a slice is not 0")
+    ev.file.copy(node.span, len(items))
     return Items(items[slice(*at)])
 
 
@@ -102,6 +105,7 @@ def append(ev: Evaluator, items: Items) -> Closure:
     def apply(item: Value) -> Value:
         if len(items) >= RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(ev.algebra.span, limit=RANGE_LIMIT)
+        ev.file.copy(ev.algebra.span, len(items))
         longer = Items((*items, item))
         for scope in (*ev.scopes, ev.names):
             for name in [name for name, value in scope.items() if value is items]:

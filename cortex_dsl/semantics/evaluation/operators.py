@@ -150,10 +150,11 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
         with numbers.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](left, right, node.span)
     if isinstance(left, str) and isinstance(right, str) and operator == "+":
-        return joined_text([left, right], node.span)
+        return joined_text(ev, [left, right], node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
+        ev.file.copy(node.span, len(left) + len(right))
         joined = (*left, *right)
         return Items(joined) if isinstance(left, Items) else joined
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
@@ -211,6 +212,7 @@ def _same(ev: Evaluator, left: Value, right: Value) -> Term:
         return equal(left.expr, right.expr)
     if isinstance(left, tuple) and isinstance(right, tuple) and len(left) == len(right):
         result: Term = ev.algebra.truth(True)
+        ev.file.spend(ev.algebra.span, len(left))
         for one, other in zip(left, right, strict=True):
             result = result & _same(ev, one, other)
         return result

@@ -4,7 +4,6 @@ The road of a file without `map` suits what the file asks for, and notes say so.
 """
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic
@@ -65,22 +64,22 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
     return networks[spec]
 
 
-PLAN = re.compile(r"^\s*signals\b", re.MULTILINE)
-"""The statement that says what lights show."""
-
-
 def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
     """What stands beside the roads of a file that no driver heeds, and what to do about it."""
     lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
     signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
-    if ev.file.default_signals is not None or PLAN.search(ev.file.source.text):
+    if ev.file.default_signals is not None or ev.file.has_plan:
         lights = 0
     found = [
         f"{count} {noun}{'s'[: count != 1]}" for count, noun in ((lights, "traffic light"), (signs, "sign")) if count
     ]
     if not found:
         return None
-    cure = "write `signals()`, and drive with `obey_signals=True`" if lights else "hold drivers back by their behaviors"
+    cure = (
+        "write `signals()`, and drive with `obey_signals=True`"
+        if lights
+        else "give behaviors a stop or a target speed of their own there"
+    )
     return f"no driver heeds its {' and '.join(found)}", cure
 
 
@@ -197,11 +196,16 @@ def reasons_for_road(road: RoadSpec) -> str:
     return "it has " + " and ".join(found) if found else ""
 
 
+def has_plan(module: nodes.Module) -> bool:
+    """Whether a file says what its traffic lights show."""
+    return any(isinstance(node, nodes.Signals) for node in everything_in(module))
+
+
 def map_with_lights(module: nodes.Module) -> Span | None:
     """The line by which a script names a map that has traffic lights, if it asks for them; else None."""
     entry = param_entries(module).get("map")
     statements = tuple(everything_in(module))
-    if entry is None or any(isinstance(node, nodes.Signals) for node in statements):
+    if entry is None or has_plan(module):
         return None
     negated = {node.operand.span for node in statements if isinstance(node, nodes.Unary) and node.operator == "not"}
     asks = any(

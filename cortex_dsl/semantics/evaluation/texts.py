@@ -8,7 +8,6 @@ from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth
-from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -17,25 +16,21 @@ from cortex_dsl.semantics.model.values import (
     Items,
     Pose,
     Quantity,
-    Region,
     Truth,
     Value,
     Vector,
 )
-from cortex_dsl.semantics.model.wording import kind_name, number_text, option_name
+from cortex_dsl.semantics.model.wording import NAMED, kind_name, number_text, option_name
 from cortex_dsl.semantics.names.classes import CLASSES
 from cortex_dsl.semantics.quantities.algebra import ceil, floor, maximum, minimum
 from cortex_dsl.semantics.quantities.units import PURE, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.road.network import Intersection, Lane, LaneGroup, Maneuver, Road
-from engine.road.sections import LaneSection
-from engine.vocabulary import ActorKind, ManeuverType
+from engine.vocabulary import ActorKind
 
 LONGEST = 10_000
 """Characters of a text that values are written into."""
 _WIDE = re.compile(r"\d{4}")
-_NAMED = (Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, ManeuverType)
 
 
 # -- to text ----------------------------------------------------------------------------------------------------------
@@ -43,13 +38,15 @@ _NAMED = (Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGr
 
 def formatted(ev: Evaluator, node: nodes.Formatted) -> Value:
     """A text with its values written out; what is drawn must be a finite choice."""
-    return joined_text([each if isinstance(each, str) else _placed(ev, each) for each in node.parts], node.span)
+    return joined_text(ev, [each if isinstance(each, str) else _placed(ev, each) for each in node.parts], node.span)
 
 
-def joined_text(texts: list[str], span: Span) -> str:
-    if sum(map(len, texts)) > LONGEST:
+def joined_text(ev: Evaluator, texts: list[str], span: Span, between: str = "") -> str:
+    length = sum(map(len, texts))
+    if length > LONGEST:
         raise LONG_TEXT.mistake(span, limit=LONGEST)
-    return "".join(texts)
+    ev.file.copy(span, length)
+    return between.join(texts)
 
 
 def _placed(ev: Evaluator, node: nodes.Placeholder) -> str:
@@ -96,15 +93,16 @@ def _written(ev: Evaluator, value: Value, span: Span) -> str:
             return f"({x}, {y})"
         case tuple():
             ends = "[]" if isinstance(value, Items) else "()"
-            return f"{ends[0]}{', '.join(_written(ev, item, span) for item in value)}{ends[1]}"
-        case _ if isinstance(value, _NAMED):
+            ev.file.spend(span, len(value))
+            return f"{ends[0]}{joined_text(ev, [_written(ev, item, span) for item in value], span, ', ')}{ends[1]}"
+        case _ if isinstance(value, NAMED):
             return option_name(value)
-    cure = "name what it is called in quotes"
+    cure = "write its `.name`, or a text of your own"
     raise WRONG_KIND.mistake(span, what="this", expected="something with a text", actual=kind_name(value), cure=cure)
 
 
 def _str(ev: Evaluator, x: Given, span: Span) -> Value:
-    return joined_text([_written(ev, x.value, x.span)], span)
+    return joined_text(ev, [_written(ev, x.value, x.span)], span)
 
 
 # -- to numbers -------------------------------------------------------------------------------------------------------

@@ -80,6 +80,8 @@ BODY_LIMIT = 2_000
 """How many behaviours and scenarios may be written out in a variant."""
 BODY_COST = 40
 """What writing one out costs, in evaluations."""
+COPIES = 64
+"""How many items or characters are copied for the price of an evaluation."""
 NESTING_LIMIT = 60
 """How deep blocks may lie in one another, with those of the behaviours that they run."""
 
@@ -138,6 +140,8 @@ class FileContext:
     evaluations: int = 0
     max_steps: int | None = None
     """From `terminate after N steps`."""
+    has_plan: bool = False
+    """Whether `signals` is written."""
     default_signals: Span | None = None
     """The line of a Scenic script that names a map with traffic lights."""
     from_scenic: bool = False
@@ -206,6 +210,14 @@ class FileContext:
             raise Mistake
         if self.evaluations >= EVALUATION_LIMIT:
             raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+
+    def copy(self, span: Span, count: int) -> None:
+        """Count the work of so many items or characters that are copied, before they are.
+
+        Raises:
+            Mistake: as `spend`.
+        """
+        self.spend(span, count // COPIES)
 
     def line(self, span: Span) -> int:
         """Counted through all files."""

@@ -93,6 +93,10 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (str, "text"),
     (tuple, "a list"),
 )
+NAMED = (
+    Lane, Maneuver, Intersection, Actor, Region, Area, LaneSection, LaneGroup, Road, Signal, RoadSign, ManeuverType
+)  # fmt: skip
+"""What is shown by its name."""
 
 
 def kind_name(value: Value) -> str:
@@ -112,9 +116,7 @@ def kind_name(value: Value) -> str:
 
 def option_name(value: Value) -> str:
     """How one option of a choice is shown to people."""
-    if isinstance(value, Lane | Maneuver | Intersection | Actor | Region | LaneSection | LaneGroup | Road | Signal):
-        return value.name
-    if isinstance(value, ManeuverType | RoadSign):
+    if isinstance(value, NAMED):
         return value.name
     if isinstance(value, str):
         return value
