@@ -7,19 +7,34 @@ from engine.road.signs import RoadSign
 
 @kept
 def lit_arms(network: Network) -> frozenset[tuple[int, int]] | None:
-    """Intersections and arms whose traffic has a light, by their indices; None where the file has no lights, or there
-    is none: then the scenario says which there are, and every arm has one.
+    """Intersections and arms whose traffic has a light, by their indices; None where there is no file, or no light of
+    it tells an arm: then the scenario says which there are, and every arm has one.
     """
-    lights = [sign for sign in network.signs if sign.is_traffic_light]
-    if not lights:
-        return None
-    lanes = {start for sign in lights for lane in sign.lanes for start in _waiting(network.lanes[lane])}
-    return frozenset(
+    lanes = {start for sign in _lights(network) for start in _told(network, sign)}
+    found = (
         (intersection.id, arm)
         for intersection in network.intersections
         for arm, leg in enumerate(intersection.legs)
         if not lanes.isdisjoint(lane.id for lane in leg.incoming_lanes)
     )
+    return frozenset(found) or None
+
+
+def lights_for_nobody(network: Network) -> int:
+    """How many lights of the file stand over no lane that leads into an intersection."""
+    led = {lane.id for each in network.intersections for leg in each.legs for lane in leg.incoming_lanes}
+    lights = _lights(network)
+    told = {sign.id for sign in lights if not led.isdisjoint(_told(network, sign))}
+    return len({sign.id for sign in lights} - told)
+
+
+def _lights(network: Network) -> list[RoadSign]:
+    return [sign for sign in network.signs if sign.is_traffic_light]
+
+
+def _told(network: Network, light: RoadSign) -> list[int]:
+    """Lanes at whose ends traffic waits for a light."""
+    return [start for lane in light.lanes for start in _waiting(network.lanes[lane])]
 
 
 def _waiting(lane: Lane) -> tuple[int, ...]:

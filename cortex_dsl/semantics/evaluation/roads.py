@@ -33,6 +33,7 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.maps import MapFile, MapSpec, RoadSpec
 from engine.road.build import build_network
+from engine.road.lights import lights_for_nobody
 from engine.road.network import Lane, Network
 from engine.road.sections import (
     all_intersections,
@@ -56,12 +57,18 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         raise MAP_VARIES.mistake(span)
     if spec not in networks:
         networks[spec] = build_network(spec)
-        if isinstance(spec, MapFile) and (remarks := networks[spec].remarks):
+        if isinstance(spec, MapFile) and (remarks := (*networks[spec].remarks, *_on_lights(networks[spec]))):
             # A place is told each code once, so that all stand in one note.
             ev.report(MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks)))
         if isinstance(spec, MapFile) and (unheeded := _unheeded(ev, networks[spec])):
             ev.report(MAP_SIGNS.at(span, file=spec.file, what=unheeded[0], cure=unheeded[1]))
     return networks[spec]
+
+
+def _on_lights(network: Network) -> Iterator[str]:
+    if lost := lights_for_nobody(network):
+        lights = "1 traffic light stands" if lost == 1 else f"{lost} traffic lights stand"
+        yield f"{lights} over no lane into an intersection: nobody waits there"
 
 
 def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:

@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.road import Network, build_network
-from engine.road.lights import lit_arms, signs_at
+from engine.road.lights import lights_for_nobody, lit_arms, signs_at
 from engine.road.opendrive.network import map_file
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
@@ -51,6 +51,14 @@ def test_a_light_over_a_way_through_tells_those_who_wait_for_it(tmp_path: Path) 
     assert lit is not None
     ((_, arm),) = lit
     assert {lane.road for lane in network.intersections[0].legs[arm].incoming_lanes} == {"road1"}
+
+
+def test_a_light_that_tells_no_arm_is_none(tmp_path: Path) -> None:
+    """One that faces those who leave the junction: it is counted, and a plan holds as where the file has no lights."""
+    backwards = '<signal id="7" s="1" t="-2" orientation="-" type="1000001"/>'
+    network = read(village(tmp_path, r1=backwards))
+    assert [sign.is_traffic_light for sign in network.signs] == [True]
+    assert (lit_arms(network), lights_for_nobody(network)) == (None, 1)
 
 
 def test_signs_stand_where_the_file_says(tmp_path: Path) -> None:
