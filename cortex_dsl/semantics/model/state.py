@@ -212,11 +212,7 @@ class FileContext:
             raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
 
     def copy(self, span: Span, count: int) -> None:
-        """Count the work of so many items or characters that are copied, before they are.
-
-        Raises:
-            Mistake: as `spend`.
-        """
+        """`spend` for so many items or characters that are copied, before they are."""
         self.spend(span, count // COPIES)
 
     def line(self, span: Span) -> int:
