@@ -157,10 +157,12 @@ TABLES: dict[str, tuple[Row, ...]] = {
                  'f = PolygonalVectorField("f", [])\n'),
         _same("`Workspace`", "workspace = Workspace(CircularRegion((0, 0), 300))\n"),
         _same("`sin`, `hypot`, `min`, `max`, `len`, `range`, `round`", "x = max(sin(3), hypot(3, 4), round(2.5))\n"),
-        _same("`str`, `float`, `int`, `isinstance`", "x = int(2.5)\n"
-              "assert isinstance(ego, Car) and isinstance(x, (int, float))\n",
-              "of texts that are known; `int` of drawn numbers too"),
-        _same("f-strings", 'x = f"{3} {2.5:.2f}"\nassert x == "3 2.50"\n', "of what is known, or a finite choice"),
+        _differs("`str`, `float`, `int`, `isinstance`",
+                 "a whole number is an `int` however it was made; of texts that are known, `int` of drawn numbers too",
+                 "assert isinstance(ego, Car) and isinstance(int(2.5), (int, float)) and isinstance(3.0, int)\n"),
+        _differs("f-strings",
+                 "whole numbers have no `.0`, and numbers their unit; of what is known, or a finite choice",
+                 'x = f"{3} {2.5:.2f} {6 / 2} {5 m}"\nassert x == "3 2.50 3 5 m"\n'),
         _same("`globalParameters`", "param X = 3\nx = globalParameters.X\n"),
     ),
     "properties": (
