@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -155,14 +156,18 @@ def _dask(workers: Workers) -> Generator[Executor]:
 
 
 def _cluster(distributed: Any, jobs: int) -> Any:
-    """Processes of our own under a scheduler of our own. We report errors; its own log is off."""
-    return distributed.LocalCluster(
-        n_workers=jobs,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-        silence_logs=logging.CRITICAL,
-    )
+    """Processes of our own under a scheduler of our own. We report errors; its own log is off, and so is the warning
+    that a busy machine is slow to make folders.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Creating scratch directories")
+        return distributed.LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
 
 
 def _first_line(error: Exception) -> str:
