@@ -18,6 +18,7 @@ from engine.control import Control, turns
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import Named, names_of
 from engine.errors import ArgumentError, ControllerError, CortexError, LostError, nearest
+from engine.host import PLAIN
 from engine.kernels.orders import are_within
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
@@ -184,14 +185,17 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
     if getattr(getattr(given, "dtype", None), "kind", "") == "c":
         raise LostError(f"{who} gave complex numbers", _wanted(control))
     try:
-        if isinstance(given, np.ma.MaskedArray):
-            given = given.astype(np.float64).filled(np.nan)  # what is masked is no number
-        actions = np.asarray(given, dtype=np.float64)
+        actions = np.asarray(_bare(given), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise LostError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
     if actions.shape != shape:
         raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
     return actions
+
+
+def _bare(given: Any) -> Any:
+    """Without a mask: what is masked is no number."""
+    return given.astype(np.float64).filled(np.nan) if np.ma.isMaskedArray(given) else given
 
 
 @dataclass(frozen=True)
@@ -207,7 +211,7 @@ class Wrong:
 def undrivable(control: Control, actions: Floats, active: Bools, times: Floats) -> Wrong | None:
     """Where actions are NaN or out of range; None where all can be driven."""
     low, high = (np.array([getattr(each, name) for each in control.actions]) for name in ("low", "high"))
-    if are_within(np.require(actions, requirements="CW"), active, low, high):
+    if are_within(np.require(actions, np.float64, PLAIN), active, low, high):
         return None
     wrong = active[:, np.newaxis] & ~((actions >= low) & (actions <= high))
     number = int(np.flatnonzero(wrong.any(axis=0))[0])

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.control import Control, columns, numbers_decided, turns
+from engine.host import PLAIN
 from engine.kernels.lanes import PAGE
 from engine.kernels.orders import TOO_NARROW, note_decisions, take_pages, tell_decisions
 from engine.tables import Bools, Floats, Ints
@@ -39,8 +40,8 @@ class Orders:
 
     @property
     def nbytes(self) -> int:
-        """Memory of what is kept."""
-        return sum(each.nbytes for each in (self._decided, self.told, self.pages, self._free, self._neutral))
+        """Memory of what is kept, but for `told` and `pages`, which runs have."""
+        return sum(each.nbytes for each in (self._decided, self._free, self._neutral))
 
     def begin(self, chosen: Ints, neutral: Floats, coming: Floats) -> None:
         """Runs begin in the chosen lanes with the next step; until something is decided, `neutral` (chosen, numbers)
@@ -78,7 +79,7 @@ class Orders:
         """Let the control of this number do `actions` (lanes, a) in the chosen lanes, now or from its delay on."""
         self.reserve(chosen, samples)
         first, delay, every = self._columns[number].start, self._delay[number], self.every[number]
-        given, kept = np.require(actions, requirements="CW"), self._decided
+        given, kept = np.require(actions, np.float64, PLAIN), self._decided
         note_decisions(chosen, samples, given, first, delay, every, self._pause, self.pages, kept, coming)
 
     def decided(self, chosen: Ints, samples: Ints, out: Floats) -> None:

@@ -88,7 +88,8 @@ class Lanes:
         room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
         self._orders = Orders(self.controls, count, config.time_step, pause, room)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        self._run = lanes(program, self.turns, count, back, self._orders.coming)._replace(told_at=told)
+        run = lanes(program, self.turns, count, back, self._orders.coming)
+        self._run = run._replace(told_at=told, told_pages=self._orders.told, lane_pages=self._orders.pages)
         self._status = self._run.lane_status
         self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)

@@ -154,7 +154,7 @@ terminate after 3 s
     scenario = cx.compile_text(text)
     scenes = scenario.sample(8, seed=1)
     flooring = drive(scenario.program, scenes, lambda seen: np.tile([1.0, 0.0, 0.0], (len(seen), 1)))
-    same(flooring.outcomes, scenario.simulate(flooring.scenes))
+    same(flooring.outcomes, batch.simulate(scenario.program, flooring.scenes))
     run = batch.trajectory(scenario.program, flooring.scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert run.states[-1, 0, 3] < 8.5
     assert run.states[:, 0, 7].max() == 1.0
