@@ -193,9 +193,9 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
     return actions
 
 
-def _bare(given: Any) -> Any:
+def _bare(given: object) -> Any:
     """Without a mask: what is masked is no number."""
-    return given.astype(np.float64).filled(np.nan) if np.ma.isMaskedArray(given) else given
+    return cast("Any", given).astype(np.float64).filled(np.nan) if isinstance(given, np.ma.MaskedArray) else given
 
 
 @dataclass(frozen=True)
