@@ -5,6 +5,7 @@ its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `
 its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
 are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
 later clauses win, may interrupt earlier ones, which then resume. Monitors and `compose` are such code without an actor.
+What a `compose` runs has its turn within its caller's: it ends it by resuming the caller's block.
 """
 
 from collections.abc import Callable, Sequence
@@ -130,6 +131,8 @@ class Coroutines:
     actors: Sequence[Coroutine | None]
     """None for an actor without behaviour."""
     monitors: Sequence[Coroutine]
+    callers: dict[int, int] = field(default_factory=dict)
+    """By monitor: the block that advances it, once that has been written."""
 
 
 @dataclass
@@ -143,6 +146,8 @@ class BehaviourWriter:
     locals: Numbers
     block: int
     """The block whose code is being written."""
+    caller: int = -1
+    """The block that goes on when this coroutine's turn is over; -1: none, which ends the turn of all."""
     loops: list[LoopTargets] = field(default_factory=list)
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
@@ -188,6 +193,8 @@ class BehaviourWriter:
                 self._pick(act)
             case ir.Start(monitor=monitor):
                 self._start(self.coroutines.monitors[monitor])
+            case ir.Advance(monitor=monitor):
+                self._advance(monitor)
             case ir.Stop(monitors=monitors, actors=actors):
                 self._stop(monitors, actors)
             case ir.Spawn(actors=actors):
@@ -233,8 +240,25 @@ class BehaviourWriter:
 
     def _yield(self) -> None:
         """End the turn; what must always hold is tested when the scope itself goes on."""
-        self.buffer.emit(Op.YIELD, None, self.block)
+        if self.caller < 0:
+            self.buffer.emit(Op.YIELD, None, self.block)
+        else:
+            self._return_at(again := Target())
+            self.buffer.place(again)
         self._test_invariants()
+
+    def _return_at(self, again: Target | int) -> None:
+        """Let the caller go on; this block does so at a row of its own in its next turn, or (-1) never."""
+        self.buffer.emit(Op.SET_RESUME, None, self.block, again)
+        self.buffer.emit(Op.RESUME, None, self.caller)
+
+    def write_coroutine(self, body: ir.Block) -> None:
+        """All of it, its end included."""
+        self.write(body)
+        if self.caller < 0:
+            self.buffer.emit(Op.HALT)
+        else:
+            self._return_at(-1)
 
     def _test_invariants(self) -> None:
         for condition, rule in self.invariants:
@@ -296,6 +320,17 @@ class BehaviourWriter:
 
     def _start(self, coroutine: Coroutine) -> None:
         self.buffer.emit(Op.SET_RESUME, None, coroutine.block, coroutine.entry)
+
+    def _advance(self, monitor: int) -> None:
+        """The turn of another coroutine, which comes back to this block when it is over."""
+        coroutine, enter, after = self.coroutines.monitors[monitor], Target(), Target()
+        self.coroutines.callers[monitor] = self.block
+        self.buffer.emit(Op.JUMP_IF_RUNNING, None, coroutine.block, enter)
+        self.buffer.emit(Op.JUMP, None, after)
+        self.buffer.place(enter)
+        self.buffer.emit(Op.SET_RESUME, None, self.block, after)
+        self.buffer.emit(Op.RESUME, None, coroutine.block)
+        self.buffer.place(after)
 
     def _stop(self, monitors: Sequence[int], actors: Sequence[int]) -> None:
         stopped = [*(self.coroutines.monitors[m] for m in monitors), *(self.coroutines.actors[a] for a in actors)]
