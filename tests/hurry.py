@@ -5,4 +5,4 @@ from hypothesis import settings
 
 def at_most(examples: int) -> settings:
     """So many examples of a law, or as many as the profile asks for where these are fewer."""
-    return settings(max_examples=min(examples, settings.default.max_examples))
+    return settings(max_examples=min(examples, settings().max_examples))
