@@ -219,9 +219,7 @@ class Pick(Act):
 
 @frozen
 class Start(Act):
-    """Start a monitor; one with a higher number has its first turn at this very sample, one that is called at its next
-    `Advance`.
-    """
+    """Start a monitor; one with a higher number has its first turn at this very sample, one that is called by then."""
 
     monitor: int
 
