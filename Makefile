@@ -41,7 +41,7 @@ test: dev
 	$(PYTEST) $(ARGS)
 
 quick: dev
-	$(PYTEST) $(QUICK) $(patsubst %,--ignore=%,$(SLOW)) $(ARGS)
+	$(PYTEST) --hypothesis-profile quick $(QUICK) $(patsubst %,--ignore=%,$(SLOW)) $(ARGS)
 
 # In an environment of its own: are the lower bounds of pyproject.toml true?
 lowest:

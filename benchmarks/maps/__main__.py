@@ -3,6 +3,7 @@
     python -m benchmarks.maps FOLDER [--points 10000] [--python PYTHON] [--json]
     python -m benchmarks.maps FOLDER --steps [--json]
     python -m benchmarks.maps FOLDER --carla PYTHON
+    python -m benchmarks.maps FOLDER --standard
     python -m benchmarks.maps FOLDER --compile FILE.scenic [--json]
     python -m benchmarks.maps FOLDER --script FILE.scenic [--scenes 200] [--python PYTHON] [--json]
 
@@ -12,10 +13,10 @@ lane has to hold the point, and outside intersections the directions have to agr
 without it the one of `make validate` is set up. A file that either does not read is named, and why.
 
 With `--carla` it is CARLA's parser that is asked, by a Python that has the package `carla`, which lanes lead into which
-(`topology`); no simulator runs. With `--steps` nobody asks another tool: what a step costs on each file is held against
-one on a grid (`steps`). With `--compile` it is measured how long a script takes to check whose map is in the folder
-(`compiling`). With `--script` both tools sample scenes of a script of Scenic, whose map is found in the folder
-(`distributions`).
+(`topology`); no simulator runs. With `--standard` the formulas of ASAM OpenDRIVE say where lanes end (`standard`).
+With `--steps` nobody asks another tool: what a step costs on each file is held against one on a grid (`steps`). With
+`--compile` it is measured how long a script takes to check whose map is in the folder (`compiling`). With `--script`
+both tools sample scenes of a script of Scenic, whose map is found in the folder (`distributions`).
 """
 
 import argparse
@@ -33,6 +34,7 @@ import numpy as np
 
 from benchmarks.maps.compiling import seconds
 from benchmarks.maps.distributions import compare
+from benchmarks.maps.standard import compare_with_standard
 from benchmarks.maps.steps import shares
 from benchmarks.maps.topology import compare_with_carla
 from benchmarks.validation import environments
@@ -47,7 +49,8 @@ LONGEST = 600.0
 EDGE = 0.25
 """From a lane's border, places nearer to it are not compared: both draw borders by chords [m]."""
 TURNED = math.radians(2.0)
-"""Scenic's directions are those of chords [rad]."""
+"""By which directions may differ beyond the turn from chord to chord of Scenic's line, whose directions are those of
+chords [rad]."""
 MOST = 1.3
 """Times a step on a grid that one on a file may cost."""
 SEED = 1
@@ -66,12 +69,15 @@ class Report:
     other_types: int = 0
     """By how many maneuvers the counts of types differ."""
     line: float = math.nan
-    """How far Scenic's centre lines leave ours at most [m]."""
+    """How far Scenic's centre lines run beside ours at most [m]."""
+    ends: float = math.nan
+    """How far they end before or beyond ours at most [m]: Scenic lays lanes out at right angles to chords of the
+    reference line, a twentieth of each of its pieces long; ASAM OpenDRIVE, to the reference line."""
     points: int = 0
     """Compared."""
     other_lane: int = 0
     other_ways: int = 0
-    """Points outside intersections at which directions of traffic differ by more than `TURNED`."""
+    """Points outside intersections at which directions of traffic differ by more than chords explain."""
     refused: str = ""
     scenic_refused: str = ""
 
@@ -84,6 +90,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--python", help="an interpreter that has Scenic")
     parser.add_argument("--steps", action="store_true", help="measure what a step costs instead")
     parser.add_argument("--carla", metavar="PYTHON", help="hold the ways from lane to lane against CARLA's own instead")
+    parser.add_argument("--standard", action="store_true", help="hold the ends of lanes against the standard instead")
     parser.add_argument("--compile", type=Path, help="measure how long a script takes to check instead")
     parser.add_argument("--script", type=Path, help="compare sampled scenes of a script of Scenic instead")
     parser.add_argument("--scenes", type=int, default=200, help="of both tools")
@@ -93,6 +100,8 @@ def main(words: Sequence[str] | None = None) -> int:
         return _steps(sorted(options.folder.glob("*.xodr")), as_json=options.json)
     if options.carla is not None:
         return compare_with_carla(sorted(options.folder.glob("*.xodr")), options.carla)
+    if options.standard:
+        return compare_with_standard(sorted(options.folder.glob("*.xodr")))
     if options.compile is not None:
         found = seconds(options.compile, options.folder)
         said = (f"{name:16} {took:.2f} s of processor time" for name, took in found.items())
@@ -141,8 +150,9 @@ def sentence(report: Report) -> str:
     same = "as Scenic" if report.scenics == report.ours else f"Scenic {' / '.join(map(str, report.scenics))}"
     kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
     return (
-        f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm; another lane at "
-        f"{report.other_lane} of {report.points:,} points, another direction at {report.other_ways}"
+        f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm, their ends "
+        f"within {100.0 * report.ends:.1f} cm; another lane at {report.other_lane} of {report.points:,} points, "
+        f"another direction at {report.other_ways}"
     )
 
 
@@ -182,14 +192,12 @@ def scattered(network: Network, count: int) -> Floats:
 
 def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> None:
     report.scenics = theirs["lanes"], theirs["intersections"], theirs["maneuvers"]
-    kinds = Counter(each.type.name for each in network.maneuvers)
+    kinds, paths = Counter(each.type.name for each in network.maneuvers), network.paths
     report.other_types = sum((kinds - Counter(theirs["types"])).values())
-    same = {index: _same_lane(network, np.array(line)) for index, line in enumerate(theirs["lines"])}
-    paths = network.paths
-    report.line = max(
-        float(paths.feet(same[index].path, *np.array(line).T).distance.max())
-        for index, line in enumerate(theirs["lines"])
-    )
+    lines = [np.array(line) for line in theirs["lines"]]
+    same = [_same_lane(network, line) for line in lines]
+    apart = np.abs(np.concatenate([_beside(network, *each) for each in zip(same, lines, strict=True)]))
+    report.ends, report.line = apart.max(axis=0).tolist()
     for (x, y), at, inside, heading in zip(places, theirs["at"], theirs["inside"], theirs["heading"], strict=True):
         if at < 0:
             continue
@@ -201,7 +209,25 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
         report.other_lane += lane not in there
         if not inside:
             pose = paths.pose(lane.path, paths.project(lane.path, x, y))
-            report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > TURNED
+            allowed = TURNED + turn_of_chords(lines[at], x, y)
+            report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > allowed
+
+
+def _beside(network: Network, lane: Lane, line: Floats) -> Floats:
+    """(n, 2): how far points lie ahead and to the left of the nearest place of a lane."""
+    poses = [network.paths.pose(lane.path, float(s)) for s in network.paths.feet(lane.path, *line.T).s]
+    x, y, heading = np.array([(pose.x, pose.y, pose.heading) for pose in poses]).T
+    (dx, dy), cos, sin = (line - np.stack([x, y], axis=1)).T, np.cos(heading), np.sin(heading)
+    return np.stack([dx * cos + dy * sin, dy * cos - dx * sin], axis=1)
+
+
+def turn_of_chords(line: Floats, x: float, y: float) -> float:
+    """The largest turn from one chord of a line to the next, at the three vertices nearest to a place [rad]."""
+    chords = np.diff(line, axis=0)
+    chords = chords[np.hypot(*chords.T) > 0.0]
+    turns = np.abs(np.remainder(np.diff(np.arctan2(chords[:, 1], chords[:, 0])) + math.pi, math.tau) - math.pi)
+    nearest = int(np.hypot(*(line[1:-1] - (x, y)).T).argmin()) if len(line) > 2 else 0
+    return float(turns[max(nearest - 1, 0) : nearest + 2].max(initial=0.0))
 
 
 def _same_lane(network: Network, line: Floats) -> Lane:

@@ -121,6 +121,8 @@ class CodeBuffer:
         """All rows, with jump targets replaced by the rows they have got."""
         return tuple(
             Row(row.op, row.destination, tuple(Jump(o.row) if isinstance(o, Target) else o for o in row.operands))
+            if Target in map(type, row.operands)
+            else row
             for row in self.rows
         )
 

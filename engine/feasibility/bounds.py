@@ -211,8 +211,10 @@ def contains_outline(road: RoadTables, operands: Sequence[Interval]) -> Sequence
     rows = np.flatnonzero(~sure)
     if len(rows):
         region, *box = (Interval(i.low[rows], i.high[rows], i.undefined[rows]) for i in operands)
-        for x, y in outline_points(box):
-            never[rows] |= _off_region(road, region, x, y)[0].low > 0.0
+        places = [(region, x, y) for x, y in outline_points(box)]
+        together = (Interval(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*places, strict=True))
+        off, _ = _off_region(road, *together)
+        never[rows] = (off.low > 0.0).reshape(len(places), -1).any(axis=0)
     return [truth(sure, never)]
 
 

@@ -15,6 +15,10 @@ S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
 """Columns of `RoadTables.primitives`."""
 CHUNK = 1 << 16
 """Pairs of point and edge that are looked at together."""
+MANY = 512
+"""Edges from which on it pays to leave out those far away."""
+SQUARE = 24.0
+"""Side of the squares in which points are looked at together [m]."""
 
 
 def region_edges(road: RoadTables, region: int) -> Floats:
@@ -33,26 +37,73 @@ def boundary_distance(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bool
     Equal points are looked at once: where one variable's range is sliced, most places stay as they are.
     """
     points, place = np.unique(x + 1j * y, return_inverse=True)
-    distance, inside = _in_chunks(edges, points.real, points.imag)
+    found = _by_squares if len(edges) >= MANY and len(points) else _of_every_edge
+    distance, inside = found(edges, points.real, points.imag)
     return distance[place], inside[place]
 
 
-def _in_chunks(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
+def _of_every_edge(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
+    return _nearest(edges, x, y), _enclosed(edges, x, y)
+
+
+def _by_squares(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
+    """The same square by square of the plane: only of edges that may be the nearest of a point in it, and of those that
+    a ray to the right may cross. What is left out decides nothing, so the numbers are the same to the last bit.
+    """
     distance, inside = np.empty(len(x)), np.empty(len(x), dtype=bool)
-    size = max(1, CHUNK // max(1, len(edges)))
-    for start in range(0, len(x), size):
-        part = slice(start, start + size)
-        distance[part], inside[part] = _boundary_distance(edges, x[part, np.newaxis], y[part, np.newaxis])
+    _, square = np.unique(np.floor(x / SQUARE) + 1j * np.floor(y / SQUARE), return_inverse=True)
+    order = np.argsort(square, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(square[order])) + 1):
+        there = x[rows], y[rows]
+        distance[rows] = _nearest(edges[_may_be_nearest(edges, *there)], *there)
+        inside[rows] = _enclosed(edges[_may_be_crossed(edges, *there)], *there)
     return distance, inside
 
 
-def _boundary_distance(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
+def _may_be_nearest(edges: Floats, x: Floats, y: Floats) -> Bools:
+    """Edges of which one is the nearest of each of the points: an edge is no nearer to a point than to the middle of
+    all, but for what lies between the two; nor is the nearest further.
+    """
+    middle = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
+    off = np.sqrt(_off_squared(edges, *middle))
+    between = np.hypot(x - middle[0], y - middle[1]).max()
+    return ~(off > off.min(initial=np.inf) + 2.0 * between + SLACK)  # of what is NaN nothing is known
+
+
+def _may_be_crossed(edges: Floats, x: Floats, y: Floats) -> Bools:
+    """Edges that a ray from one of the points to the right may cross."""
+    x1, y1, x2, y2 = edges.T
+    as_high = (np.minimum(y1, y2) <= y.max()) & (np.maximum(y1, y2) >= y.min())
+    return as_high & (np.maximum(x1, x2) >= x.min() - SLACK)
+
+
+def _nearest(edges: Floats, x: Floats, y: Floats) -> Floats:
+    squares = (_off_squared(edges, *part).min(axis=1, initial=np.inf) for part in _in_chunks(edges, x, y))
+    return np.sqrt(np.concatenate([*squares, np.zeros(0)]))
+
+
+def _enclosed(edges: Floats, x: Floats, y: Floats) -> Bools:
+    odd = (_crosses(edges, *part).sum(axis=1) % 2 == 1 for part in _in_chunks(edges, x, y))
+    return np.concatenate([*odd, np.zeros(0, dtype=bool)])
+
+
+def _in_chunks(edges: Floats, x: Floats, y: Floats) -> Iterator[tuple[Floats, Floats]]:
+    """Points as columns (n, 1), so few that pairs with all edges stay in the processor's cache."""
+    size = max(1, CHUNK // max(1, len(edges)))
+    for start in range(0, len(x), size):
+        yield x[start : start + size, np.newaxis], y[start : start + size, np.newaxis]
+
+
+def _off_squared(edges: Floats, x: Floats, y: Floats) -> Floats:
     x1, y1, x2, y2 = edges.T
     ex, ey, dx, dy = x2 - x1, y2 - y1, x - x1, y - y1
     along = np.clip((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0, 1.0)
-    square = np.square(dx - along * ex) + np.square(dy - along * ey)
-    crosses = ((y1 > y) != (y2 > y)) & (x1 + dy * ex / ey > x)
-    return np.sqrt(square.min(axis=1)), crosses.sum(axis=1) % 2 == 1
+    return np.square(dx - along * ex) + np.square(dy - along * ey)
+
+
+def _crosses(edges: Floats, x: Floats, y: Floats) -> Bools:
+    x1, y1, x2, y2 = edges.T
+    return ((y1 > y) != (y2 > y)) & (x1 + (y - y1) * (x2 - x1) / (y2 - y1) > x)
 
 
 def path_distance(primitives: Floats, x: Floats, y: Floats) -> Floats:

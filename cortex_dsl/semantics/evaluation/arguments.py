@@ -1,6 +1,7 @@
 """Arguments of calls: evaluated, unpacked and bound to the parameters of what is called."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -9,7 +10,7 @@ from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import Builtin, Parameter
+from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -82,7 +83,6 @@ def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[G
         Mistake: for one too many, one too few, an unknown or a repeated name.
     """
     bound: dict[str, Given] = {}
-    by_name = {name: slot.name for slot in slots for name in (slot.name, *slot.aliases)}
     positional = [g for g in given if g.name is None]
     if len(positional) > len(slots):
         raise TOO_MANY_ARGUMENTS.mistake(
@@ -93,16 +93,16 @@ def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[G
             signature=signature,
         )
     bound.update({slot.name: g for slot, g in zip(slots, positional, strict=False)})
-    for g in given:
-        if g.name is None:
-            continue
-        if g.name not in by_name:
+    named = [(g.name, g) for g in given if g.name is not None]
+    by_name = {name: slot.name for slot in slots for name in (slot.name, *slot.aliases)} if named else {}
+    for name, g in named:
+        if name not in by_name:
             raise UNKNOWN_ARGUMENT.mistake(
-                g.place, function=function, name=g.name, suggestion=did_you_mean(g.name, [slot.name for slot in slots])
+                g.place, function=function, name=name, suggestion=did_you_mean(name, [slot.name for slot in slots])
             )
-        if by_name[g.name] in bound:
-            raise DUPLICATE.mistake(g.place, what="the argument", name=g.name)
-        bound[by_name[g.name]] = g
+        if by_name[name] in bound:
+            raise DUPLICATE.mistake(g.place, what="the argument", name=name)
+        bound[by_name[name]] = g
     missing = [f"`{slot.name}`" for slot in slots if not slot.optional and slot.name not in bound]
     if missing:
         raise TOO_FEW_ARGUMENTS.mistake(span, function=function, missing=" and ".join(missing), signature=signature)
@@ -114,8 +114,14 @@ def _count(number: int) -> str:
 
 
 def bind_builtin(row: Builtin, given: Sequence[Given], span: Span) -> dict[str, Given]:
-    slots = [Slot(p.name, p.default is not None, p.aliases) for p in row.parameters]
-    return bind(row.name, row.signature, slots, given, span)
+    signature, slots = _shape(row.name)
+    return bind(row.name, signature, slots, given, span)
+
+
+@cache
+def _shape(builtin: str) -> tuple[str, tuple[Slot, ...]]:
+    row = BUILTINS[builtin]
+    return row.signature, tuple(Slot(p.name, p.default is not None, p.aliases) for p in row.parameters)
 
 
 def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> Term:

@@ -156,6 +156,11 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Pose, _POSE),
 )
 
+_BY_TYPE: Mapping[type, Mapping[str, Callable[..., Value]]] = {
+    kind: table for kind, table in _TABLES if kind is not LaneSection
+}
+"""Of what has no attributes but those of its table."""
+
 _BESIDE: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (SimulationNow, over_run.OF_SIMULATION),
     (Items, _OF_LISTS),
@@ -212,6 +217,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
     Raises:
         Mistake: when the value has no such attribute.
     """
+    if (known := _BY_TYPE.get(type(value))) is not None and name in known:  # as most are
+        return known[name](ev, value)
     if isinstance(value, Actor):
         return _of_actor(ev, value, name, span)
     if isinstance(value, Unfinished):

@@ -286,10 +286,10 @@ class Making:
         scenic = SCENIC_SIZES.get(self.kind, {}) if self.ev.file.from_scenic else {}
         if name in scenic:
             return algebra.literal(scenic[name])
+        if name not in ("wheelbase", "rearToCenter"):
+            return default
         own_length = bool(scenic) or "length" in self.defaults or any(each.property == "length" for each in self.given)
-        if name in ("wheelbase", "rearToCenter") and own_length:
-            return default * (self._number("length") / model.length)
-        return default
+        return default * (self._number("length") / model.length) if own_length else default
 
     def _number(self, name: str) -> Term:
         value = self.get(name)

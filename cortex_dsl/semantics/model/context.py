@@ -123,10 +123,11 @@ class Evaluator:
 
     def inside(self, names: Mapping[str, Value]) -> "Evaluator":
         """The same place with more names."""
-        return replace(self, scopes=(names, *self.scopes))
+        scopes = (names, *self.scopes)
+        return Evaluator(self.run, self.handlers, scopes, self.moment, self.home, self.frame, self.observe)
 
     def at_moment(self, moment: Moment) -> "Evaluator":
-        return replace(self, moment=moment)
+        return Evaluator(self.run, self.handlers, self.scopes, moment, self.home, self.frame, self.observe)
 
     def evaluate(self, node: nodes.Expression) -> Value:
         """The value of an expression.
@@ -134,9 +135,10 @@ class Evaluator:
         Raises:
             Mistake: when it has none.
         """
-        algebra, before = self.run.algebra, self.run.algebra.span
-        algebra.span = node.span
-        self.file.spend(node.span)
+        run, span = self.run, node.span
+        algebra, before = run.algebra, run.algebra.span
+        algebra.span = span
+        run.file.spend(span)
         try:
             value = self.handlers[type(node)](self, node)
         finally:
@@ -183,7 +185,7 @@ class Evaluator:
         return value
 
     def has(self, name: str) -> bool:
-        return any(name in scope for scope in (*self.scopes, self.names))
+        return name in self.names or any(name in scope for scope in self.scopes)
 
     def known_names(self) -> set[str]:
         return {name for scope in (*self.scopes, self.names, BUILTINS) for name in scope}

@@ -160,6 +160,8 @@ def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
     """Numbers between which the value surely lies; `genes` are the SI bounds by index. Of a truth: (1, 1), (0, 0) or
     (0, 1).
     """
+    if isinstance(expression, ir.Literal):  # as most are
+        return (expression.value, expression.value)
     return folded(expression, lambda part, within: part_interval(part, within, genes))
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from engine.maps import RoadSpec
@@ -13,8 +13,9 @@ from engine.road import RoadError, build_network
 from engine.road.grid import Grid
 from engine.tables import ROAD_REGION
 from tests.engine.interchange.opendrive.reading_back import specs
+from tests.hurry import at_most
 
-few = settings(max_examples=25, deadline=None)
+few = at_most(25)
 
 
 def blocks(spec: RoadSpec) -> list[shapely.Polygon]:

@@ -6,18 +6,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.maps import RoadSpec
 from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.road.conflict_areas import Strip, conflict_areas
+from tests.hurry import at_most
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
 
 
-few = settings(max_examples=25, deadline=None)
+few = at_most(25)
 
 
 def turn_of(network: Network, lane: Lane) -> float:

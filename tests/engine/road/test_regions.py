@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.maps import RoadSpec
@@ -13,8 +13,9 @@ from engine.road import LaneRole, build_network, regions, road_tables
 from engine.road.junction import Junction
 from engine.road.outline import outline
 from engine.tables import ROAD_REGION
+from tests.hurry import at_most
 
-few = settings(max_examples=15, deadline=None)
+few = at_most(15)
 
 
 @st.composite

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from engine.maps import Roundabout, map_content, map_from
@@ -17,6 +17,7 @@ from engine.road.outline import outline
 from engine.road.roundabout import wrong_roundabout
 from engine.road.sections import faster, opposite_group, to_left, to_right
 from engine.vocabulary import ManeuverType
+from tests.hurry import at_most
 
 
 @st.composite
@@ -36,7 +37,7 @@ def specs(draw: Callable) -> Roundabout:
 
 # Each is a network to build.
 def of_any_roundabout(test: Callable[[Roundabout], None]) -> Callable[[], None]:
-    return settings(max_examples=40)(given(specs())(test))
+    return at_most(40)(given(specs())(test))
 
 
 def entries(network: Network) -> list[Maneuver]:
