@@ -12,7 +12,7 @@ from engine.maps import MapSpec
 from engine.opcodes import Op
 from engine.program import Settings
 from engine.road.network import Network
-from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Reducer, RuleKind, Sense, TemporalOp
+from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Reducer, RuleKind, Sense, TemporalOp, Turns
 
 # -- expressions ----------------------------------------------------------------------------------------------------
 
@@ -219,7 +219,14 @@ class Pick(Act):
 
 @frozen
 class Start(Act):
-    """Start a monitor; one with a higher number has its first turn at this very sample."""
+    """Start a monitor; one with a higher number has its first turn at this very sample, one that is called by then."""
+
+    monitor: int
+
+
+@frozen
+class Advance(Act):
+    """Give a coroutine that is `Turns.CALLED` its turn here, if it is running; one act, or one block, advances it."""
 
     monitor: int
 
@@ -375,12 +382,11 @@ class Objective:
 
 @frozen
 class Monitor:
-    """A coroutine without an actor: a monitor, or a scenario that `compose` runs. Children have higher numbers."""
+    """A coroutine without an actor: a monitor, or a scenario. Those that it advances have higher numbers."""
 
     name: str
     body: Block
-    started: bool
-    """Whether it runs from the start; else a `Start` starts it."""
+    turns: Turns
     span: Span
 
 

@@ -197,7 +197,7 @@ class CodeTables(NamedTuple):
     monitor_block: Ints
     """(templates, monitors): its block number."""
     monitor_started: Ints
-    """(monitors,): 1 for those that run from the start."""
+    """(monitors,): `Turns`."""
     actor_present: Ints
     """(actors,): 1 for those that take part from the start."""
     margin_segment: Ints

@@ -117,6 +117,24 @@ class RuleKind(IntEnum):
     """The value is kept."""
 
 
+class Turns(IntEnum):
+    """When a coroutine without an actor has its turns."""
+
+    LATER = 0
+    """After the rules, once it has been started."""
+    FROM_START = 1
+    """After the rules."""
+    BEFORE_RULES = 2
+    """Before them, so that they see what it does; the first coroutine alone."""
+    CALLED = 3
+    """Within the turns of another, once it has been started."""
+
+    @property
+    def words(self) -> str:
+        """For listings, behind a name."""
+        return {Turns.LATER: "", Turns.CALLED: ", advanced by another"}.get(self, ", from the start")
+
+
 class TemporalOp(IntEnum):
     """Nodes of a temporal formula, read over the samples of a finite run (LTL on finite traces).
 

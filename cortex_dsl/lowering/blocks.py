@@ -5,97 +5,18 @@ its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `
 its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
 are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
 later clauses win, may interrupt earlier ones, which then resume. Monitors and `compose` are such code without an actor.
+What a `compose` runs has its turn within its caller's: it ends it by resuming the caller's block.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Register, Target
+from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Target
+from cortex_dsl.lowering.picks import Picker
 from engine.frozen import frozen
 from engine.opcodes import Op
 from engine.vocabulary import Command
-
-# -- `do choose` and `do shuffle`: one draw of the behaviour stream decides among the options allowed ------------------
-#
-# The options' shares lie side by side on a line: each its weight, or nothing where it is not allowed. A uniform number
-# times the line's length falls on one of them. Where the line has no length there is no way to go on: the run aborts.
-
-
-@frozen
-class Picker:
-    """Writes one `Pick`; `write` writes the body of an option."""
-
-    buffer: CodeBuffer
-    expressions: ExpressionWriter
-    write: Callable[[ir.Block], None]
-
-    def choose(self, act: ir.Pick) -> None:
-        """One option."""
-        end = Target()
-        for option, start in zip(act.options, self._draw(act, ()), strict=True):
-            self.buffer.place(start)
-            self.write(option.body)
-            self.buffer.emit(Op.JUMP, None, end)
-        self.buffer.place(end)
-
-    def shuffle(self, act: ir.Pick, left: Sequence[LocalRegister]) -> None:
-        """All options, one after another. `left` remembers, a local each, which are still to come."""
-        top, end = Target(), Target()
-        for flag in left:
-            self.buffer.emit(Op.MOVE, flag, self.expressions.constants.add(1.0))
-        self.buffer.place(top)
-        self.buffer.emit(Op.JUMP_UNLESS, None, self._any(left), end)
-        for option, flag, start in zip(act.options, left, self._draw(act, left), strict=True):
-            self.buffer.place(start)
-            self.buffer.emit(Op.MOVE, flag, self.expressions.constants.add(0.0))
-            self.write(option.body)
-            self.buffer.emit(Op.JUMP, None, top)
-        self.buffer.place(end)
-
-    def _draw(self, act: ir.Pick, left: Sequence[Register]) -> list[Target]:
-        """Code that goes on at the target of one option; the caller places the targets."""
-        ends = self._shares(act.options, left)
-        nothing, starts = Target(), [Target() for _ in ends]
-        zero, drawn = self.expressions.constants.add(0.0), self.buffer.temporary()
-        self.buffer.emit(Op.JUMP_UNLESS, None, self._new(Op.LT, zero, ends[-1]), nothing)
-        self.buffer.emit(Op.RANDOM, drawn)
-        self.buffer.emit(Op.MUL, drawn, drawn, ends[-1])
-        for end, start in zip(ends, starts, strict=True):
-            following = Target()
-            self.buffer.emit(Op.JUMP_UNLESS, None, self._new(Op.LT, drawn, end), following)
-            self.buffer.emit(Op.JUMP, None, start)
-            self.buffer.place(following)
-        self.buffer.place(nothing)
-        self.buffer.emit(Op.TERMINATE, None, act.rule)
-        return starts
-
-    def _shares(self, options: Sequence[ir.Option], left: Sequence[Register]) -> list[Register]:
-        """Where each option's share ends on the line."""
-        writer, ends = self.expressions.branch(), []
-        zero = self.expressions.constants.add(0.0)
-        end: Register = zero
-        for number, option in enumerate(options):
-            allowed, weight = writer.register(option.allowed), writer.register(option.weight)
-            if left:
-                allowed = self._new(Op.AND, allowed, left[number])
-            end = self._new(Op.ADD, end, self._new(Op.SELECT, allowed, weight, zero))
-            ends.append(end)
-        return ends
-
-    def _any(self, flags: Sequence[Register]) -> Register:
-        result = flags[0]
-        for flag in flags[1:]:
-            result = self._new(Op.OR, result, flag)
-        return result
-
-    def _new(self, op: Op, *operands: Register) -> Register:
-        destination = self.buffer.temporary()
-        self.buffer.emit(op, destination, *operands)
-        return destination
-
-
-# -- Behaviours --------------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -130,6 +51,8 @@ class Coroutines:
     actors: Sequence[Coroutine | None]
     """None for an actor without behaviour."""
     monitors: Sequence[Coroutine]
+    callers: dict[int, int] = field(default_factory=dict)
+    """By monitor: the block that advances it, once that has been written."""
 
 
 @dataclass
@@ -143,6 +66,8 @@ class BehaviourWriter:
     locals: Numbers
     block: int
     """The block whose code is being written."""
+    caller: int = -1
+    """The block that goes on when this coroutine's turn is over; -1: none, which ends the turn of all."""
     loops: list[LoopTargets] = field(default_factory=list)
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
@@ -188,6 +113,8 @@ class BehaviourWriter:
                 self._pick(act)
             case ir.Start(monitor=monitor):
                 self._start(self.coroutines.monitors[monitor])
+            case ir.Advance(monitor=monitor):
+                self._advance(monitor)
             case ir.Stop(monitors=monitors, actors=actors):
                 self._stop(monitors, actors)
             case ir.Spawn(actors=actors):
@@ -233,8 +160,25 @@ class BehaviourWriter:
 
     def _yield(self) -> None:
         """End the turn; what must always hold is tested when the scope itself goes on."""
-        self.buffer.emit(Op.YIELD, None, self.block)
+        if self.caller < 0:
+            self.buffer.emit(Op.YIELD, None, self.block)
+        else:
+            self._return_at(again := Target())
+            self.buffer.place(again)
         self._test_invariants()
+
+    def _return_at(self, again: Target | int) -> None:
+        """Let the caller go on; this block does so at a row of its own in its next turn, or (-1) never."""
+        self.buffer.emit(Op.SET_RESUME, None, self.block, again)
+        self.buffer.emit(Op.RESUME, None, self.caller)
+
+    def write_coroutine(self, body: ir.Block) -> None:
+        """All of it, its end included."""
+        self.write(body)
+        if self.caller < 0:
+            self.buffer.emit(Op.HALT)
+        else:
+            self._return_at(-1)
 
     def _test_invariants(self) -> None:
         for condition, rule in self.invariants:
@@ -296,6 +240,17 @@ class BehaviourWriter:
 
     def _start(self, coroutine: Coroutine) -> None:
         self.buffer.emit(Op.SET_RESUME, None, coroutine.block, coroutine.entry)
+
+    def _advance(self, monitor: int) -> None:
+        """The turn of another coroutine, which comes back to this block when it is over."""
+        coroutine, enter, after = self.coroutines.monitors[monitor], Target(), Target()
+        self.coroutines.callers[monitor] = self.block
+        self.buffer.emit(Op.JUMP_IF_RUNNING, None, coroutine.block, enter)
+        self.buffer.emit(Op.JUMP, None, after)
+        self.buffer.place(enter)
+        self.buffer.emit(Op.SET_RESUME, None, self.block, after)
+        self.buffer.emit(Op.RESUME, None, coroutine.block)
+        self.buffer.place(after)
 
     def _stop(self, monitors: Sequence[int], actors: Sequence[int]) -> None:
         stopped = [*(self.coroutines.monitors[m] for m in monitors), *(self.coroutines.actors[a] for a in actors)]

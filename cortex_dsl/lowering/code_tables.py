@@ -189,7 +189,7 @@ def code_tables(
         temporal_rule=ints([temporal.rule for temporal in scenario.temporals]),
         monitor_entry=ints([e.monitors for e in encoded]).reshape(len(encoded), -1),
         monitor_block=ints([code.monitor_blocks for code in templates]).reshape(len(encoded), -1),
-        monitor_started=ints([monitor.started for monitor in example.monitors]),
+        monitor_started=ints([monitor.turns for monitor in example.monitors]),
         actor_present=ints([actor.present for actor in example.actors]),
         margin_segment=ints([e.margins for e in encoded]).reshape(len(encoded), -1, 3),
         sizes=_sizes(files, templates),

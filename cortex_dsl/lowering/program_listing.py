@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from engine.opcodes import Op
 from engine.program import Program
 from engine.tables import Size
-from engine.vocabulary import ActorKind, Column, Command, GeneKind, State, TemporalOp
+from engine.vocabulary import ActorKind, Column, Command, GeneKind, State, TemporalOp, Turns
 
 Namer = Callable[[int], str]
 
@@ -85,7 +85,7 @@ def _head(program: Program) -> Iterator[str]:
         absent = "" if program.code.actor_present[index] else ", absent at the start"
         yield f"actor {index} {name}: {ActorKind(kind).name.lower()}{absent}"
     for index, name in enumerate(program.monitors):
-        yield f"monitor {index} {name}{', from the start' if program.code.monitor_started[index] else ''}"
+        yield f"monitor {index} {name}{Turns(program.code.monitor_started[index]).words}"
     for index, requirement in enumerate(program.requirements):
         yield f"requirement {index} {requirement.name!r} (line {requirement.line or '-'})"
     for index, rule in enumerate(program.rules):

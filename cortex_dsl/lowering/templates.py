@@ -201,12 +201,12 @@ class _Coroutines:
         behaving = [c if a.behaviour is not None else None for a, c in zip(variant.actors, self.actors, strict=True)]
         known = Coroutines(behaving, self.monitors)
         bodies = [*(actor.behaviour for actor in variant.actors), *(monitor.body for monitor in variant.monitors)]
-        for coroutine, body in zip([*self.actors, *self.monitors], bodies, strict=True):
+        for number, (coroutine, body) in enumerate(zip([*self.actors, *self.monitors], bodies, strict=True)):
             if body is not None:
                 buffer.place(coroutine.entry)
-                writer = BehaviourWriter(buffer, expressions, known, self.blocks, self.locals, coroutine.block)
-                writer.write(body)
-                buffer.emit(Op.HALT)
+                caller = known.callers.get(number - len(self.actors), -1)
+                writer = BehaviourWriter(buffer, expressions, known, self.blocks, self.locals, coroutine.block, caller)
+                writer.write_coroutine(body)
 
 
 # -- Variants with equal code become one template; their constants become literals or columns of variant values --------

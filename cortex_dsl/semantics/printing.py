@@ -114,6 +114,8 @@ class Printer:
                 yield from self._pick(act)
             case ir.Start(monitor=monitor):
                 yield f"start monitor {monitor}"
+            case ir.Advance(monitor=monitor):
+                yield f"advance monitor {monitor}"
             case ir.Stop(monitors=monitors, actors=actors):
                 yield "stop " + ", ".join([*(f"monitor {m}" for m in monitors), *(f"actor {a}" for a in actors)])
             case ir.Spawn(actors=actors):
@@ -237,7 +239,7 @@ def _body(variant: ir.Variant, printer: Printer, scenario: ir.Scenario) -> Itera
         if value is not None:
             yield f"{INDENT}{objective.sense.name.lower()} {printer.text(value)}  as {objective.name!r}"
     for i, monitor in enumerate(variant.monitors):
-        yield f"{INDENT}monitor {i} {monitor.name}{', from the start' if monitor.started else ''}"
+        yield f"{INDENT}monitor {i} {monitor.name}{monitor.turns.words}"
         yield from (INDENT * 2 + line for line in printer.block(monitor.body))
     for i, actor in enumerate(variant.actors):
         absent = "" if actor.present else ", absent at the start"

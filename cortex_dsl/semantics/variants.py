@@ -13,8 +13,9 @@ from cortex_dsl.semantics.acting.objectives import expect, optimize
 from cortex_dsl.semantics.acting.rules import keep_record, require_over_run
 from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.acting.yielding import everything
-from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
+from cortex_dsl.semantics.composition.composing import Composer
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
+from cortex_dsl.semantics.composition.whole_run import run_by, set_up_run
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
@@ -203,10 +204,13 @@ def _require_workspace(ev: Evaluator, actors: Sequence[Actor]) -> None:
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
-    """Work out the coroutine of the scenario that the run is, and the monitors that are required, which come first."""
-    run = ev.run
-    run.built.monitors[:] = [None] * len(run.built.required_monitors)
-    if composer is not None:
+    """Work out the coroutine of the scenario that the run is, the first of all; the monitors that are required, and
+    then those that are started, come after it.
+    """
+    run, leads = ev.run, composer is not None and composer.acts
+    run.built.monitors[:] = [None] * (leads + len(run.built.required_monitors))
+    if composer is not None and leads:
+        run.root.monitor = 0
         try:
             run_by(composer)
         except Mistake as mistake:
@@ -229,8 +233,8 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
             OVER_RUN[type(statement)](at, statement)
         except Mistake as mistake:
             at.report(mistake)
-    required = list(started_monitors(ev))
-    ev.run.built.monitors[: len(required)] = required
+    required, first = list(started_monitors(ev)), ev.run.root.monitor + 1
+    ev.run.built.monitors[first : first + len(required)] = required
 
 
 def _imported(ev: Evaluator) -> Iterator[tuple[dict[str, Value], Sequence[nodes.Statement]]]:

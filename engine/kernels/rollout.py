@@ -1,8 +1,9 @@
 """One run, sample by sample: the one definition of a step, for every host.
 
-At sample k (1) the state is on record, (2) all rules are looked at, and the first true one that ends runs does so;
-then come the time limit and the monitors in their order, (3) behaviours act in the order of their actors, (4) unless
-one of these ended the run, everything steps, and first contact is searched for in (t_k, t_k+1]. Between samples a
+At sample k (1) the state is on record, and the scenario that the run is has its turn, with those that it runs, (2) all
+rules are looked at, and the first true one that ends runs does so; then come the time limit and the monitors in their
+order, (3) behaviours act in the order of their actors, (4) unless one of these ended the run, everything steps, and
+first contact is searched for in (t_k, t_k+1]. Between samples a
 centre and its heading move linearly. When the run is over, its temporal requirements are judged over the samples up to
 the last before contact, or the end; where a file has objectives, its rules are looked at once more at that contact
 (`kernels.judging`).
@@ -37,7 +38,7 @@ from engine.kernels.motion import step
 from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
 from engine.kernels.temporal import find_broken
 from engine.tables import Floats, Ints, Segment
-from engine.vocabulary import EndReason, RuleKind, State
+from engine.vocabulary import EndReason, RuleKind, State, Turns
 
 
 @shared
@@ -66,7 +67,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
         place(plan, run, 0, actor, float(plan.present[actor]))
     for monitor in range(len(plan.monitor_started)):
-        if plan.monitor_started[monitor] != 0:
+        if plan.monitor_started[monitor] == Turns.FROM_START or plan.monitor_started[monitor] == Turns.BEFORE_RULES:
             run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]
 
 
@@ -148,37 +149,50 @@ def _judge(plan: Plan, run: Run) -> None:
 
 @inlined
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
-    """Look at the rules, then let all monitors and actors act.
+    """Let the scenario that the run is act, look at the rules, then let all monitors and actors act.
 
-    They share one loop because the interpreter is copied to where it is called.
+    They share one loop because the interpreter is copied to where it is called. Where that scenario ends the run, it
+    does so once the rules have been looked at: what is recorded has its last value, and what must always hold counts.
     """
     sample, template = int(run.status[Status.SAMPLE]), int(run.status[Status.TEMPLATE])
     rules = plan.rules.shape[1]
-    actors = rules + plan.monitors.shape[1]
+    leads = 1 if len(plan.monitor_started) > 0 and plan.monitor_started[0] == Turns.BEFORE_RULES else 0
+    monitors, actors = leads + rules, rules + plan.monitors.shape[1]
     pauses = scored and plan.layout.pause > 0 and run.status[Status.PAUSED] == 0
-    first = rules if run.status[Status.PAUSED] == 1 else 0 if scored else actors
+    first = monitors if run.status[Status.PAUSED] == 1 else 0 if scored else actors
+    if run.status[Status.TOUCHDOWN] == 1:
+        first = leads
     run.status[Status.PAUSED] = 0
+    last_rule = -1
     for turn in range(first, actors + len(plan.kinds)):
-        if turn == rules and scored and sample >= plan.layout.last_sample and run.status[Status.END] == RUNNING:
-            end_run(plan, run, EndReason.TIMEOUT, -1, 0.0)
-        if turn >= rules and scored and run.status[Status.END] != RUNNING:
+        if turn == monitors and scored and run.status[Status.END] == RUNNING:
+            if last_rule >= 0:
+                _end_by_rule(plan, run, last_rule)
+            elif sample >= plan.layout.last_sample:
+                end_run(plan, run, EndReason.TIMEOUT, -1, 0.0)
+        if turn >= monitors and scored and run.status[Status.END] != RUNNING:
             return
-        if turn == rules and pauses and sample // plan.layout.hold % plan.layout.pause == 0:
+        if turn == monitors and pauses and sample // plan.layout.hold % plan.layout.pause == 0:
             run.status[Status.PAUSED] = 1
             return
-        if turn < rules:
-            row = int(plan.rules[template, turn, Segment.START])
-        elif turn < actors:
-            row = int(run.resume[plan.monitor_blocks[template, turn - rules]])
-        else:
+        coroutine = turn - rules if turn >= monitors else turn
+        if turn >= actors:
             row = _first_row(plan, run, sample, template, turn - actors)
+        elif turn >= leads and turn < monitors:
+            row = int(plan.rules[template, turn - leads, Segment.START])
+        elif plan.monitor_started[coroutine] == Turns.CALLED:
+            continue
+        else:
+            row = int(run.resume[plan.monitor_blocks[template, coroutine]])
         if row < 0:
             continue
         result = interpret(plan, run, turn - actors, row)
-        if turn < rules:
-            _look(plan, run, sample, template, turn, result)
+        if turn >= leads and turn < monitors:
+            _look(plan, run, sample, template, turn - leads, result)
+        elif turn < leads and result.signal == RULE_TRIGGERED and plan.rule_kinds[result.detail] == RuleKind.TERMINATE:
+            last_rule = result.detail
         else:
-            _settle(plan, run, template, turn - rules, result, scored)
+            _settle(plan, run, template, coroutine, result, scored)
     if scored and run.status[Status.END] == RUNNING and _is_over(plan, run, sample, template):
         end_run(plan, run, EndReason.ALL_DONE, -1, 0.0)
 

@@ -87,7 +87,7 @@ class Plan(NamedTuple):
     monitor_blocks: Ints
     """(templates, monitors)"""
     monitor_started: Ints
-    """(monitors,) 1 for those that run from the start."""
+    """(monitors,) `Turns`"""
     present: Ints
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints

@@ -115,9 +115,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _missing("`except`", "nothing is raised", BODY.format("try:\n        wait\n    except E:\n        wait")),
         _same("`self.x = V`", BODY.format("self.foo += 1"), "numbers and truths that the object was made with"),
         _missing("`self.position = V`", "the run moves objects", BODY.format("self.position = (1, 1)")),
-        _differs("`scenario`, `setup`, `compose`",
-                 "what started a scenario sees it end one step later, and goes on then; a record sees an `override` "
-                 "from the next sample on; what a handler interrupts goes on",
+        _same("`scenario`, `setup`, `compose`",
               "scenario S():\n    setup:\n        terminate after 1 s\n"
               "scenario Main():\n    compose:\n        do S()\n"),
         _same("`override X with behavior B`, `with foo V`",

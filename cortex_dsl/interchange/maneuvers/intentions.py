@@ -254,6 +254,7 @@ NAMES: dict[type[ir.Act], str] = {
     ir.Demand: "`require`",
     ir.Pick: "`do choose` or `do shuffle`",
     ir.Start: "starting a monitor",
+    ir.Advance: "what a scenario does",
     ir.Stop: "stopping a scenario",
     ir.Spawn: "letting others in",
     ir.TryInterrupt: "`try`",

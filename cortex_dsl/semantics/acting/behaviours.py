@@ -43,6 +43,7 @@ from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.vocabulary import Turns
 
 # -- the library -------------------------------------------------------------------------------------------------------
 
@@ -232,4 +233,4 @@ def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
         except Mistake as mistake:
             ev.report(mistake)
         else:
-            yield ir.Monitor(name or call.name, block, True, span)
+            yield ir.Monitor(name or call.name, block, Turns.FROM_START, span)

@@ -1,8 +1,8 @@
 """`compose` blocks: the acts of a scenario's coroutine, and of those that it starts.
 
-A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which waits
-until it has ended: its objects come in, its rules hold, its `compose` runs. What an interrupt leaves behind by `abort`,
-and what `until` or `for` end, is stopped with the behaviours of its objects.
+A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which gives it
+its turns until it has ended: its objects come in, its rules hold, its `compose` runs. What an interrupt leaves behind
+by `abort`, and what `until` or `for` end, is stopped with the behaviours of its objects; what it interrupts waits.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
-from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
+from cortex_dsl.semantics.composition.setting_up import place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import (
     LATER_TEMPORAL,
@@ -39,6 +39,7 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.frozen import frozen
+from engine.vocabulary import Turns
 
 # -- the coroutine of a scenario that another one starts ---------------------------------------------------------------
 
@@ -63,9 +64,12 @@ class Coroutine:
         before, during = composer.guarded(body, span)
         during = (*during, *self._always(body))
         starts = tuple(ir.Start(span, number) for number in self._watchers(body))
+        number = composer.reserve() if any(self._rules(nodes.TerminateWhen)) else -1
         acts = body.block(composer.node.compose) if composer.node.compose else self._for_ever()
-        clock, handlers = self._ends(body, during)
         inner: ir.Block = (ir.Scope(span, composer.node.name, body.scope, acts, during),)
+        if number >= 0:
+            inner = self._until(body, inner, number)
+        clock, handlers = self._time_limits(body, during)
         if handlers:
             inner = (ir.TryInterrupt(span, inner, handlers),)
         own = [actor.index for actor in instance.actors]
@@ -115,32 +119,46 @@ class Coroutine:
                 body.ev.report(mistake)
                 continue
             self.composer.instance.watchers.append(len(run.built.monitors))
-            run.built.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
+            run.built.monitors.append(ir.Monitor(statement.name or call.name, block, Turns.LATER, statement.span))
             yield len(run.built.monitors) - 1
 
-    def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[Term, ir.Block], ...]]:
-        """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers. What must hold
-        while the scenario runs must hold at its last sample too.
+    def _until(self, body: Body, acts: ir.Block, number: int) -> ir.Block:
+        """What `terminate when` of the setup does: it is asked for once the `compose` has had its turn, as in Scenic,
+        so that it sees what began in the same sample.
+        """
+        span, name, scope = self.span, self.composer.node.name, body.ev.run.new_scope(self.span)
+        body.ev.run.built.monitors[number] = ir.Monitor(name, acts, Turns.CALLED, span)
+        going, ends = body.ev.algebra.running(number), []
+        for node in self._rules(nodes.TerminateWhen):
+            assert isinstance(node, nodes.TerminateWhen)
+            try:
+                condition = body.condition(node.condition, repeated=True)
+            except Mistake as mistake:
+                body.ev.report(mistake)
+                continue
+            ends.append(ir.Branch(node.span, condition, (self._end(body, node, scope),), ()))
+        turn = (ir.Advance(span, number), ir.Branch(span, going, (*ends, ir.Wait(span)), ()))
+        return (ir.Start(span, number), ir.Scope(span, name, scope, (ir.Loop(span, going, turn),)))
+
+    def _time_limits(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[Term, ir.Block], ...]]:
+        """What `terminate after` of the setup does: acts at the start, and handlers. What must hold while the scenario
+        runs must hold at its last sample too.
         """
         clock: list[ir.Act] = []
         handlers = []
-        for statement in self.composer.instance.rules:
-            demands = tuple(ir.Demand(statement.span, holds, rule) for holds, rule in during)
+        for node in self._rules(nodes.TerminateAfter):
+            assert isinstance(node, nodes.TerminateAfter)
+            demands = tuple(ir.Demand(node.span, holds, rule) for holds, rule in during)
             try:
-                if isinstance(statement, nodes.TerminateAfter):
-                    leave = ir.Abort(statement.span)
-                    handlers.append((self._elapsed(body, statement, clock), (*demands, leave)))
-                elif isinstance(statement, nodes.TerminateWhen):
-                    condition = body.condition(statement.condition, repeated=True)
-                    handlers.append((condition, (*demands, self._end(body, statement))))
+                handlers.append((self._elapsed(body, node, clock), (*demands, ir.Abort(node.span))))
             except Mistake as mistake:
                 body.ev.report(mistake)
         return tuple(clock), tuple(handlers)
 
-    def _end(self, body: Body, node: nodes.TerminateWhen) -> ir.Act:
+    def _end(self, body: Body, node: nodes.TerminateWhen, scope: int) -> ir.Act:
         """`terminate when` ends the scenario, `terminate simulation when` the run."""
         if not node.simulation:
-            return ir.Abort(node.span)
+            return ir.Leave(node.span, "return", scope)
         name = node.name or body.ev.file.source.words(node.condition.span)
         return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
 
@@ -184,6 +202,11 @@ class Composer(Inliner):
     def node(self) -> nodes.ScenarioDefinition:
         return self.scenarios[-1].node
 
+    @property
+    def acts(self) -> bool:
+        """Whether it is there while it runs: it composes, or has guards."""
+        return bool(self.node.compose or self.node.preconditions or self.node.invariants)
+
     # -- its own block -----------------------------------------------------------------------------------------------
 
     def body(self) -> Body:
@@ -223,13 +246,14 @@ class Composer(Inliner):
         return Invocation((), acts, child.preconditions, child.invariants)
 
     def _awaited(self, children: Sequence[Instance], span: Span) -> ir.Block:
-        """Start scenarios, and wait until all have ended."""
+        """Start scenarios, and wait until all have ended. They have their turns here, so the end is seen at once."""
         algebra = self.ev.algebra
         going: Term = algebra.truth(False)
         for child in children:
             going = going | algebra.running(child.monitor)
         starts = tuple(ir.Start(span, child.monitor) for child in children)
-        return (*starts, ir.Loop(span, going, (ir.Wait(span),)))
+        turns = tuple(ir.Advance(span, child.monitor) for child in children)
+        return (*starts, ir.Loop(span, going, (*turns, ir.Branch(span, going, (ir.Wait(span),), ()))))
 
     def over(self, body: Body, node: nodes.Terminate) -> ir.Block:
         if node.simulation or self.instance is self.ev.run.root:
@@ -262,6 +286,13 @@ class Composer(Inliner):
         self.instance.children.append(instance)
         return instance
 
+    def reserve(self) -> int:
+        """The number of a coroutine that belongs to this scenario, lower than those of all that it is going to run."""
+        monitors = self.ev.run.built.monitors
+        monitors.append(None)
+        self.instance.watchers.append(len(monitors) - 1)
+        return len(monitors) - 1
+
     def _once(self, child: "Child", made: Sequence[Actor], call: ScenarioCall, moment: Moment) -> "Child":
         """What makes objects can start once: refused in a loop, and in a handler the run is aborted the second time."""
         if moment.looping:
@@ -275,7 +306,7 @@ class Composer(Inliner):
         """Work out the coroutine of a scenario that this one starts."""
         composer = composer_of(self, call.scenario, instance)
         written = Coroutine(composer, call.span).written()
-        self.ev.run.built.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
+        self.ev.run.built.monitors[instance.monitor] = ir.Monitor(call.name, written.block, Turns.CALLED, call.span)
         return Child(instance, written.preconditions, written.invariants, call.span)
 
     def _check_started(self, call: ScenarioCall, span: Span) -> None:
@@ -305,40 +336,3 @@ def composer_of(parent: Composer | Evaluator, scenario: ScenarioValue, instance:
         scenarios=(*around, scenario),
         first=surely_first(scenario.node.compose),
     )
-
-
-# -- the scenario that the run is -------------------------------------------------------------------------------------
-
-
-def set_up_run(ev: Evaluator) -> Composer | None:
-    """Set up the scenario that the run is; None where the top level is all."""
-    node = ev.file.entry
-    if node is None:
-        number(ev.run)
-        return None
-    root, scenario = ev.run.root, ev.names.get(node.name)
-    if not isinstance(scenario, ScenarioValue):
-        number(ev.run)
-        return None  # it was said that something else has its name
-    root.name = node.name
-    set_up(ev, scenario, root, {})
-    return composer_of(ev, scenario, root)
-
-
-def run_by(composer: Composer) -> None:
-    """Work out the coroutine of the scenario that the run is; it is over when its `compose` is."""
-    node, run = composer.node, composer.ev.run
-    if not (node.compose or node.preconditions or node.invariants):
-        return
-    span = node.name_span
-    composer.instance.monitor = len(run.built.monitors)
-    run.built.monitors.append(None)
-    body = composer.body()
-    before, during = composer.guarded(body, span)
-    demands = (ir.Demand(span, holds, rule) for holds, rule in before)
-    acts = body.block(node.compose) or (ir.Loop(span, composer.ev.algebra.truth(True), (ir.Wait(span),)),)
-    end: ir.Block = ()
-    if node.compose:
-        end = (ir.Terminate(span, composer.ev.file.rule(span, f"the end of {node.name}")),)
-    block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
-    run.built.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)

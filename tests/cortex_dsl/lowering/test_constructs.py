@@ -24,7 +24,7 @@ from engine.program import Program
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes, Trajectory
 from engine.streams import key_rows
-from engine.vocabulary import Command, EndReason, RuleKind, State, TemporalOp, Verdict
+from engine.vocabulary import Command, EndReason, RuleKind, State, TemporalOp, Turns, Verdict
 
 HERE = Span(0, 1)
 STEP = 1.0
@@ -229,8 +229,8 @@ def test_where_nothing_is_allowed_the_run_is_aborted(base: ir.Scenario) -> None:
     assert ending(none) == aborted(0, 1.0)
 
 
-def monitor(name: str, *body: ir.Act, started: bool = True) -> ir.Monitor:
-    return ir.Monitor(name, body, started, HERE)
+def monitor(name: str, *body: ir.Act, turns: Turns = Turns.FROM_START) -> ir.Monitor:
+    return ir.Monitor(name, body, turns, HERE)
 
 
 def wait(turns: int) -> tuple[ir.Act, ...]:
@@ -251,7 +251,7 @@ def test_a_scenario_starts_others_and_waits_for_them(base: ir.Scenario) -> None:
     """The other actor comes in with the child, brakes as its behaviour says, and coasts when the child is stopped."""
     children = ir.Loop(HERE, ir.Apply(HERE, Op.AND, (ir.Running(HERE, 1), before(4.5))), wait(1))
     parent = monitor("Main", *wait(2), ir.Start(HERE, 1), children, ir.Stop(HERE, (1,), (1,)), *wait(1))
-    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Loop(HERE, TRUE, wait(1)), started=False)
+    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Loop(HERE, TRUE, wait(1)), turns=Turns.LATER)
     throttle = ir.Loop(HERE, TRUE, (act(50),))
     states = trajectory(program(base, monitors=[parent, child], present=False, behaviour=(throttle,))).states[:, 1]
     assert list(states[:, State.PRESENT]) == [0, 0, 1, 1, 1, 1, 1, 1, 1, 1]
@@ -267,9 +267,34 @@ def test_a_child_that_ends_is_no_longer_running(base: ir.Scenario) -> None:
         ir.Loop(HERE, ir.Running(HERE, 1), wait(1)),
         ir.Terminate(HERE, 0),
     )
-    child = monitor("Sub", *wait(2), started=False)
+    child = monitor("Sub", *wait(2), turns=Turns.LATER)
     rules = (ir.Rule(None, "done", 1),)
     assert ending(program(base, monitors=[parent, child], rules=rules))[1:] == (EndReason.RULE, 0, 3.0)
+
+
+def test_a_caller_sees_the_end_of_what_it_advances_at_once(base: ir.Scenario) -> None:
+    """Two side by side, of two and of three turns, and one within one of them, have their turns in their caller's."""
+    going = ir.Apply(HERE, Op.OR, (ir.Running(HERE, 1), ir.Running(HERE, 2)))
+    turns = (ir.Advance(HERE, 1), ir.Advance(HERE, 2), ir.Branch(HERE, going, wait(1), ()))
+    starts = ir.Start(HERE, 1), ir.Start(HERE, 2)
+    parent = monitor("Main", *starts, ir.Loop(HERE, going, turns), ir.Terminate(HERE, 0), turns=Turns.BEFORE_RULES)
+    short = monitor("Short", *wait(2), turns=Turns.CALLED)
+    inner = ir.Loop(HERE, ir.Running(HERE, 3), (ir.Advance(HERE, 3), *wait(1)))
+    long = monitor("Long", ir.Start(HERE, 3), inner, turns=Turns.CALLED)
+    within = monitor("Within", *wait(2), turns=Turns.CALLED)
+    rules = (ir.Rule(None, "done", 1),)
+    whole = program(base, monitors=[parent, short, long, within], rules=rules)
+    assert ending(whole)[1:] == (EndReason.RULE, 0, 3.0)
+
+
+def test_what_must_always_hold_counts_where_the_scenario_ends_the_run(base: ir.Scenario) -> None:
+    """The scenario acts before the rules, but its end is drawn once they have been looked at."""
+    parent = monitor("Main", *wait(3), ir.Terminate(HERE, 0), turns=Turns.BEFORE_RULES)
+    done, late = (
+        ir.Rule(None, "done", 1),
+        ir.Rule(ir.Apply(HERE, Op.LT, (number(2.5), TIME)), "late", 1, RuleKind.ABORT),
+    )
+    assert ending(program(base, monitors=[parent], rules=(done, late))) == aborted(1, 3.0)
 
 
 def atom(rule: int) -> ir.Formula:
@@ -338,7 +363,7 @@ def test_listings_show_all_of_it(base: ir.Scenario) -> None:
     """The program's listing and the IR's name monitors, kinds of rules, formulas and records."""
     rules = (ir.Rule(before(3.5), "early", 1, RuleKind.WATCH), ABORT)
     parent = monitor("Main", ir.Start(HERE, 1), ir.Loop(HERE, ir.Running(HERE, 1), wait(1)))
-    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Stop(HERE, (), (1,)), started=False)
+    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Stop(HERE, (), (1,)), turns=Turns.LATER)
     temporal = ir.Temporal(ir.Formula(TemporalOp.ALWAYS, (atom(0),)), 1)
     record = ir.Record("early", "final", 0, ir.PURE, 1)
     picks = ir.Pick(HERE, (option(act(1), weight=2.0), option(act(2))), True, 1)

@@ -69,6 +69,7 @@ def test_what_is_used_twice_has_a_name() -> None:
         (ir.Scope(HERE, "B", 4, WAIT, ((A, 7),)), ["scope 4 B", "  invariant draw0, else rule 7", "  wait"]),
         (ir.Demand(HERE, A, 3), ["demand draw0, else rule 3"]),
         (ir.Start(HERE, 1), ["start monitor 1"]),
+        (ir.Advance(HERE, 1), ["advance monitor 1"]),
         (ir.Stop(HERE, (1, 2), (3,)), ["stop monitor 1, monitor 2, actor 3"]),
         (ir.Spawn(HERE, (1, 2)), ["spawn actor 1, actor 2"]),
         (ir.TryInterrupt(HERE, WAIT, ((A, WAIT),)), ["try", "  wait", "interrupt when draw0", "  wait"]),

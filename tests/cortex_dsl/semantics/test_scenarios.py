@@ -103,15 +103,56 @@ def test_unclear_choice_is_refused(text: str, chosen: str | None, code: str) -> 
 # -- when things start and end ----------------------------------------------------------------------------------------
 
 
-def test_in_sequence_and_for_a_time() -> None:
-    """The run ends with the compose, which takes as long as its parts, give or take a step for each."""
-    scenario = composed("do Box(9 m) for 1 s", "do Box(20 m) for 1.5 s")
-    assert end_time(scenario) == pytest.approx(2.5, abs=0.11)
+FOR = "scenario For(t):\n    setup:\n        terminate after t\n\n"
+NESTED = "scenario Twice(t):\n    compose:\n        do For(t)\n        do For(t)\n\n"
 
 
-def test_parallel_ends_with_the_last() -> None:
-    before = "scenario For(t):\n    setup:\n        terminate after t\n"
-    assert end_time(composed("do For(1 s), For(2 s)", before=before)) == pytest.approx(2.0, abs=0.11)
+@pytest.mark.parametrize(
+    ("lines", "seconds"),
+    [
+        (("do Box(9 m) for 1 s", "do Box(20 m) for 1.5 s"), 2.5),
+        (("do For(1 s)", "do For(0.5 s)"), 1.5),
+        (("do For(1 s), For(2 s)", "do For(0.5 s)"), 2.5),
+        (("do Twice(1 s), For(1.5 s)", "do Twice(0.2 s)"), 2.4),
+        (("for i in range(3):", "    do Twice(0.1 s)"), 0.6),
+        (("do shuffle For(1 s), Twice(0.5 s)",), 2.0),
+    ],
+)
+def test_a_compose_takes_as_long_as_its_parts(lines: tuple[str, ...], seconds: float) -> None:
+    """To the sample: what one ends, the next begins, side by side the last counts, however deep."""
+    assert end_time(composed(*lines, before=FOR + NESTED)) == pytest.approx(seconds, abs=1e-9)
+
+
+def test_what_is_interrupted_waits() -> None:
+    """As in Scenic: a scenario has no turns while a handler of its caller runs, and then goes on where it was."""
+    before = FOR + "scenario Steps():\n    compose:\n        do For(0.5 s)\n        for i in range(10):\n"
+    before += "            wait\n\n"
+    lines = "done = False", "try:", "    do Steps()", "interrupt when ego.x > -54 m and not done:"
+    handler = "    do For(1 s)", "    done = True"
+    assert end_time(composed(*lines, *handler, before=before)) == pytest.approx(2.0, abs=1e-9)
+
+
+WISH = "other = new Object at (60 m, 60 m), with wish 5\nscenario Wish(v):\n    setup:\n"
+WISH += "        override other with wish v\n"
+
+
+def test_a_record_sees_what_is_overridden_in_the_same_sample() -> None:
+    """As in Scenic, which composes, then records: while it holds, and not once it has ended."""
+    before = WISH + "record other.wish as wish\n"
+    scenario = composed("do Wish(7) for 0.2 s", "wait for 0.1 s", "do Wish(9) for 0.1 s", before=before)
+    (record,) = scenario.watch(scenario.sample(1)).records
+    assert record.values.tolist() == [7, 7, 7, 7, 5, 5, 9, 9, 5]
+
+
+def test_terminate_when_is_asked_for_once_the_compose_has_acted() -> None:
+    """As in Scenic: what is started in a sample counts in it, so that a scenario may end in its first."""
+    before = WISH + "scenario Never():\n    setup:\n        terminate when other.wish > 6\n"
+    before += (
+        "    compose:\n        do Wish(7)\n\nscenario Late():\n    setup:\n        terminate when other.wish > 6\n"
+    )
+    before += "    compose:\n        wait for 0.2 s\n        do Wish(7)\n\n"
+    assert end_time(composed("wait for 0.1 s", "do Never()", before=before)) == pytest.approx(0.1, abs=1e-9)
+    assert end_time(composed("do Late()", "wait for 0.1 s", before=before)) == pytest.approx(0.3, abs=1e-9)
 
 
 def test_until_sees_the_objects_of_the_scenario() -> None:
