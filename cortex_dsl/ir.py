@@ -219,7 +219,7 @@ class Pick(Act):
 
 @frozen
 class Start(Act):
-    """Start a monitor; one with a higher number has its first turn at this very sample, one that is called by then."""
+    """Start a monitor. Its first turn is at this sample if its number is higher, or at an `Advance` if it is called."""
 
     monitor: int
 

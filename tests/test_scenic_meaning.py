@@ -107,3 +107,44 @@ def test_a_table_shows_options_by_their_value() -> None:
     table = scenario.table(scenario.sample(12, seed=1))
     assert set(table["SPEED"].tolist()) == {5.0, 7.5, 12.0}
     assert set(table["LOOK"].tolist()) == {'"red"', '"blue"'}
+
+
+PLAIN = "map intersection(approach=60 m)\n"
+NORTH = "ego = new Car at (1.75 m, {y}), facing 90 deg, with speed 8 m/s, with viewAngle 90 deg"
+
+
+def end_of_ego(text: str) -> float:
+    """How far north the ego has come at the end [m]."""
+    scenario = compile_text(PLAIN + text)
+    scenes = scenario.sample(1, seed=1)
+    assert scenes.valid[0]
+    return float(scenario.watch(scenes).trajectory.states[-1, 0, State.Y])
+
+
+def test_velocity_is_speed_with_a_direction() -> None:
+    """At the start, and in a run as it moves."""
+    ego = NORTH.format(y="-50 m") + ", with behavior BrakeBehavior(0.5)\n"
+    rules = "require ego.velocity.y > 7.9 m/s and abs(ego.velocity.x) < 0.01 m/s\n"
+    assert end_of_ego(ego + rules + "terminate when ego.velocity.y < 4 m/s\n") == pytest.approx(
+        end_of_ego(ego + "terminate when ego.speed < 4 m/s\n")
+    )
+
+
+def test_what_could_be_seen_is_a_region() -> None:
+    """A sector before an object, which moves with it; all around a point. Places can be drawn in it."""
+    ego = NORTH.format(y="-55 m") + ", with visibleDistance 30 m, with behavior ConstantSpeedBehavior(8 m/s)\n"
+    drawn = "box = new Obstacle in ego.visibleRegion, with regionContainedIn None\n"
+    seen = "require (distance from ego to box) < 30 m and (1.75, -30) in ego.visibleRegion\n"
+    behind = "p = new Point at (1.75, -50)\nrequire not (1.75, -57) in ego.visibleRegion and ego in p.visibleRegion\n"
+    end = end_of_ego(ego + drawn + seen + behind + "terminate when (1.75 m, 0 m) in ego.visibleRegion\n")
+    assert -32.0 < end < -29.0
+
+
+def test_a_turn_is_over_where_the_intersection_is() -> None:
+    """As Scenic's: while all of the outline is inside."""
+    text = (
+        "m = filter(lambda m: m.type is ManeuverType.STRAIGHT, network.laneAt((1.75, -50)).maneuvers)[0]\n"
+        "behavior Cross():\n    do TurnBehavior([m.startLane, m.connectingLane, m.endLane])\n    terminate\n"
+    )
+    end = end_of_ego(f"{text}{NORTH.format(y='-2 m')}, with behavior Cross()\n")
+    assert end + 4.508 / 2 == pytest.approx(9.5, abs=0.6)

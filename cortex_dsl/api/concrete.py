@@ -153,10 +153,11 @@ def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Ed
         return
     entries = (entry.value for module in modules for name, entry in param_entries(module).items() if name == "map")
     statements = (each for module in modules for each in module.statements if isinstance(each, nodes.Map))
-    for place in (*entries, *statements):
-        for node in everything_in(place):
-            if isinstance(node, nodes.Formatted) or (isinstance(node, nodes.String) and node.value == spec.file):
-                yield Edit(node.span, f'"{map_name(spec)}"')
+    # Such as `localPath(FILE)` and `map opendrive(FILE)`, whatever expression names the file.
+    calls = (each for each in (*entries, *statements) if not isinstance(each, nodes.Map) or each.kind == spec.kind)
+    for call in calls:
+        arguments = call.arguments if isinstance(call, nodes.Map | nodes.Call) else ()
+        yield Edit((arguments[0].value if arguments else call).span, f'"{map_name(spec)}"')
 
 
 def map_copies(program: Program) -> dict[str, bytes]:

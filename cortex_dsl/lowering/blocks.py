@@ -173,12 +173,11 @@ class BehaviourWriter:
         self.buffer.emit(Op.RESUME, None, self.caller)
 
     def write_coroutine(self, body: ir.Block) -> None:
-        """All of it, its end included."""
+        """All of it; `HALT` is the last row of each, reached or not, so that listings see where it ends."""
         self.write(body)
-        if self.caller < 0:
-            self.buffer.emit(Op.HALT)
-        else:
+        if self.caller >= 0:
             self._return_at(-1)
+        self.buffer.emit(Op.HALT)
 
     def _test_invariants(self) -> None:
         for condition, rule in self.invariants:

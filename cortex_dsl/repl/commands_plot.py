@@ -12,6 +12,7 @@ from cortex_dsl.repl.chunks import parted
 from cortex_dsl.repl.expressions import Over, Probe, probed
 from cortex_dsl.repl.instant import Instant, instant_runs
 from cortex_dsl.repl.state import State
+from cortex_dsl.report.findings.choices import choice_names, options_made
 from cortex_dsl.report.findings.plotted import Plotted, Shown
 from cortex_dsl.report.findings.readable import M_S, SpeedUnit, speed_unit
 from engine.vocabulary import Verdict
@@ -70,7 +71,7 @@ def _plenty(state: State, weighing: "Weighing") -> "Weighing":
 
 def _plot(state: State, program: "Program", expressions: Sequence[str]) -> None:
     """Draw the view of one thing, or of two."""
-    choices = _choice_names(program)
+    choices = choice_names(program)
     found = probed(state, [each for each in expressions if each not in choices])
     if found is None:
         return
@@ -107,16 +108,9 @@ def _rows(instant: Instant, *, over_run: bool) -> "Bools":
     return instant.outcomes.verdict == Verdict.VALID if over_run else every
 
 
-def _choice_names(program: "Program") -> tuple[str, ...]:
-    """Names of what chance chooses among finitely many, such as lanes."""
-    return tuple(dict.fromkeys(choice.name for variant in program.variants for choice in variant.choices))
-
-
 def _choice(program: "Program", name: str, instant: Instant, rows: "Bools") -> Plotted:
-    made = [next((c.option for c in variant.choices if c.name == name), "–") for variant in program.variants]
-    options = tuple(dict.fromkeys(made))
-    numbers = np.array([options.index(option) for option in made], dtype=np.float64)
-    return Plotted(name, "", numbers[instant.scenes.variant[rows]], options)
+    options, made = options_made(program, instant.scenes, name)
+    return Plotted(name, "", np.array(made, dtype=np.float64)[rows], options)
 
 
 def _values(scenario: "Scenario", probe: Probe, instant: Instant, rows: "Bools") -> list[Plotted]:

@@ -20,6 +20,7 @@ _TEXT = re.compile(r"(?:[^{}]|\{\{|\}\})+")
 _BRACES = re.compile(r"(\{\{|\}\})")
 _LAYOUT = re.compile(r"[^{}]*")
 _INNER = re.compile(r"""\"[^"]*"|'[^']*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""")
+_SAYS_ITSELF = re.compile(r"[^=!<>]=\s*$")
 _BEFORE = "_ = ("
 """What makes a statement of an expression, so that line breaks in it are none."""
 
@@ -122,6 +123,10 @@ def _hole(literal: str, place: int, end: int, start: int) -> Hole:
     value = Span(start + place + 1, start + stop)
     if not literal[place + 1 : stop].strip() and sign:
         raise _unreadable(start + place, start + stop + 1, "nothing stands between these braces", "write a value there")
+    if _SAYS_ITSELF.search(literal, place + 1, stop):
+        raise _unreadable(
+            start + stop - 1, start + stop, "`=` after a value is not supported", "write its name too: `x = {x}`"
+        )
     if sign == "!":
         raise _unreadable(start + stop, start + stop + 2, "`!` after a value is not supported", "leave it out")
     layout = ""

@@ -1,23 +1,27 @@
 """Which arms of intersections have traffic lights, and what else stands over them, by the file of a map."""
 
+from collections.abc import Mapping
+
 from engine.road.kept import kept
 from engine.road.network import Lane, Network
 from engine.road.signs import RoadSign
 
 
 @kept
-def lit_arms(network: Network) -> frozenset[tuple[int, int]] | None:
-    """Intersections and arms whose traffic has a light, by their indices; None where there is no file, or no light of
-    it tells an arm: then the scenario says which there are, and every arm has one.
+def lit_arms(network: Network) -> Mapping[tuple[int, int], RoadSign] | None:
+    """A light for each arm whose traffic has one, by the indices of intersection and arm, the first of the file; None
+    where there is no file, or no light of it tells an arm: then the scenario says which there are, and every arm has
+    one.
     """
-    lanes = {start for sign in _lights(network) for start in _told(network, sign)}
-    found = (
-        (intersection.id, arm)
+    light = {start: sign for sign in reversed(_lights(network)) for start in _told(network, sign)}
+    found = {
+        (intersection.id, arm): light[lane.id]
         for intersection in network.intersections
         for arm, leg in enumerate(intersection.legs)
-        if not lanes.isdisjoint(lane.id for lane in leg.incoming_lanes)
-    )
-    return frozenset(found) or None
+        for lane in reversed(leg.incoming_lanes)
+        if lane.id in light
+    }
+    return found or None
 
 
 def lights_for_nobody(network: Network) -> int:

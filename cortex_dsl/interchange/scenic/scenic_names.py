@@ -33,6 +33,7 @@ SEARCHED = {"VerifaiRange": "Range", "VerifaiDiscreteRange": "DiscreteRange", "V
 
 BEHAVIOURS: Mapping[str, tuple[str, ...]] = {
     "FollowTrajectoryBehavior": ("target_speed", "trajectory"),
+    "TurnBehavior": ("trajectory", "target_speed"),
     "FollowLaneBehavior": ("target_speed", "laneToFollow", "", "", "is_oppositeTraffic"),
     "LaneChangeBehavior": ("laneSectionToSwitch", "is_oppositeTraffic", "target_speed"),
     "DriveAvoidingCollisions": ("target_speed", "avoidance_threshold"),

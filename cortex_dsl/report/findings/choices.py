@@ -1,24 +1,45 @@
-"""What chance chose among finitely many, for one scene: e.g. lanes and maneuvers."""
+"""What chance chose among finitely many, in scenes: e.g. lanes and maneuvers."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain, count
 
-from engine.program import DrawSite, Program
+from engine.program import DrawSite, Program, VariantLabel
 from engine.road import build_network
 from engine.scenes import Scenes
+from engine.tables import Floats
+
+NOT_MADE = "–"
 
 
 def made_choices(program: Program, scenes: Scenes, row: int = 0) -> tuple[tuple[str, str], ...]:
-    """Names and options: those of the variant, then the lanes that the scene drew. Equal names are numbered."""
+    """Names and options of one scene: those of the variant, then the lanes that it drew. Equal names are numbered."""
     variant = int(scenes.variant[row])
     if not 0 <= variant < len(program.variants):
         return ()
     label = program.variants[variant]
-    lanes = [site for site in label.sites if site.kind == "lane"]
-    names = numbered([*(choice.name for choice in label.choices), *(site.unit or "lane" for site in lanes)])
-    options = [*(choice.option for choice in label.choices), *(_drawn(program, scenes, row, lanes) if lanes else ())]
-    return tuple((name, option) for name, option in zip(names, options, strict=True) if option is not None)
+    lanes = _lane_names(program) if _drawn(label) else ()
+    options = ((name, _option(label, lanes, scenes.values[row], name)) for name in _names(label))
+    return tuple((name, option) for name, option in options if option is not None)
+
+
+def choice_names(program: Program) -> tuple[str, ...]:
+    """All that are made in some variant."""
+    return tuple(dict.fromkeys(name for label in program.variants for name in _names(label)))
+
+
+def options_made(program: Program, scenes: Scenes, name: str) -> tuple[tuple[str, ...], list[int]]:
+    """The options of one choice, and the number of that of each scene: options of variants in the order of the file,
+    then lanes that were drawn in the order of the map, then `NOT_MADE`.
+    """
+    lanes, labels = _lane_names(program), program.variants
+    rows = zip(scenes.variant.tolist(), scenes.values, strict=True)
+    made = [_option(labels[variant], lanes, values, name) or NOT_MADE for variant, values in rows]
+    chosen = ((own, choice.option) for each in labels for own, choice in zip(_names(each), each.choices, strict=False))
+    written, seen = [option for own, option in chosen if own == name], set(made)
+    options = tuple(dict.fromkeys([*written, *(each for each in (*lanes, NOT_MADE) if each in seen)]))
+    number = {option: index for index, option in enumerate(options)}
+    return options, [number[option] for option in made]
 
 
 def numbered(names: Sequence[str]) -> list[str]:
@@ -30,9 +51,26 @@ def numbered(names: Sequence[str]) -> list[str]:
     return list(taken)
 
 
-def _drawn(program: Program, scenes: Scenes, row: int, lanes: Sequence[DrawSite]) -> Iterator[str | None]:
-    """The lane of each; None where the scene drew none."""
-    network = build_network(program.road_spec)
-    for site in lanes:
-        number = float(scenes.values[row][site.values[0]])
-        yield network.lanes[int(number)].name if math.isfinite(number) else None
+def _names(label: VariantLabel) -> list[str]:
+    return numbered([*(choice.name for choice in label.choices), *(site.unit or "lane" for site in _drawn(label))])
+
+
+def _drawn(label: VariantLabel) -> list[DrawSite]:
+    """The lanes that the scene draws."""
+    return [site for site in label.sites if site.kind == "lane"]
+
+
+def _lane_names(program: Program) -> Sequence[str]:
+    return [lane.name for lane in build_network(program.road_spec).lanes]
+
+
+def _option(label: VariantLabel, lanes: Sequence[str], values: Floats, name: str) -> str | None:
+    """Of the choice of this name in a scene of these values; None where it was not made."""
+    names = _names(label)
+    if name not in names:
+        return None
+    place = names.index(name)
+    if place < len(label.choices):
+        return label.choices[place].option
+    number = float(values[_drawn(label)[place - len(label.choices)].values[0]])
+    return lanes[int(number)] if math.isfinite(number) else None

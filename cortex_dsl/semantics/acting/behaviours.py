@@ -51,6 +51,7 @@ from engine.vocabulary import Turns
 LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "FollowTrajectoryBehavior": following.follow_trajectory,
     "FollowLaneBehavior": following.follow_lane,
+    "TurnBehavior": following.turn,
     "CarFollowingBehavior": following.follow_car,
     "GapAcceptanceBehavior": caution.accept_gap,
     "GivingWayBehavior": giving_way.give_way,

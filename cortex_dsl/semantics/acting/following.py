@@ -22,9 +22,9 @@ curve's own curvature looked ahead to.
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
-from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
+from cortex_dsl.semantics.evaluation.geometry import current_pose, inside, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane
-from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.roads import network_of, region_of_intersections
 from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.evaluation.trajectories import trajectory
 from cortex_dsl.semantics.model.values import LaneNow, Value
@@ -53,6 +53,8 @@ MIN_GAP = 2.0
 MAX_ACCELERATION = 0.73
 COMFORTABLE_DECELERATION = 1.67
 EXPONENT = 4.0
+TURNING_SPEED = 6.0
+"""Of Scenic's `TurnBehavior` [m/s]."""
 LEAST_GAP = 0.01
 """Below this gap the model has no value [m]; an actor that is so near brakes fully."""
 
@@ -61,6 +63,15 @@ def follow_trajectory(job: Job) -> ir.Block:
     _warn_walker(job)
     way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
     return (job.follow(job.ev.algebra.literal(float(way.path)), job.target_speed()),)
+
+
+def turn(job: Job) -> ir.Block:
+    """Along a trajectory for as long as all of the outline is in intersections, as Scenic's behaviour for turns."""
+    _warn_walker(job)
+    ev, span = job.ev, job.call.span
+    way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
+    drive = job.follow(ev.algebra.literal(float(way.path)), job.number("target_speed", TURNING_SPEED))
+    return (job.until((drive,), ~inside(ev, job.actor, region_of_intersections(ev, span), span)),)
 
 
 def follow_lane(job: Job) -> ir.Block:

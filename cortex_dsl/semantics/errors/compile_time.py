@@ -64,7 +64,7 @@ LONG_TEXT = Problem(
 )
 NO_NUMBER_IN_TEXT = Problem(
     "SCN554",
-    "`{text}` is no {kind}",
+    "{text} is no {kind}",
     "a text is read as Python reads it",
     'write digits alone in it, such as `int("3")` or `float("2.5")`',
     page=Page(

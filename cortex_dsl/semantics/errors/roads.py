@@ -181,11 +181,12 @@ NOT_ON_GRID = Problem(
 )
 NO_SIGNALS = Problem(
     "SCN451",
-    "{what} needs traffic lights, and there are none",
+    "{what} needs traffic lights, and nothing says what they show",
     cure="add a line like `signals(green=10 s, yellow=3 s)` after the map",
     page=Page(
         "no traffic lights",
-        "Intersections have lights only where the file says `signals(...)`.",
+        "Intersections have lights that show something only where the file says `signals(...)`; a map's file may say "
+        "where they stand.",
         "ego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
         "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
     ),

@@ -14,7 +14,7 @@ from cortex_dsl.semantics.evaluation import driving, lanes, lists, over_run, reg
 from cortex_dsl.semantics.evaluation.at_points import AT_POINTS, lane_under
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.evaluation.roads import ROAD, region_of_intersections
-from cortex_dsl.semantics.model.areas import Area, Coordinates
+from cortex_dsl.semantics.model.areas import Area, Coordinates, Velocity
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -121,6 +121,11 @@ _POSE: dict[str, Callable[[Evaluator, Pose], Value]] = {
     "heading": lambda ev, pose: Quantity(as_written(ev, pose.heading), ANGLE),
 }
 
+_VELOCITY: dict[str, Callable[[Evaluator, Velocity], Value]] = {
+    "x": lambda _, velocity: Quantity(velocity.x, SPEED),
+    "y": lambda _, velocity: Quantity(velocity.y, SPEED),
+}
+
 _SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
     "isTrafficLight": lambda ev, _: Truth(ev.algebra.truth(True)),
     "type": lambda *_: TRAFFIC_LIGHT,
@@ -152,8 +157,9 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Intersection, _INTERSECTION),
     (Network, _NETWORK),
     (Centerline, _CENTERLINE),
-    (Vector, _VECTOR),
-    (Pose, _POSE),
+    (Vector, {**_VECTOR, "visibleRegion": regions.visible_region}),
+    (Pose, {**_POSE, "visibleRegion": regions.visible_region}),
+    (Velocity, _VELOCITY),
 )
 
 _BY_TYPE: Mapping[type, Mapping[str, Callable[..., Value]]] = {
@@ -203,6 +209,7 @@ def attribute_names() -> frozenset[str]:
     names = {
         *_STATES,
         *_OF_PLACE,
+        *_OF_ACTOR,
         *own,
         *beside,
         *driving.OF_OBJECTS,
@@ -237,6 +244,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return found
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
+    if isinstance(value, Signal) and name in _SIGN.keys() - _SIGNAL and (sign := signals.sign_of(value)) is not None:
+        return _SIGN[name](ev, sign)
     if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
         return lanes.OF_SECTION_BESIDE[name](ev, value.lane, span)
     for kind, table in (*_TABLES, *_BESIDE):
@@ -288,6 +297,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         return _while_overridden(ev, actor, name)
     if name in actor.properties:
         return property_value(actor.properties[name], name)
+    if name in _OF_ACTOR:
+        return _OF_ACTOR[name](ev, actor)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(lane_under(ev, actor))
     if name in relations.EDGES:
@@ -302,6 +313,12 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         name=name,
         suggestion=did_you_mean(name, {*_POSE, *_STATES, *PROPERTIES, *actor.properties}),
     )
+
+
+_OF_ACTOR: Mapping[str, Callable[[Evaluator, Actor], Value]] = {
+    "velocity": relations.velocity,
+    "visibleRegion": regions.visible_region,
+}
 
 
 def changing(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:

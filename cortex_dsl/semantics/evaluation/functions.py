@@ -120,11 +120,12 @@ def _spread(given: Sequence[Given]) -> list[Given]:
 
 
 def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
-    def meaning(_ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
+    def meaning(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         if not (given := _spread(given)):
             raise TOO_FEW_ARGUMENTS.mistake(
                 span, function=name, missing="at least one number", signature=f"{name}(a, b)"
             )
+        ev.file.spend(span, len(given))
         result = numbers.quantity(given[0].value, given[0].span)
         for other in given[1:]:
             result = _two_alike(of, Given(result, span), other, span)
@@ -221,8 +222,9 @@ def _map(ev: Evaluator, transform: Given, items: Given, _span: Span) -> Value:
 
 
 def _combination(of: Callable[[Term, Term], Term], *, empty: bool) -> Meaning:
-    def meaning(ev: Evaluator, items: Given, _span: Span) -> Value:
+    def meaning(ev: Evaluator, items: Given, span: Span) -> Value:
         result: Term = ev.algebra.truth(empty)
+        ev.file.spend(span, len(items_of(items.value, items.span)))
         for item in items_of(items.value, items.span):
             result = of(result, numbers.truth(ev, item, items.span))
         return Truth(result)

@@ -162,10 +162,13 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
         return Vector(join(left.x, right.x), join(left.y, right.y))
     displaced = {type(left), type(right)} & {Vector, Pose, Actor} and Quantity in (type(left), type(right))
     cure = _DISPLACED if operator in ("+", "-") and displaced else _NUMBER_OF_IT
+    if isinstance(left, str) != isinstance(right, str):
+        cure = _TO_TEXT if operator == "+" else "`int(...)` or `float(...)` reads the number in a text"
     raise NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure)
 
 
 _NUMBER_OF_IT = "take a number of it, such as `ego.speed`, or `distance from ego to lane`"
+_TO_TEXT = 'to write it into the text use `f"{x}"`, or `str(x)`; `int("3")` reads the number in a text'
 _DISPLACED = "to displace a place write `place offset by (0 m, 10 m)`: so far to the right, and so far ahead"
 
 
@@ -236,6 +239,7 @@ def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> Term:
         return ev.algebra.truth(item in container)
     if not isinstance(container, tuple):
         return geometry.inside(ev, item, container, span)
+    ev.file.spend(span, len(container))
     result: Term = ev.algebra.truth(False)
     for candidate in container:
         result = result | _same(ev, item, candidate)

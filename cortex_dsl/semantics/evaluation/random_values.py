@@ -237,10 +237,10 @@ def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | Non
     """The call behind a distribution, its unit taken off; None for any other expression."""
     if isinstance(node, nodes.WithUnit | nodes.Degrees):
         node = node.value
-    match node:
-        case nodes.Call(function=nodes.Name(id=name)) if name in DISTRIBUTIONS and not ev.has(name):
-            return node
-    return None
+    if not isinstance(node, nodes.Call) or not isinstance(node.function, nodes.Name):
+        return None
+    name = node.function.id
+    return node if name in DISTRIBUTIONS and not ev.has(name) else None
 
 
 # -- continuous -------------------------------------------------------------------------------------------------------

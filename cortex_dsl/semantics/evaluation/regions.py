@@ -18,9 +18,11 @@ from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.model.areas import Area, Coordinates, Draw, Spot, convex
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
+    Actor,
     Closure,
     DirectionField,
     Function,
+    Pose,
     Quantity,
     Value,
     Vector,
@@ -39,6 +41,7 @@ from cortex_dsl.semantics.quantities.algebra import (
 )
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
+from engine.vehicles import VIEW_DISTANCE
 
 # -- what is convex ----------------------------------------------------------------------------------------------------
 
@@ -72,7 +75,20 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
     ahead = geometry.heading_at(ev, heading.value, middle, heading.span)
     opening = adopt(ev, angle.value, ANGLE, angle.span, "`angle`")
     opening = in_range(ev, opening, 0.0, math.tau, ANGLE, angle.span, "`angle`", above=True)
+    return _opening(ev, middle, reach, ahead, opening)
 
+
+def visible_region(ev: Evaluator, viewer: Actor | Pose | Vector) -> Area:
+    """What an object would see if nothing hid anything; all around a point."""
+    reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
+    pose = geometry.current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
+    if isinstance(viewer, Actor):
+        reach, opening = (geometry.size_of(viewer, name) for name in ("visibleDistance", "viewAngle"))
+    ahead = ev.algebra.literal(0.0) if isinstance(pose, Vector) else pose.heading
+    return _opening(ev, Vector(pose.x, pose.y), reach, ahead, opening)
+
+
+def _opening(ev: Evaluator, middle: Vector, reach: Term, ahead: Term, opening: Term) -> Area:
     def contains(point: Vector) -> Term:
         off = abs(wrapped(geometry.bearing(middle, point) - ahead))
         return (between(middle, point) <= reach) & (off <= opening * 0.5)
@@ -83,7 +99,8 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
 
     known = {"center": middle, "radius": Quantity(reach, LENGTH), "angle": Quantity(opening, ANGLE)}
     area = Area("a sector", contains, draw=draw, weight=reach * reach * opening * 0.5, attributes=known)
-    return convex(area) if ev.interval(opening)[1] <= math.pi else area
+    least, most = ev.interval(opening)
+    return convex(area) if most <= math.pi or least >= math.tau else area
 
 
 def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, length: Given, _span: Span) -> Value:

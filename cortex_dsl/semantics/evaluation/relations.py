@@ -13,6 +13,7 @@ from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.areas import Velocity
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Sighted, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
@@ -211,3 +212,12 @@ def heading_in_sight(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
     start = geometry.position(ev, *_place(ev, node.viewer, node.span, "`apparently facing`"))
     turned = adopt(ev, ev.evaluate(node.heading), ANGLE, node.heading.span, "a heading")
     return geometry.bearing(start, point) + turned
+
+
+def velocity(ev: Evaluator, actor: Actor) -> Velocity:
+    """`self.velocity`: before the run that with which it starts, along its heading."""
+    if ev.moment.running:
+        return Velocity(*ev.algebra.velocity(actor.index))
+    geometry.check_settled(ev, actor)
+    heading, speed = geometry.current_pose(ev, actor).heading, geometry.size_of(actor, "speed")
+    return Velocity(speed * cos(heading), speed * sin(heading))

@@ -156,6 +156,11 @@ def is_there(light: Signal) -> bool:
     return lit is None or (light.intersection.id, light.arm) in lit
 
 
+def sign_of(light: Signal) -> RoadSign | None:
+    """What the map's file says of a light; None without one."""
+    return (lit_arms(light.intersection.network) or {}).get((light.intersection.id, light.arm))
+
+
 def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
     """One light for each arm that has one; none where the scenario has no lights."""
     every = (Signal(intersection, i) for i in range(len(intersection.legs)))
@@ -163,9 +168,15 @@ def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
 
 
 def signals_of(ev: Evaluator, intersection: Intersection) -> tuple[Signal | RoadSign, ...]:
-    """Its lights, where the scenario has some, and what else stands there by the map's file."""
-    signs, shown = signs_at(intersection.network, intersection.id), lights(ev, intersection)
-    return (*shown, *(sign for sign in signs if not (shown and sign.is_traffic_light)))
+    """Its lights, and what else stands there by the map's file, which is where they come from unless the scenario has
+    a plan for them.
+    """
+    shown = lights(ev, intersection)
+    signs = [each for each in signs_at(intersection.network, intersection.id) if not (shown and each.is_traffic_light)]
+    if not shown:
+        arms = (sign_of(Signal(intersection, arm)) for arm in range(len(intersection.legs)))
+        signs += [each for each in dict.fromkeys(filter(None, arms)) if each not in signs]
+    return (*shown, *signs)
 
 
 def is_signalized(ev: Evaluator, intersection: Intersection) -> bool:

@@ -67,7 +67,7 @@ def _placed(ev: Evaluator, node: nodes.Placeholder) -> str:
 
 def _laid_out(value: str | float, layout: str) -> str | None:
     """As Python lays it out; a whole number is an `int` where it can be one. None where the layout does not fit."""
-    whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e15
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 1e16
     for each in (int(value), value) if whole else (value,):
         try:
             return format(each, layout)
@@ -92,9 +92,10 @@ def _written(ev: Evaluator, value: Value, span: Span) -> str:
             )
             return f"({x}, {y})"
         case tuple():
-            ends = "[]" if isinstance(value, Items) else "()"
+            last = "]" if isinstance(value, Items) else ",)" if len(value) == 1 else ")"
             ev.file.spend(span, len(value))
-            return f"{ends[0]}{joined_text(ev, [_written(ev, item, span) for item in value], span, ', ')}{ends[1]}"
+            inner = joined_text(ev, [_written(ev, item, span) for item in value], span, ", ")
+            return f"{'[' if last == ']' else '('}{inner}{last}"
         case _ if isinstance(value, NAMED):
             return option_name(value)
     cure = "write its `.name`, or a text of your own"
@@ -130,7 +131,8 @@ def _number(ev: Evaluator, x: Given, span: Span, name: str) -> Quantity:
         read = float(int(x.value)) if name == "int" else float(x.value)
     except (ValueError, OverflowError):
         kind = "whole number" if name == "int" else "number"
-        raise NO_NUMBER_IN_TEXT.mistake(x.span, text=x.value[:40], kind=kind) from None
+        text = f"`{x.value[:40]}`" if x.value.strip() else "a text without anything in it"
+        raise NO_NUMBER_IN_TEXT.mistake(x.span, text=text, kind=kind) from None
     return numbers.literal(ev, read, None, span)
 
 

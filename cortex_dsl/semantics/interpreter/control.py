@@ -6,7 +6,7 @@ What they look at must be known when the file is compiled; each round costs step
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import ASSERTION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
@@ -94,6 +94,6 @@ def _message(ev: Evaluator, node: nodes.Assert) -> str:
     """Its text, with the values in it as far as they are known."""
     try:
         message = None if node.message is None else ev.evaluate(node.message)
-    except (Mistake, NeedsExpansion):
+    except Mistake:
         return node.name
     return message if isinstance(message, str) else node.name

@@ -17,6 +17,14 @@ class Coordinates(Vector):
 
 
 @frozen
+class Velocity:
+    """How fast something moves, and where to [m/s]."""
+
+    x: Term
+    y: Term
+
+
+@frozen
 class Spot:
     """A place that was drawn."""
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from itertools import chain, islice
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.model.areas import Area
+from cortex_dsl.semantics.model.areas import Area, Velocity
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
@@ -56,6 +56,7 @@ from engine.vocabulary import ManeuverType
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (Truth, "a truth value"),
     (Vector, "a point"),
+    (Velocity, "a velocity"),
     (Pose, "an oriented point"),
     (Region, "a region"),
     (Area, "a region"),
@@ -129,7 +130,7 @@ def option_name(value: Value) -> str:
 
 def number_text(number: float) -> str:
     """Digits that bring back the same number; whole ones without a point."""
-    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+    return str(int(number)) if number.is_integer() and abs(number) < 1e16 else repr(number)
 
 
 def source_text(value: Value) -> str | None:

@@ -10,6 +10,8 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "y": "North of the centre of the map.",
         "position": "The point alone.",
         "heading": "Anticlockwise from the east; from the north in files with a `model` line.",
+        "velocity": "Its speed in the direction in which it moves: `.x` to the east, `.y` to the north.",
+        "visibleRegion": "What it would see if nothing hid anything: a sector; all around a point.",
         "steer": "Steering angle, positive to the left; only during the run.",
         "throttle": "Throttle pedal, 0 to 1; only during the run.",
         "brake": "Brake pedal, 0 to 1; only during the run.",

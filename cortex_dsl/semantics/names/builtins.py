@@ -215,6 +215,8 @@ _ROWS = (
                Parameter("trajectory"), _LATERAL, _OBEY, _LIMIT),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE, _LIMIT),
+    _behaviour("TurnBehavior", "Follow a list of connected lanes for as long as the actor is in an intersection.",
+               Parameter("trajectory"), Parameter("target_speed", SPEED, "6 m/s", low=0.0, high=TOP_SPEED), _LATERAL),
     _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
                _SPEED, *_car_following("0.73 m/s^2", "1.67 m/s^2"), _LATERAL, _OBEY, _LIMIT),
     _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",

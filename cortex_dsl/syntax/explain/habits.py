@@ -121,6 +121,10 @@ def text_prefix(context: ErrorContext) -> Diagnostic | None:
         return None
     if before.text.lower() not in ("f", "r", "b", "u", "rb", "br", "fr", "rf"):
         return None
+    if before.text.lower() == "f":
+        return errors.NOT_SUPPORTED.at(
+            before.span, "a name holds no values", reason="it is the same in all scenes", cure="write a plain string"
+        )
     return errors.NOT_SUPPORTED.at(
         before.span, f"strings with the prefix `{before.text}` are not supported", cure="write a plain string"
     )

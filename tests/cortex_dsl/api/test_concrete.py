@@ -179,3 +179,25 @@ def test_places_that_disagree_give_no_unit() -> None:
     """A bare param that is a speed here and a length there has no unit."""
     text = "map intersection()\nparam V = Range(2, 9)\nego = new Car on road, with speed V, with length V\n"
     assert compile_text(text).program.space.units == ("",)
+
+
+VILLAGE = EXAMPLES[0].parent / "roads" / "village.xodr"
+
+
+@pytest.mark.parametrize(
+    ("line", "written"),
+    [
+        ('map opendrive(f"{FOLDER}/village.xodr")', 'map opendrive("village.xodr")'),
+        ("map opendrive(file=FILE)", 'map opendrive(file="village.xodr")'),
+        ("param map = localPath(FILE)", 'param map = localPath("village.xodr")'),
+        ('param map = FILE, note = f"{3}"', 'param map = "village.xodr", note = f"{3}"'),
+    ],
+)
+def test_a_copy_names_the_file_of_its_map(line: str, written: str) -> None:
+    """Whatever expression named it, and it alone; the file lies beside the copy."""
+    names = f'FOLDER = "{VILLAGE.parent}"\nFILE = f"{{FOLDER}}/village.xodr"\n'
+    model = "model scenic.domains.driving.model\n" if line.startswith("param") else ""
+    scenario = compile_text(f"{names}{line}\n{model}ego = new Car on road\nterminate after 1 s\n")
+    scenes = scenario.sample(20, seed=1)
+    copy = scenario.concrete(scenes, int(np.flatnonzero(scenes.valid)[0]))
+    assert written in copy

@@ -362,8 +362,9 @@ def test_questions_about_others(base: ir.Scenario) -> None:
 def test_listings_show_all_of_it(base: ir.Scenario) -> None:
     """The program's listing and the IR's name monitors, kinds of rules, formulas and records."""
     rules = (ir.Rule(before(3.5), "early", 1, RuleKind.WATCH), ABORT)
-    parent = monitor("Main", ir.Start(HERE, 1), ir.Loop(HERE, ir.Running(HERE, 1), wait(1)))
-    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Stop(HERE, (), (1,)), turns=Turns.LATER)
+    turn = ir.Advance(HERE, 1), *wait(1)
+    parent = monitor("Main", ir.Start(HERE, 1), ir.Loop(HERE, ir.Running(HERE, 1), turn), turns=Turns.BEFORE_RULES)
+    child = monitor("Sub", ir.Spawn(HERE, (1,)), ir.Stop(HERE, (), (1,)), turns=Turns.CALLED)
     temporal = ir.Temporal(ir.Formula(TemporalOp.ALWAYS, (atom(0),)), 1)
     record = ir.Record("early", "final", 0, ir.PURE, 1)
     picks = ir.Pick(HERE, (option(act(1), weight=2.0), option(act(2))), True, 1)
@@ -375,14 +376,14 @@ def test_listings_show_all_of_it(base: ir.Scenario) -> None:
     text = format_program(lower(scenario))
     for words in (
         "rule 0 'early' (line 1): watch", "rule 1 'guard' (line 1): abort", "requirement always rule0, else rule 1",
-        "record final 'early': rule 0", "monitor 0 Main", "monitor 1 Sub", "from the start", "absent at the start",
-        "is_running", "spawn            actor 1",
+        "record final 'early': rule 0", "monitor 0 Main, from the start", "monitor 1 Sub, advanced by another",
+        "is_running", "spawn            actor 1", "absent at the start",
     ):  # fmt: skip
         assert words in text, words
     text = format_ir(scenario)
     for words in (
         "rule 0: watch", "rule 1: abort when code says so", "require always rule0, else rule 1", "record final early",
-        "monitor 0 Main", "start monitor 1", "while running(1)", "spawn actor 1", "stop actor 1",
+        "monitor 0 Main", "start monitor 1", "advance monitor 1", "while running(1)", "spawn actor 1", "stop actor 1",
         "shuffle, else rule 1", "option 2.0", "invariant", "demand 1.0, else rule 1", "absent at the start",
     ):  # fmt: skip
         assert words in text, words

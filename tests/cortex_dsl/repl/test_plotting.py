@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+from engine.road import build_network
+
 from .conftest import LEFT_TURN, Talk
 from .test_weighing import FOLLOWING, PARAMS
 
@@ -51,6 +53,24 @@ def test_a_choice(talk: Talk) -> None:
     said = talk(":plot egoInitLane").out
     assert len(re.findall(r"^ +\w+\.in\.1 +\d+ +[\d.]+ %", said, re.MULTILINE)) == 4
     assert "EGO_SPEED [km/h] over egoInitLane" in talk(":plot egoInitLane, EGO_SPEED").out
+
+
+def test_lanes_that_the_scene_draws_are_plotted_as_chosen_ones(talk: Talk) -> None:
+    """Of too many variants one remains; its lanes stand in the order of the map, and each as often as it is drawn."""
+    talk(
+        "map intersection(ways=4, lanes=2)",
+        "lanes = [Uniform(*intersection.incomingLanes) for i in range(4)]",
+        "ego = new Car in lanes[0].centerline",
+        *(f"new Car in lanes[{number}].centerline" for number in (1, 2, 3)),
+        "terminate after 0.1 s",
+    )
+    rows = re.findall(r"^ +(\w+\.in\.\d) +(\d+) +[\d.]+ %", talk(":plot lanes 2").out, re.MULTILINE)
+    program = talk.state.checked.weighable
+    assert program is not None
+    names = [lane.name for lane in build_network(program.road_spec).lanes]
+    assert [name for name, _ in rows] == [name for name in names if ".in." in name]
+    assert sum(int(count) for _, count in rows) == 400
+    assert all(int(count) > 20 for _, count in rows)
 
 
 @pytest.mark.parametrize(

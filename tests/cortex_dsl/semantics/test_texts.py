@@ -4,9 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.pipeline import compile_source
 from cortex_dsl.semantics.model import state
+from cortex_dsl.source import Source
 
 Said = Callable[..., list[str]]
+Answered = Callable[..., list[tuple[str, str]]]
 
 
 @pytest.mark.parametrize(
@@ -19,8 +23,11 @@ Said = Callable[..., list[str]]
         ("for i in range(9000):\n    y = range(10000)\n    assert len(y) > 0\n", "SCN434"),
         ("x = range(10000)\nfor i in range(9000):\n    y = sum(x)\n    assert y > 0\n", "SCN434"),
         ("x = range(10000)\nfor i in range(9000):\n    y = x[:]\n    assert len(y) > 0\n", "SCN434"),
+        ("x = range(10000)\nfor i in range(9000):\n    assert max(x) > min(x)\n", "SCN434"),
+        ("x = range(10000)\nfor i in range(9000):\n    assert 3 in x\n", "SCN434"),
+        ("for i in range(9000):\n    assert all(range(1, 10000))\n", "SCN434"),
     ],
-    ids=["spread", "text", "compared", "joined", "ranges", "sums", "slices"],
+    ids=["spread", "text", "compared", "joined", "ranges", "sums", "slices", "extrema", "searches", "all"],
 )
 def test_what_multiplies_ends(lines: str, code: str, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
@@ -40,5 +47,39 @@ def test_braces_of_escapes_are_two(written: str, meant: str, said: Said) -> None
     assert said(f'assert {written} == "{meant}"\n') == []
 
 
-def test_what_has_no_text_is_told_its_name(answered: Callable[..., list[tuple[str, str]]]) -> None:
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ('f"{(1,)}{(1, 2)}{[1]}{()}"', "(1,)(1, 2)[1]()"),
+        ('f"{2**53} {10.0**15:d}"', "9007199254740992 1000000000000000"),
+    ],
+)
+def test_tuples_and_whole_numbers_are_written_as_python_does(written: str, meant: str, said: Said) -> None:
+    assert said(f'assert {written} == "{meant}"\n') == []
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "cure"),
+    [
+        ('x = "a" + 1', "SCN304", 'use `f"{x}"`'),
+        ('x = "a" - 1', "SCN304", "`int(...)` or `float(...)`"),
+        ('x = f"{3=}"', "SCN128", "`x = {x}`"),
+        ('require ego.speed < 99 as f"n{3}"', "SCN115", "write a plain string"),
+        ("record ego.speed as r'v'", "SCN115", "write a plain string"),
+    ],
+)
+def test_cures_for_texts_speak_of_texts(line: str, code: str, cure: str, answered: Answered) -> None:
+    ((found, said),) = answered(f"{line}\n")
+    assert (found, cure in said) == (code, True)
+
+
+def test_a_message_is_worked_out_as_any_text() -> None:
+    """What is chosen at random has the value of a choice."""
+    text = 'map intersection()\nego = new Car on road\nn = Uniform(1, 2)\nassert 1 > 2, f"{n} is too many"\n'
+    with pytest.raises(CompileError) as caught:
+        compile_source(Source("m.scn", text))
+    assert [each.reason for each in caught.value.diagnostics] == ["1 is too many"]
+
+
+def test_what_has_no_text_is_told_its_name(answered: Answered) -> None:
     assert "write its `.name`, or a text of your own" in [cure for _, cure in answered("x = str(lane.centerline)\n")]

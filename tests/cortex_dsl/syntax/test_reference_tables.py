@@ -190,9 +190,10 @@ def road_attributes() -> Rows:
 
 def object_attributes() -> Rows:
     objects = [name for name in (*attributes._STATES, *attributes._OF_PLACE, *OF_OBJECTS) if name != "speed"]
-    objects += relations.EDGES
+    objects += [*relations.EDGES, *attributes._OF_ACTOR]
     regions_ = regions.attribute_names
-    return attribute_rows({"place": attributes._POSE, "object": (*attributes._POSE, *objects), "own region": regions_})
+    places = (*attributes._POSE, "visibleRegion")
+    return attribute_rows({"place": places, "object": (*attributes._POSE, *objects), "own region": regions_})
 
 
 def properties() -> Rows:

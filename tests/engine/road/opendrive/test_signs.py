@@ -122,6 +122,27 @@ def test_scripts_ask_signs_for_what_they_are(tmp_path: Path) -> None:
     assert "signals()" in found[0].cure
 
 
+def test_three_signals_by_another_name_are_no_plan(tmp_path: Path) -> None:
+    """The note counts lights that no driver heeds by the statement `signals`, wherever else the word may stand."""
+    text = f'"""signals() of a village."""\nmap opendrive("{village(tmp_path, r4=LIGHT.format(-1))}")\nsignals = 3\n'
+    (found,) = said(f"{text}{EGO}, with speed signals\n")
+    assert found.code == "SCN458"
+    assert found.message.endswith("no driver heeds its 1 traffic light")
+
+
+@pytest.mark.parametrize("plan", ["", "signals()\n"])
+def test_lights_of_an_arm_are_listed_and_keep_what_the_file_says(plan: str, tmp_path: Path) -> None:
+    """Those over the lanes into an intersection too, with a plan and without."""
+    text = (
+        f'map opendrive("{village(tmp_path, r1=STANDING, r4=REFERENCE)}")\n{plan}'
+        "here = network.intersections[0]\nlight = here.signals[0]\n"
+        "assert here.isSignalized and len(here.signals) == 1 and light.isTrafficLight\n"
+        f'assert light.openDriveID == "7" and light.country == "OpenDRIVE" and light.position.x > 0\n{EGO}\n'
+    )
+    assert not [each for each in said(text) if each.code == "SCN476"]
+    assert {each.code for each in said(text)} <= {"SCN458", "SCN454"}
+
+
 def test_a_plan_is_that_of_the_arms_that_have_lights(tmp_path: Path) -> None:
     """Who comes by road 1 has a light, who comes by another has none; nothing is remarked of lights then."""
     path = village(tmp_path, r1=STANDING, r4=REFERENCE)
