@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,57 +145,39 @@ def memory(program: Program, samples: int) -> Run:
     """Memory for one run after another, with a record of up to `samples` samples; literals are in place."""
     code, actors = program.code, len(program.actors)
     watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
-    live = _live(program)
-    live.registers[: len(code.literals)] = code.literals
-    live.resume[:] = -1
+    registers = np.zeros(int(code.sizes[Size.STEP_REGISTERS]))
+    registers[: len(code.literals)] = code.literals
     return Run(
-        **live._asdict(),
         states=np.zeros((samples, actors, len(State))),
+        registers=registers,
+        resume=np.full(int(code.sizes[Size.BLOCKS]), -1, dtype=np.int32),
+        actors=np.zeros((actors, len(Slot))),
+        status=np.zeros(len(Status), dtype=np.int64),
+        end=np.zeros(3),
+        key=np.zeros(6, dtype=np.int64),
         legs=np.zeros((actors, len(Leg))),
         impacts=np.zeros((MAX_BLOWS, len(Blow))),
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
         worth=np.zeros((2, len(code.formula))),
         decided=np.zeros(len(code.temporal_root), dtype=np.int64),
         beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
-        final=np.zeros(len(live.registers) if len(program.judged) else 0),
+        final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
-        lane_live=np.zeros((0, 0), dtype=np.int64),
+        told=np.zeros(0),
+        told_at=np.zeros(actors, dtype=np.int32),
+        lane_registers=np.zeros((0, 0)),
+        lane_actors=np.zeros((0, 0, 0)),
+        lane_end=np.zeros((0, 0)),
+        lane_key=np.zeros((0, 0), dtype=np.int64),
+        lane_resume=np.zeros((0, 0), dtype=np.int32),
+        lane_status=np.zeros((0, 0), dtype=np.int64),
         lane_states=np.zeros((0, 0, 0, 0)),
         lane_watched=np.zeros((0, 0)),
         lane_legs=np.zeros((0, 0, 0)),
         lane_actions=np.zeros((0, 0, 0)),
-    )
-
-
-class _Live(NamedTuple):
-    """What a run carries from sample to sample, of `Run`."""
-
-    registers: Floats
-    actors: Floats
-    end: Floats
-    key: Ints
-    resume: Ints
-    status: Ints
-    live: Ints
-
-
-def _live(program: Program) -> _Live:
-    """Its arrays, which lie one after the other in `live`; literals are left out, they never change."""
-    code, actors = program.code, len(program.actors)
-    registers, blocks = int(code.sizes[Size.STEP_REGISTERS]), int(code.sizes[Size.BLOCKS])
-    sizes = (registers, actors * len(Slot), 3, 6, -(-blocks // 2), len(Status))
-    bits = np.zeros(sum(sizes), dtype=np.int64)
-    parts = np.split(bits, np.cumsum(sizes)[:-1])
-    numbers = [part.view(np.float64) for part in parts[:3]]
-    return _Live(
-        registers=numbers[0],
-        actors=numbers[1].reshape(actors, len(Slot)),
-        end=numbers[2],
-        key=parts[3],
-        resume=parts[4].view(np.int32)[:blocks],
-        status=parts[5],
-        live=bits[len(code.literals) :],
+        lane_pages=np.zeros((0, 0), dtype=np.int32),
+        told_pages=np.zeros((0, 0, 0)),
     )
 
 
@@ -206,14 +188,27 @@ def lanes(program: Program, samples: int, count: int, back: int, coming: int) ->
     decided.
     """
     run = memory(program, samples)
-    others_touch = len(program.actors) > 2 or (len(program.actors) > 1 and len(program.road.buildings) > 0)
+
+    def of_each(array: NDArray[Any]) -> NDArray[Any]:
+        return np.repeat(array[np.newaxis], count, axis=0)
+
     return run._replace(
-        lane_live=np.zeros((count, len(run.live)), dtype=np.int64),
+        lane_registers=of_each(run.registers),
+        lane_actors=of_each(run.actors),
+        lane_end=of_each(run.end),
+        lane_key=of_each(run.key),
+        lane_resume=of_each(run.resume),
+        lane_status=of_each(run.status),
         lane_states=np.zeros((count, back + 1, *run.states.shape[1:])),
         lane_watched=np.zeros((count, run.watched.shape[1])),
-        lane_legs=np.zeros((count, len(run.legs) if others_touch else 0, len(Leg))),
+        lane_legs=np.zeros((count, len(run.legs) if others_touch(program) else 0, len(Leg))),
         lane_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
+
+
+def others_touch(program: Program) -> bool:
+    """Whether anybody without the ego may touch another, or a building."""
+    return len(program.actors) > 2 or (len(program.actors) > 1 and len(program.road.buildings) > 0)
 
 
 def looking_back(program: Program, time_step: float) -> int:

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
-from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -18,6 +17,7 @@ from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import UNIT_WORDS
+from engine.arguments import LEFT_OUT, whole
 from engine.config import Config, SearchConfig
 from engine.errors import ArgumentError, ArgumentKindError, RowError
 from engine.program import Program
@@ -31,25 +31,6 @@ if TYPE_CHECKING:
 COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
 OPTION, KEYWORD = "-p", "<keyword>"
 """The name, in messages, of the text of a fixed param: from the command line, and from Python."""
-LEFT_OUT = "leave it out for the default"
-
-
-def whole(name: str, value: object, least: int) -> int:
-    """Return the value if it is a whole number (Python or numpy) of at least `least`.
-
-    Raises:
-        ArgumentKindError: it is none.
-        ArgumentError: it is below `least`.
-    """
-    try:
-        number = None if isinstance(value, bool) else index(value)  # type: ignore[arg-type]
-    except TypeError:  # an array of several has the method, too
-        number = None
-    if number is None:
-        raise ArgumentKindError(f"{name}: expected a whole number, got {value!r}", LEFT_OUT)
-    if number < least:
-        raise ArgumentError(f"{name}: expected {least} or more, got {number}", LEFT_OUT)
-    return number
 
 
 def row_of(things: Any, row: int) -> int:

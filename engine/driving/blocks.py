@@ -213,7 +213,6 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
     """What is decided in a block, lane by lane (see `Lanes.decided`)."""
     lanes, every = work.lanes, np.arange(len(work.lanes))
     lanes.place(every, scenes)
-    seen = [np.zeros((len(lanes), len(observed(lanes.program)))) for _ in work.seats]
     for seat in work.seats:
         seat.reset(every.astype(np.int64), scenes.keys)
     lanes.step()
@@ -222,9 +221,8 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
         for number, seat in enumerate(work.seats):
             asked = lanes.asked(number)
             if asked.any():
-                seen[number][~asked] = 0.0
-                lanes.observe(number, asked, seen[number])
-                _decide(work, number, asked, seat.answer(seen[number].copy(), asked, times))
+                seen = lanes.observe(number, asked)
+                _decide(work, number, asked, seat.answer(seen, asked, times))
         lanes.step()
     return lanes.decided(every, room)
 

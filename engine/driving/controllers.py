@@ -18,6 +18,8 @@ from engine.control import Control, turns
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import Named, names_of
 from engine.errors import ArgumentError, ControllerError, CortexError, LostError, nearest
+from engine.host import PLAIN
+from engine.kernels.orders import are_within
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
 
@@ -183,12 +185,17 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
     if getattr(getattr(given, "dtype", None), "kind", "") == "c":
         raise LostError(f"{who} gave complex numbers", _wanted(control))
     try:
-        actions = np.asarray(given, dtype=np.float64)
+        actions = np.asarray(_bare(given), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise LostError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
     if actions.shape != shape:
         raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
     return actions
+
+
+def _bare(given: object) -> Any:
+    """Without a mask: what is masked is no number."""
+    return cast("Any", given).astype(np.float64).filled(np.nan) if isinstance(given, np.ma.MaskedArray) else given
 
 
 @dataclass(frozen=True)
@@ -204,9 +211,9 @@ class Wrong:
 def undrivable(control: Control, actions: Floats, active: Bools, times: Floats) -> Wrong | None:
     """Where actions are NaN or out of range; None where all can be driven."""
     low, high = (np.array([getattr(each, name) for each in control.actions]) for name in ("low", "high"))
-    wrong = active[:, np.newaxis] & ~((actions >= low) & (actions <= high))
-    if not wrong.any():
+    if are_within(np.require(actions, np.float64, PLAIN), active, low, high):
         return None
+    wrong = active[:, np.newaxis] & ~((actions >= low) & (actions <= high))
     number = int(np.flatnonzero(wrong.any(axis=0))[0])
     lane, action = int(np.flatnonzero(wrong[:, number])[0]), control.actions[number]
     value, unit = actions[lane, number], f" {action.unit}" if action.unit else ""

@@ -9,16 +9,16 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from operator import index
-from typing import NamedTuple, SupportsIndex
+from typing import NamedTuple
 
 import numpy as np
 
+from engine.arguments import whole
 from engine.config import Config
 from engine.control import Action, Control
 from engine.driving.controllers import Seat, checked, meant, seats_of
 from engine.driving.stepping import Lanes, observed
-from engine.errors import ArgumentError, ArgumentKindError, nearest
+from engine.errors import ArgumentError, CortexError, nearest
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess
@@ -51,7 +51,7 @@ class Episodes:
         observe: str = "records",
     ) -> None:
         self.program, self.config = program, config
-        self.lanes = Lanes(program, n, config.simulation, config.contact, observe == "records", config.search.jobs)
+        self.lanes = _lanes(program, n, config, observe == "records")
         self.agents = tuple(agents) or (meant(program),)
         self._numbers = [_number(program, name) for name in self.agents]
         self._others = _seats(program, self.agents, others or {})
@@ -62,6 +62,7 @@ class Episodes:
         self._kept = np.array([number for number, name in enumerate(names) if name != REWARD], dtype=np.int64)
         self.observations = tuple(each for each in observed(program, observe == "records") if each[0] != REWARD)
         self._seen = [np.zeros((n, len(names))) for _ in program.controls]
+        self._everywhere = np.ones(n, dtype=bool)
         for seat, _ in self._others:
             seat.meet(n, observed(program, observe == "records"), config.simulation.time_step)
         self._scenes: Scenes | None = None
@@ -97,7 +98,7 @@ class Episodes:
 
     def reset(self, seed: int = 0) -> list[Floats]:
         """Begin the first episodes; what each agent observes."""
-        self._seed = _whole(seed)
+        self._seed = whole("seed", seed, 0)
         self._episode[:] = -1
         self._scenes = None
         self._ended[:] = False
@@ -178,11 +179,11 @@ class Episodes:
 
     def _look(self) -> None:
         """Observe all lanes for everybody."""
-        everywhere = np.ones(len(self), dtype=bool)
-        for number, seen in enumerate(self._seen):
-            self.lanes.observe(number, everywhere, seen)
+        self._seen = [self.lanes.observe(number, self._everywhere) for number in range(len(self._seen))]
 
     def _views(self) -> list[Floats]:
+        if self._rewarded < 0:
+            return [self._seen[number] for number in self._numbers]  # of this step alone: nobody writes there again
         return [self._seen[number][:, self._kept] for number in self._numbers]
 
     # -- rewards -----------------------------------------------------------------------------------------------------
@@ -214,6 +215,24 @@ class Episodes:
                 value = self._objective.value(Runs(self.program, self.config, scenes, ended, risk))
             worth[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
         return worth
+
+
+def _lanes(program: Program, n: int, config: Config, records: bool) -> Lanes:
+    """Lanes, if there is the memory for so many."""
+
+    def lanes(count: int) -> Lanes:
+        return Lanes(program, count, config.simulation, config.contact, records, config.search.jobs)
+
+    try:
+        return lanes(n)
+    except CortexError:
+        raise
+    except (MemoryError, ValueError):  # numpy's, where arrays have more bytes than can be had, or addressed
+        needed = n * lanes(1).nbytes
+        raise ArgumentError(
+            f"n: {n:,} scenes side by side need {needed:,} bytes and more, which cannot be had",
+            "take fewer: episodes follow one another in each, and some thousands keep a processor busy",
+        ) from None
 
 
 # -- one agent ---------------------------------------------------------------------------------------------------------
@@ -283,13 +302,6 @@ class Environment:
         """
         seen, rewards, terminated, truncated = self.episodes.step([actions])
         return Step(seen[0], rewards[0], terminated, truncated)
-
-
-def _whole(seed: SupportsIndex) -> int:
-    try:
-        return index(seed)
-    except TypeError:
-        raise ArgumentKindError(f"seed: expected a whole number, got {seed!r}", "leave it out for 0") from None
 
 
 # -- who drives --------------------------------------------------------------------------------------------------------

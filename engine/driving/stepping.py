@@ -3,11 +3,12 @@
 A stepped run is the run of the batch host: the same kernel, which pauses at a sample between the rules and the turns.
 There the lanes are observed, controllers decide, and the next call goes on. A lane holds where its run stands and what
 was decided in it (`engine.driving.orders`). With that a finished run is run again by any host, without the controller:
-so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run.
+so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run. Of an
+ego and one other, what both were commanded is kept, so that they need only move again (`engine.kernels.review`).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -17,12 +18,14 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
 from engine.driving.orders import Orders
 from engine.errors import ArgumentError
-from engine.host import CHUNK, empty_results, in_parts, lanes, looking_back, memory, outcomes, plan
+from engine.host import CHUNK, empty_results, in_parts, lanes, looking_back, memory, others_touch, outcomes, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
-from engine.kernels.lanes import EMPTY
+from engine.kernels.lanes import EMPTY, TOLD
+from engine.kernels.orders import note_asked, note_running
+from engine.kernels.review import review_lanes
 from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Results, begin_lanes, judge_rows, simulate_rows
-from engine.kernels.stage import RUNNING, Run, Status
+from engine.kernels.stage import Run, Status
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
@@ -30,7 +33,7 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, Verdict
 
 CONTACT = ContactConfig()
-AT_ONCE = 256
+AT_ONCE = 64
 """Runs that are judged by one call: what was decided in them stays in the cache."""
 
 # -- what is observed --------------------------------------------------------------------------------------------------
@@ -80,17 +83,21 @@ class Lanes:
         pause = math.gcd(*(max(1, turns(each.every, config.time_step)) for each in self.controls))
         self.plan = plan(program, config, contact, pause=pause)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
-        self._orders = Orders(self.controls, count, config.time_step, pause)
+        self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
+        told = _told_at(program)
+        room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
+        self._orders = Orders(self.controls, count, config.time_step, pause, room)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        self._run = lanes(program, self.turns, count, back, self._orders.coming)
-        self._status = self._run.lane_live[:, -len(Status) :]
+        run = lanes(program, self.turns, count, back, self._orders.coming)
+        self._run = run._replace(told_at=told, told_pages=self._orders.told, lane_pages=self._orders.pages)
+        self._status = self._run.lane_status
         self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)
         self._results = empty_results(program, self._scenes)
         self._blank = tuple(each[:1].copy() for each in _arrays(self._results))
         self._open = np.zeros(count, dtype=bool)
         self._alone: Run | None = None
-        self._paths = np.full((count, len(program.actors)), -1, dtype=np.int32)
+        self._paths = np.full((len(program.actors), count), -1, dtype=np.int32)
         self._reach = np.full(count, np.inf)
         kept = [record.rule for record in program.records if record.when == "series"]
         self._rules = kept if records else []
@@ -124,20 +131,23 @@ class Lanes:
         """Put scenes into the chosen lanes; their runs begin with the next step."""
         for array, name in ((self._scenes.verdict, "verdict"), (self._scenes.variant, "variant")):
             array[chosen] = getattr(scenes, name)
-        self._scenes.values[chosen], self._scenes.keys[chosen] = scenes.values, scenes.keys
         for array, blank in zip(_arrays(self._results), self._blank, strict=True):
             array[chosen] = blank
         self._results.verdict[chosen], self._open[chosen] = scenes.verdict, scenes.valid
         self._status[chosen, Status.SAMPLE] = 0
-        begin_lanes(self.plan, self._scenes, chosen.astype(np.int32), self._run)
-        self._paths[chosen] = self.program.routes[np.maximum(scenes.variant, 0)]
+        values, keys = np.empty((len(self), scenes.values.shape[1])), np.empty((len(self), 6), dtype=np.int64)
+        values[chosen], keys[chosen] = scenes.values, scenes.keys  # lanes keep them, in their registers and keys
+        begin_lanes(self.plan, self._scenes._replace(values=values, keys=keys), chosen.astype(np.int32), self._run)
+        self._paths[:, chosen] = self.program.routes[np.maximum(scenes.variant, 0)].T
         self._reach[chosen] = weather_sight(self.program, scenes)
         self._orders.begin(chosen, _neutral(self.program, scenes), self._run.lane_actions)
 
     @property
     def running(self) -> Bools:
         """(lanes,) where a run has not ended."""
-        return (self._scenes.verdict == Verdict.VALID) & (self._status[:, Status.END] == RUNNING)
+        running = np.empty(len(self), dtype=bool)
+        note_running(self._status, self._scenes.verdict, running)
+        return running
 
     @property
     def results(self) -> Results:
@@ -149,22 +159,43 @@ class Lanes:
         return self._results
 
     def _judge(self, ended: Ints) -> None:
-        """Run what has ended again, at once and on record."""
-        if len(ended) > AT_ONCE:
-            in_parts(len(ended), self._jobs, lambda first, last: self._judge_some(ended[first:last]))
-        else:
-            self._judge_some(ended)
+        """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
+        kept = self._orders.told.shape[2] > 0
+        again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
+        self._in_parts(ended[~again], self._review)
+        self._in_parts(ended[again], self._run_again)
 
-    def _judge_some(self, ended: Ints) -> None:
-        samples, scenes = self.samples[ended], self._scenes
+    def _in_parts(self, ended: Ints, judge: Callable[[Ints], None]) -> None:
+        def run(first: int, last: int) -> None:
+            for each in range(first, last, AT_ONCE):
+                judge(ended[each : min(each + AT_ONCE, last)])
+
+        if len(ended) > AT_ONCE:
+            in_parts(len(ended), self._jobs, run)
+        else:
+            run(0, len(ended))
+
+    def _review(self, ended: Ints) -> None:
+        run = self._with_lanes(memory(self.program, self.turns)) if self._jobs > 1 else self._run
+        actions = self._decided(ended)
+        review_lanes(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
+
+    def _decided(self, ended: Ints) -> Floats:
+        """(ended, turns, numbers): what was decided, as far as the longest run came."""
+        samples = self.samples[ended]
+        actions = np.empty((len(ended), int(samples.max()) + 1, self.numbers))
+        self._orders.decided(ended, samples, actions)
+        return actions
+
+    def _run_again(self, ended: Ints) -> None:
+        scenes, first, width = self._scenes, self.plan.layout.scene_values, self._scenes.values.shape[1]
         asked = Requested(
             verdict=scenes.verdict[ended],
             variant=scenes.variant[ended],
-            values=scenes.values[ended],
-            keys=scenes.keys[ended],
-            actions=np.empty((len(ended), int(samples.max()) + 1, self.numbers)),
+            values=self._run.lane_registers[ended, first : first + width],
+            keys=self._run.lane_key[ended],
+            actions=self._decided(ended),
         )
-        self._orders.decided(ended, samples, asked.actions)
         found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
         found.verdict[:] = asked.verdict
         rows = judge_rows if len(self.program.judged) else simulate_rows
@@ -182,8 +213,7 @@ class Lanes:
     @property
     def reasons(self) -> Ints:
         """(lanes,) why each run has ended, or `RUNNING`; formulas and objectives may say so only when it is judged."""
-        late = len(self.plan.temporal_root) + len(self.plan.objective_root)
-        return self.results.end_reason if late else self._status[:, Status.END]
+        return self.results.end_reason if self._late else self._status[:, Status.END]
 
     @property
     def samples(self) -> Ints:
@@ -205,6 +235,8 @@ class Lanes:
 
     def step(self) -> None:
         """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
+        self._orders.reserve(self.running, self.samples)
+        self._run = self._run._replace(lane_pages=self._orders.pages, told_pages=self._orders.told)
 
         def run(first: int, last: int) -> None:
             advance(self.plan, self._part(first, last), self.turns, True)
@@ -219,10 +251,14 @@ class Lanes:
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
-            arrays = self._run._asdict()
-            parts = {name: array[first:last] for name, array in arrays.items() if name.startswith("lane_")}
-            self._parts[first, last] = memory(self.program, self.plan.layout.last_sample + 1)._replace(**parts)
-        return self._parts[first, last]
+            self._parts[first, last] = memory(self.program, self.turns)
+        return self._with_lanes(self._parts[first, last], first, last)
+
+    def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
+        """Memory to work in, before some lanes."""
+        arrays = self._run._asdict()
+        lanes = {name: array[first:last] for name, array in arrays.items() if name.startswith("lane_")}
+        return scratch._replace(told_pages=self._run.told_pages, told_at=self._run.told_at, **lanes)
 
     def lose(self, chosen: Bools) -> None:
         """Let the chosen lanes rest: what their controller decides cannot be driven."""
@@ -232,18 +268,17 @@ class Lanes:
 
     def asked(self, number: int) -> Bools:
         """(lanes,) where the control of this number is asked at the current sample."""
-        paused = self._status[:, Status.PAUSED] == 1
-        return self.running & paused & (self.samples % self._orders.every[number] == 0)
+        asked = np.empty(len(self), dtype=bool)
+        note_asked(self._status, self._scenes.verdict, self._orders.every[number], asked)
+        return asked
 
-    def observe(self, number: int, chosen: Bools, out: Floats) -> None:
-        """Write what the control of this number observes into the rows of `out` (lanes, d) of the chosen lanes."""
-        lane = np.flatnonzero(chosen)
+    def observe(self, number: int, chosen: Bools) -> Floats:
+        """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
         if self._rules:
-            out[lane] = self._run.lane_watched[lane[:, np.newaxis], np.array(self._rules)]
-            return
-        actor = self.controls[number].actor
-        path = np.ascontiguousarray(self._paths[:, actor])
-        look_around(self.plan, self._run, actor, path, self._reach, lane.astype(np.int32), out)
+            return np.where(chosen[:, np.newaxis], self._run.lane_watched[:, self._rules], 0.0)
+        actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
+        look_around(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
+        return seen
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
@@ -271,14 +306,26 @@ def _neutral(program: Program, scenes: Scenes) -> Floats:
     return neutral
 
 
+def _told_at(program: Program) -> Ints:
+    """(actors,) as `Run.told_at` says: who is given pedals from outside mostly does what is decided."""
+    given = {
+        control.actor: its.start
+        for control, its in zip(program.controls, columns(program.controls), strict=True)
+        if control.names == ("throttle", "brake", "steer")
+    }
+    others = [actor for actor in range(len(program.actors)) if actor not in given]
+    at = [TOLD * others.index(actor) if actor in others else -1 - given[actor] for actor in range(len(program.actors))]
+    return np.array(at, dtype=np.int32)
+
+
 def _no_scenes(program: Program, count: int) -> Requested:
     """Room for scenes, none of which is valid."""
     width = len(program.code.output_register[0])
     return Requested(
         verdict=np.full(count, int(Verdict.EXHAUSTED), dtype=np.int32),
         variant=np.zeros(count, dtype=np.int64),
-        values=np.zeros((count, width)),
-        keys=np.zeros((count, 6), dtype=np.int64),
+        values=np.zeros((0, width)),
+        keys=np.zeros((0, 6), dtype=np.int64),
         actions=np.zeros((count, 0, numbers_decided(program.controls))),
     )
 

@@ -7,13 +7,13 @@ is hidden behind others or buildings, or beyond what the weather lets anybody se
 import math
 
 from engine.kernels.evaluate import wrap_angle
-from engine.kernels.jit import inlined, kernel
-from engine.kernels.lanes import take_up
+from engine.kernels.jit import inlined, shared
+from engine.kernels.lanes import in_lane, take_up
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
 from engine.kernels.region import lane_nearest
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, State
 
 OWN = (
@@ -33,19 +33,23 @@ EACH = (
 WIDTH = len(OWN) + 2 * len(AHEAD) + NEAREST * len(EACH)
 
 
-@kernel
-def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Ints, out: Floats) -> None:
-    """Write what an actor observes at the current sample of the chosen lanes into their rows of `out` (lanes, WIDTH).
+@shared
+def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Bools, out: Floats) -> None:
+    """Write what an actor observes at the current sample of the chosen lanes (lanes,) into their rows of `out` (lanes,
+    WIDTH), and zeros into all others.
 
     `paths` (lanes,): the path that it is known to follow, -1: that of the lane it is on. `reach` (lanes,) [m].
     """
-    for lane in chosen:
-        take_up(run, lane)
-        sample = int(run.status[Status.SAMPLE])
+    for lane in range(len(chosen)):
         out[lane, :] = 0.0
-        if run.states[sample, actor, State.PRESENT] != 0.0:
-            _observe_itself(plan, run, sample, actor, int(paths[lane]), out[lane])
-            _observe_others(plan, run, sample, actor, float(reach[lane]), out[lane])
+        if not chosen[lane]:
+            continue
+        its = in_lane(run, lane)
+        take_up(its, lane)
+        sample = int(its.status[Status.SAMPLE])
+        if its.states[sample, actor, State.PRESENT] != 0.0:
+            _observe_itself(plan, its, sample, actor, int(paths[lane]), out[lane])
+            _observe_others(plan, its, sample, actor, float(reach[lane]), out[lane])
 
 
 @inlined

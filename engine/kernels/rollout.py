@@ -32,7 +32,7 @@ import math
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
-from engine.kernels.lanes import lay_down, rests, take_orders, take_up
+from engine.kernels.lanes import lay_down, note_commands, rests, take_orders, take_up, telling
 from engine.kernels.meetings import Meeting, search_contact, settle_others
 from engine.kernels.motion import step
 from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
@@ -59,7 +59,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
     run.resume[:] = -1
     run.status[:] = -1
     run.status[Status.SAMPLE] = 0
-    run.status[Status.DRAWS] = run.status[Status.BLOWS] = run.status[Status.PAUSED] = 0
+    run.status[Status.DRAWS] = run.status[Status.BLOWS] = run.status[Status.PAUSED] = run.status[Status.UNTOLD] = 0
     template = plan.variant_template[variant]
     run.status[Status.TEMPLATE] = template
     run.end[0], run.end[1], run.end[2] = 0.0, 0.0, math.nan
@@ -82,41 +82,44 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Of runs side by side all do so, one after the other; their temporal requirements are not judged, as they have no
     record.
     """
-    lanes = len(run.lane_live)
+    lanes = len(run.lane_status)
     for lane in range(max(lanes, 1)):
-        first = 0
+        its, first = run, 0
         if lanes > 0:
             if rests(run, lane):
                 continue
-            take_up(run, lane)
-            take_orders(plan, run, lane)
-            first = int(run.status[Status.SAMPLE])
-        while (run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored)) or run.status[
+            its = telling(plan, run, lane)
+            take_up(its, lane)
+            take_orders(plan, its, lane)
+            first = int(its.status[Status.SAMPLE])
+        while (its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)) or its.status[
             Status.TOUCHDOWN
         ] == 1:
-            if run.status[Status.SAMPLE] % plan.layout.hold == 0 or run.status[Status.TOUCHDOWN] == 1:
-                _take_turns(plan, run, scored)
-            if (scored and run.status[Status.END] != RUNNING) or run.status[Status.PAUSED] == 1:
+            if its.status[Status.SAMPLE] % plan.layout.hold == 0 or its.status[Status.TOUCHDOWN] == 1:
+                _take_turns(plan, its, scored)
+            if (scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1:
                 break
-            step(plan, run)
+            if len(its.told) > 0:
+                note_commands(plan, its)
+            step(plan, its)
             low, high = 0, len(plan.kinds)
             if not scored:
-                low = 1 if run.actors[0, Slot.FREE] == REPLACED else high
+                low = 1 if its.actors[0, Slot.FREE] == REPLACED else high
             while low < high:
-                met = search_contact(plan, run, low, high)
+                met = search_contact(plan, its, low, high)
                 high = 0
                 if met.one == 0:
-                    _note_contact(plan, run, met, scored)
+                    _note_contact(plan, its, met, scored)
                 elif met.one > 0:
-                    settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
+                    settle_others(plan, its, int(its.status[Status.SAMPLE]), met.part, met.one, met.other)
                     high = 1  # the ego's own contact is still to be found
-            run.status[Status.SAMPLE] += 1
-        if run.status[Status.TOUCHDOWN] == 1:
-            step_on(run)
+            its.status[Status.SAMPLE] += 1
+        if its.status[Status.TOUCHDOWN] == 1:
+            step_on(its)
         if lanes > 0:
-            lay_down(run, lane, plan.layout.locals - plan.layout.variant_values, first)  # a scene's values never change
+            lay_down(its, lane, first)
         elif scored and len(plan.temporal_root) > 0:
-            _judge(plan, run)
+            _judge(plan, its)
 
 
 @inlined

@@ -8,7 +8,7 @@ from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
-from engine.kernels.lanes import EMPTY, end_of, lay_down
+from engine.kernels.lanes import EMPTY, in_lane, lay_down
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
@@ -81,14 +81,15 @@ def _run(plan: Plan, scenes: Requested, row: int, run: Run) -> None:
     advance(plan, run, plan.layout.last_sample + 1, row >= 0)
 
 
-@kernel
+@shared
 def begin_lanes(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
     """Set up the scenes of the rows `chosen` in the lanes of `run`: in each, the row of its number."""
     for lane in chosen:
-        run.lane_live[lane, end_of(run)] = EMPTY
+        run.lane_status[lane, Status.END] = EMPTY
         if scenes.verdict[lane] == Verdict.VALID:
-            begin(plan, run, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
-            lay_down(run, lane, 0, 0)
+            its = in_lane(run, lane)
+            begin(plan, its, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
+            lay_down(its, lane, 0)
 
 
 @inlined

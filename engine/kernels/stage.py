@@ -182,10 +182,10 @@ class Blow(IntEnum):
 
 
 MAX_BLOWS = 64
-"""Impacts among others that a run keeps; later ones happen and are not kept."""
+"""Impacts among others that a run keeps."""
 PULSE = 0.25
-"""Impulses count for so long from the first touch [s], whether two stay in contact or part and meet again: the crash
-pulses of cars are over by then, and what is pushed along for longer fights the friction of its tyres."""
+"""Impulses count for so long from the first touch [s], in contact or not: crash pulses of cars are over by then, and
+what is pushed along for longer fights the friction of its tyres."""
 PAUSE = 0.05
 """Two bodies that part after that and meet again sooner than this are still in the same impact [s]."""
 
@@ -220,19 +220,19 @@ class Status(IntEnum):
     """The actor whose turn it is."""
     ARRIVALS = 14
     """How many ways have come to their ends in this turn."""
+    UNTOLD = 15
+    """1 once more than `Run.told` says moves somebody."""
 
 
-RUNNING = -1
-"""No end yet."""
-NO_SPEED = -1e300
-"""No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
+RUNNING, NO_SPEED = -1, -1e300
+"""No end yet; no speed was set (not NaN: a speed that is NaN must break the run)."""
 
 
 class Run(NamedTuple):
     """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
     states: Floats
-    """(samples, actors, len(State)): the record. Row 0 is the start; the row after the current one may be written."""
+    """(samples, actors, len(State)): the record, from the start; the row after the current one may be written."""
     registers: Floats
     resume: Ints
     """(blocks,): row at which each block goes on, -1 while it is not running."""
@@ -241,17 +241,16 @@ class Run(NamedTuple):
     status: Ints
     """(len(Status),) int64"""
     end: Floats
-    """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
-    (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
+    """(3,): first contact or end of the scored run [s]; the part of the last step before it (0 at a sample); when two
+    others touched first [s], NaN: never."""
     legs: Floats
-    """(actors, len(legs.Leg))"""
+    """(actors, len(legs.Leg)); in lanes without rows where nobody but the ego can be struck."""
     impacts: Floats
     """(MAX_BLOWS, len(Blow)), of which `Status.BLOWS` rows are filled."""
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats
-    """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
-    columns are undefined. Without such rules there is no memory at all."""
+    """(samples, rules): values of the rules of kind WATCH up to the end of the scored run; without any no rows."""
     worth: Floats
     """(2, formula rows): working memory for `kernels.temporal` …"""
     decided: Ints
@@ -264,19 +263,26 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
-    live: Ints
-    """(…,) int64: registers but literals, actors, end, key, resume and status, all of which are parts of it …"""
-    lane_live: Ints
-    """… (lanes, …) of each of the runs side by side; without lanes there is a lone run."""
+    told: Floats
+    """(…,): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
+    told_at: Ints
+    """(actors,): where in a turn's part of it those of an actor stand, or -1 - its first number among `actions`."""
+    lane_registers: Floats
+    """(lanes, …), as all that each of the runs side by side carries on; without lanes there is a lone run."""
+    lane_actors: Floats
+    lane_end: Floats
+    lane_key: Ints
+    lane_resume: Ints
+    lane_status: Ints
     lane_states: Floats
-    """(lanes, kept, actors, len(State)): the current sample, and those before at which a driver still looks; sample k
-    in row k % kept."""
+    """(lanes, kept, actors, len(State)): the last samples, as many as drivers look at; sample k in row k % kept."""
     lane_watched: Floats
-    """(lanes, rules): of the last sample at which rules were looked at."""
     lane_legs: Floats
-    """(lanes, actors, len(legs.Leg)): impacts among others go on in later samples; no rows where there can be none."""
     lane_actions: Floats
     """(lanes, kept, numbers): of the coming turns; turn k in row k % kept."""
+    lane_pages: Ints
+    told_pages: Floats
+    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, len(told)) what stands in them."""
 
 
 @inlined

@@ -12,10 +12,12 @@ import pytest
 import cortex_dsl as cx
 from engine import batch, host
 from engine.control import columns
+from engine.driving import stepping
 from engine.driving.blocks import Driven, Driver, drive
 from engine.driving.decisions import is_reproducible
 from engine.driving.stepping import EGOCENTRIC, Lanes
 from engine.errors import ControllerError
+from engine.kernels.rows import simulate_rows
 from engine.outcomes import Outcomes
 from engine.scenes import Scenes
 from engine.search.assessment import take
@@ -74,9 +76,7 @@ def cruised(scenario: cx.Scenario, scenes: Scenes) -> Lanes:
     lanes.step()
     while lanes.running.any():
         asked = lanes.asked(0)
-        seen = np.zeros((len(scenes), len(EGOCENTRIC)))
-        lanes.observe(0, asked, seen)
-        lanes.decide(0, asked, cruising(seen))
+        lanes.decide(0, asked, cruising(lanes.observe(0, asked)))
         lanes.step()
     return lanes
 
@@ -154,9 +154,56 @@ terminate after 3 s
     scenario = cx.compile_text(text)
     scenes = scenario.sample(8, seed=1)
     flooring = drive(scenario.program, scenes, lambda seen: np.tile([1.0, 0.0, 0.0], (len(seen), 1)))
+    same(flooring.outcomes, batch.simulate(scenario.program, flooring.scenes))
     run = batch.trajectory(scenario.program, flooring.scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert run.states[-1, 0, 3] < 8.5
     assert run.states[:, 0, 7].max() == 1.0
+
+
+OTHERS = {
+    "along its lane": ("new Car ahead of ego by AHEAD, with behavior FollowLaneBehavior(5 m/s)", False),
+    "parked": ("new Car ahead of ego by AHEAD", False),
+    "on foot": ("new Pedestrian ahead of ego by AHEAD, with behavior Walking()", False),
+    "both pedals": ("new Car ahead of ego by AHEAD, with behavior Pressing()", True),
+    "a set speed": ("new Car ahead of ego by AHEAD, with behavior Pacing()", True),
+    "backwards": ("new Car ahead of ego by AHEAD, with behavior Backing()", True),
+    "from outside": ("new Car ahead of ego by AHEAD, with behavior ExternalBehavior(every=0.1 s, delay=0.1 s)", False),
+    "three": ("new Car ahead of ego by AHEAD\nnew Car ahead of ego by 2 * AHEAD", True),
+}
+BESIDE = """
+map road(lanes=1, length=600 m)
+param SPEED = Range(4, 16) m/s
+param AHEAD = Range(12, 40) m
+behavior Walking():
+    while True:
+        take SetThrottleAction(0.4), SetSteerAction(0.1)
+behavior Pressing():
+    while True:
+        take SetThrottleAction(0.8), SetBrakeAction(0.3)
+behavior Pacing():
+    while True:
+        take SetSpeedAction(3 m/s)
+behavior Backing():
+    while True:
+        take SetReverseAction(True), SetThrottleAction(0.5)
+ego = new Car at (-250, -1.75), with speed SPEED, with behavior ExternalBehavior()
+%s
+terminate after 6 s
+"""
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_runs_are_judged_by_what_was_commanded_or_run_again(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Either way they are those of the batch host; again run only those in which more than pedals moves somebody."""
+    other, again = OTHERS[name]
+    scenario = cx.compile_text(BESIDE % other)
+    scenes, run_again = scenario.sample(20, seed=2), []
+    monkeypatch.setattr(stepping, "simulate_rows", lambda *given: run_again.append(simulate_rows(*given)))
+    driver = {control.controller: cruising for control in scenario.program.controls}
+    driven = drive(scenario.program, scenes, driver, scenario.config.simulation, block=20)
+    same(driven.outcomes, scenario.simulate(driven.scenes))
+    assert driven.scenes.valid.any()
+    assert bool(run_again) == again
 
 
 # -- a driver of the library, written in numpy -------------------------------------------------------------------------

@@ -114,6 +114,12 @@ def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> No
         environment.step(np.zeros((2, 3), dtype=complex))
     with pytest.raises(cx.CortexError, match="seed: expected a whole number, got None"):
         environment.reset(seed=None)  # type: ignore[arg-type]
+    with pytest.raises(ControllerError, match="throttle = nan in lane 1"):
+        environment.step(np.ma.masked_array(np.zeros((2, 3)), [[False] * 3, [True, False, False]]))
+    with pytest.raises(cx.CortexError, match="seed: expected 0 or more, got -1"):
+        environment.reset(seed=-1)
+    with pytest.raises(cx.CortexError, match=r"1,000,000,000,000 scenes side by side need [\d,]+ bytes"):
+        scenario.environment(10**12)
     with pytest.raises(cx.CortexError, match="has no controller `eg`"):
         scenario.environment(1, controller="eg")
     with pytest.raises(cx.CortexError, match=r"nobody in .* is driven from outside"):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from engine.control import Action, Control
-from engine.driving.orders import PAGE, Orders
+from engine.driving.orders import Orders
+from engine.kernels.lanes import PAGE
 from engine.tables import Floats
 
 STEP = 0.05
