@@ -3,7 +3,7 @@
 # scenario: modular.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 51367d1ba9ca0844a1e4e654a8b8cc95
+# digest: 620925ce0608cdd389deca2104f9fdde
 # risk: 8 of 22 (C 0, MD 4, D_MS 0, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
