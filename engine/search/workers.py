@@ -161,13 +161,16 @@ def _cluster(distributed: Any, jobs: int) -> Any:
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Creating scratch directories")
-        return distributed.LocalCluster(
-            n_workers=jobs,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        )
+        try:
+            return distributed.LocalCluster(
+                n_workers=jobs,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )
+        except RuntimeError as error:
+            raise _lost(f"the workers of a Dask cluster did not start ({_first_line(error)})") from error
 
 
 def _first_line(error: Exception) -> str:
@@ -227,16 +230,17 @@ def spread(
     job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile, tuple(objective))
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        batches = batches_of(len(genomes), workers.jobs)
-        futures = [executor.submit(work, job, genomes[start:end], keys[start:end]) for start, end in batches]
-        return concatenate(_results(futures)) if futures else work(job, genomes, keys)
+        batches = [(job, genomes[start:end], keys[start:end]) for start, end in batches_of(len(genomes), workers.jobs)]
+        return concatenate(_results(executor, batches)) if batches else work(job, genomes, keys)
 
     return evaluate
 
 
-def _results(futures: Sequence["Future[Assessment]"]) -> list[Assessment]:
+def _results(executor: Executor, batches: Sequence[tuple[Job, Floats, Ints]]) -> list[Assessment]:
     """Return results in the order of the batches, whichever ended first."""
+    futures: list[Future[Assessment]] = []
     try:
+        futures += (executor.submit(work, *batch) for batch in batches)
         return [future.result() for future in futures]
     except BrokenProcessPool as error:
         raise _lost("a worker process was killed") from error

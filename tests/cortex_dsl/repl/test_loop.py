@@ -1,5 +1,7 @@
 """Whatever happens to one chunk, the session goes on."""
 
+from pathlib import Path
+
 import pytest
 
 from cortex_dsl.console.terminal import Terminal
@@ -25,7 +27,7 @@ def state_with(*, interactive: bool) -> State:
 
 
 def test_a_bug_is_reported_and_the_session_goes_on(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """70 at the end of a script; what comes after the bug is done."""
 
@@ -33,6 +35,7 @@ def test_a_bug_is_reported_and_the_session_goes_on(
         raise RuntimeError("oh")
 
     monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr(loop, "execute", broken)
     state = state_with(interactive=False)
     assert loop.run(state, Script(":list", "x = 1 m")) == 70

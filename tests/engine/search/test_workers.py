@@ -161,14 +161,27 @@ def _die(*_: object) -> None:
 
 
 def test_a_process_that_is_killed(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody is left to do its batch: an error with a cure, not a hang."""
+    """Nobody is left to do its batch: an error with a cure, not a hang; the same where it died before it was asked."""
     monkeypatch.setattr("engine.search.workers.work", _die)
     scenes = scenario.sample(20)
     with process_pool(1) as pool:
         evaluate = spread(pool, Workers("processes", 1), scenario.program, scenario.config, "paper")
-        with pytest.raises(WorkersLostError, match="killed") as caught:
-            evaluate(scenes.genomes, scenes.keys)
-    assert "resume" in caught.value.cure
+        for _ in range(2):
+            with pytest.raises(WorkersLostError, match="killed") as caught:
+                evaluate(scenes.genomes, scenes.keys)
+            assert "resume" in caught.value.cure
+
+
+def test_a_cluster_that_does_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where one of its workers is killed before it has reported."""
+    distributed = pytest.importorskip("distributed")
+
+    def cluster(**_: object) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(distributed, "LocalCluster", cluster)
+    with pytest.raises(WorkersLostError, match="Nanny failed to start"), open_workers(Workers("dask", 1)):
+        pass
 
 
 WAITING = """
