@@ -8,7 +8,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from engine.opcodes import Op
-from engine.vocabulary import RuleKind
+from engine.vocabulary import RuleKind, Turns
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]
@@ -34,7 +34,7 @@ def test_a_monitor_runs_from_the_start(compiled: Compiled) -> None:
     """`require monitor` makes a coroutine of nobody."""
     scenario = compiled(WATCH + "require monitor Watch(ego, 3 m/s)\n")
     (monitor,) = scenario.variants[0].monitors
-    assert (monitor.name, monitor.started) == ("Watch", True)
+    assert (monitor.name, monitor.turns) == ("Watch", Turns.FROM_START)
     acts = inside(monitor.body)
     assert [acts.count(kind) for kind in ("Demand", "Wait", "Loop", "Terminate")] == [1, 1, 1, 1]
 
