@@ -12,13 +12,14 @@ from pathlib import Path, PurePath
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.setting_up import pinned_scenario
+from cortex_dsl.semantics.evaluation.roads import map_line
 from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
 from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.formatting import format_source
 from engine.config import SimulationConfig
-from engine.maps import MapFile, map_name
+from engine.maps import MapFile, RoadSpec, map_name
 from engine.program import ChoiceLabel, DrawSite, Program
 from engine.scenes import Scenes
 from engine.streams import StreamKey, format_key
@@ -77,6 +78,7 @@ def concrete_files(
         *_import_edits(imports, source, modules, names),
         *_mutation_edits(modules, source),
         *_map_edits(program, modules),
+        *_road_edits(program, modules),
         _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
     ]
     edits = list(_requoted(edits, modules, source))
@@ -105,9 +107,11 @@ def _copied_names(source: Source, name: str) -> dict[int, str]:
 
 
 def _apply(file: FileText, edits: Sequence[Edit]) -> str:
-    """All edits of a file at once; one inside another is dropped, since the outer one replaces its text anyway."""
+    """All edits of a file at once; one inside another is dropped, since the outer one replaces its text anyway. What is
+    put between two characters comes before what begins there.
+    """
     result, position, text = [], 0, file.text
-    for edit in sorted(edits, key=lambda edit: (edit.span.start, -edit.span.end)):
+    for edit in sorted(edits, key=lambda edit: (edit.span.start, edit.span.end > edit.span.start, -edit.span.end)):
         start, end = edit.span.start - file.start, edit.span.end - file.start
         if start < position or end > len(text):
             continue
@@ -158,6 +162,15 @@ def _map_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Ed
     for call in calls:
         arguments = call.arguments if isinstance(call, nodes.Map | nodes.Call) else ()
         yield Edit((arguments[0].value if arguments else call).span, f'"{map_name(spec)}"')
+
+
+def _road_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[Edit]:
+    """The road of a file without `map` follows from its words, of which a copy has fewer."""
+    spec = program.road_spec
+    said = any(isinstance(each, nodes.Map) for module in modules for each in module.statements)
+    if isinstance(spec, RoadSpec) and spec != RoadSpec() and not said:
+        start = modules[0].statements[0].span.start
+        yield Edit(Span(start, start), f"{map_line(spec)}\n")
 
 
 def map_copies(program: Program) -> dict[str, bytes]:

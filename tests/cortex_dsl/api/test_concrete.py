@@ -72,6 +72,19 @@ def test_constants_of_the_command_line_stay_in_the_copy() -> None:
     assert "param EGO_SPEED     = 33 km/h" in text
 
 
+def test_a_road_that_nobody_wrote_is_written() -> None:
+    """It follows from the words of the file: a copy does not ask for the neighbouring lane any more."""
+    scenario = compile_text(
+        '"""Side by side."""\n'
+        "lane = intersection.incomingLanes[0]  # the first\n"
+        "ego = new Car in lane.centerline\n"
+        "new Car in lane.adjacentLanes[0].centerline\n"
+    )
+    text = scenario.concrete(scenario.scene_of_seed(0))
+    assert text.startswith('"""Side by side."""\nmap intersection(ways=4, lanes=2)\nlane = ')
+    _assert_copies_agree(scenario, 8)
+
+
 def test_comments_of_the_author_stay() -> None:
     """Only random values are replaced."""
     scenario = compile_text("map intersection()\n# mind this\nego = new Car in road  # here\n")
