@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 
+from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--times", type=int, default=3, help="how often each file is compiled (3)")
-    gc.set_threshold(200_000)  # as the command has it
+    gc.set_threshold(NEW_BEFORE_A_LOOK)  # as the command has it
     options = parser.parse_args(arguments)
     seconds_of(EGO)  # whatever is loaded once
 

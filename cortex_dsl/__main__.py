@@ -13,6 +13,8 @@ from pathlib import Path
 
 INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes after a signal, as a shell counts them."""
+NEW_BEFORE_A_LOOK = 500_000
+"""Objects that are made before Python looks for garbage among them."""
 
 
 def process() -> int:
@@ -47,7 +49,7 @@ def _start_light() -> None:
     roads, takes a twelfth of the time of their check.)
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(500_000)
+    gc.set_threshold(NEW_BEFORE_A_LOOK)
     atexit.register(gc.freeze)
 
 

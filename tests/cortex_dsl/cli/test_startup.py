@@ -86,7 +86,8 @@ try:
 except SystemExit as end:
     assert end.code == 0
 assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
-assert gc.get_threshold()[0] == 200_000
+from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
+assert gc.get_threshold()[0] == NEW_BEFORE_A_LOOK
 assert sys.stdout.errors == "replace"
 """
     environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
