@@ -19,7 +19,7 @@ from engine.frozen import frozen
 _TEXT = re.compile(r"(?:[^{}]|\{\{|\}\})+")
 _BRACES = re.compile(r"(\{\{|\}\})")
 _LAYOUT = re.compile(r"[^{}]*")
-_INNER = re.compile(r"""\"[^"]*"|'[^']*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""")
+_INNER = re.compile(r"""\"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|!=|(?P<open>[(\[{])|(?P<end>[)\]}:!])""", re.DOTALL)
 _SAYS_ITSELF = re.compile(r"[^=!<>]=\s*$")
 _BEFORE = "_ = ("
 """What makes a statement of an expression, so that line breaks in it are none."""

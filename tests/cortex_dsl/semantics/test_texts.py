@@ -81,5 +81,11 @@ def test_a_message_is_worked_out_as_any_text() -> None:
     assert [each.reason for each in caught.value.diagnostics] == ["1 is too many"]
 
 
+@pytest.mark.parametrize("written", [r"""f'''{1}{"\""}{""}'''""", r"""f"{'\''}{''}\"" """, r"""f'{"\\"}{1}'"""])
+def test_escaped_quotes_end_no_text_of_a_value(written: str, said: Said) -> None:
+    """As in Python from 3.12 on; before, what followed was taken for text, up to the next quotes."""
+    assert said(f"assert {written} != ''\n") == []
+
+
 def test_what_has_no_text_is_told_its_name(answered: Answered) -> None:
     assert "write its `.name`, or a text of your own" in [cure for _, cure in answered("x = str(lane.centerline)\n")]
