@@ -14,11 +14,11 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from multiprocessing import resource_tracker
 from typing import Any, Literal
@@ -152,7 +152,7 @@ def _dask(workers: Workers) -> Generator[Executor]:
                 "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
                 "or give `--dask local`",
             ) from error
-        yield client.get_executor()
+        yield DaskExecutor(client)
 
 
 def _cluster(distributed: Any, jobs: int) -> Any:
@@ -171,6 +171,33 @@ def _cluster(distributed: Any, jobs: int) -> Any:
             )
         except RuntimeError as error:
             raise _lost(f"the workers of a Dask cluster did not start ({_first_line(error)})") from error
+
+
+class DaskExecutor(Executor):
+    """Functions that the workers of a Dask client run, as futures of the standard library.
+
+    Dask's own takes a result for an error where the worker that has it is killed just then.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        theirs = self._client.submit(fn, *args, pure=False, **kwargs)
+        theirs.add_done_callback(partial(_hand_on, future))
+        future.add_done_callback(lambda ended: theirs.cancel() if ended.cancelled() else None)
+        return future
+
+
+def _hand_on(future: "Future[Any]", theirs: Any) -> None:
+    """Give what a future of Dask came to, in a thread of Dask's; a result that is lost is worked out again."""
+    try:
+        settle = partial(future.set_result, theirs.result())
+    except BaseException as error:
+        settle = partial(future.set_exception, error)
+    with suppress(InvalidStateError):  # nobody waits for it any more
+        settle()
 
 
 def _first_line(error: Exception) -> str:

@@ -13,6 +13,7 @@ from concurrent.futures import Executor, Future
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from engine.extras import MissingExtraError
 from engine.search.campaign import Progress
 from engine.search.workers import (
     LARGEST,
+    DaskExecutor,
     Job,
     Workers,
     WorkersLostError,
@@ -170,6 +172,39 @@ def test_a_process_that_is_killed(scenario: Scenario, monkeypatch: pytest.Monkey
             with pytest.raises(WorkersLostError, match="killed") as caught:
                 evaluate(scenes.genomes, scenes.keys)
             assert "resume" in caught.value.cure
+
+
+class Lost:
+    """A future of Dask that is done, and whose worker is killed before anybody asks for its result."""
+
+    status, cancelled_by_us = "lost", False
+
+    def __init__(self, answer: Callable[[], object]) -> None:
+        self.result = answer
+
+    def add_done_callback(self, function: Callable[["Lost"], None]) -> None:
+        self.call = function
+
+    def cancel(self) -> None:
+        self.cancelled_by_us = True
+
+
+def test_what_a_cluster_has_lost_is_asked_for_again() -> None:
+    """Results and errors come as they are, whatever the state is meanwhile; what nobody waits for is given up."""
+
+    def fails() -> object:
+        raise ValueError("of a worker")
+
+    made = [Lost(lambda: "found"), Lost(fails), Lost(lambda: "late")]
+    futures = [DaskExecutor(SimpleNamespace(submit=lambda *_, each=each, **__: each)).submit(int) for each in made]
+    futures[2].cancel()
+    for each in made:
+        each.call(each)
+    assert futures[0].result() == "found"
+    with pytest.raises(ValueError, match="of a worker"):
+        futures[1].result()
+    assert made[2].cancelled_by_us
+    assert futures[2].cancelled()
 
 
 def test_a_cluster_that_does_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
