@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
+from engine.kernels.blows import MAX_BLOWS, Blow
 from engine.kernels.crossing import Foresight
 from engine.kernels.legs import Leg
 from engine.kernels.rows import Requested, Results
-from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Plan, Run, Slot, Status
+from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.named_results import NAMED_RESULTS
 from engine.opcodes import Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import SHADE, CodeTables, Floats, Ints, RoadTables, Segment, Size
+from engine.tables import PLAIN, SHADE, CodeTables, Floats, Ints, RoadTables, Segment, Size
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 
@@ -33,8 +34,6 @@ MAX_SAMPLES = 100_000
 CONTACT = ContactConfig()
 CHUNK = 1000
 """Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
-PLAIN = ("C", "A", "W")
-"""Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
 def plan(

@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from engine.opcodes import Op
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys
-from engine.tables import CodeTables, Floats, Ints, RoadTables, Size
+from engine.tables import PLAIN, CodeTables, Floats, Ints, RoadTables, Size
 from engine.vocabulary import Distribution, GeneKind, Purpose
 
 __all__ = ["draw_genomes", "sample", "uniform_genomes"]
@@ -103,8 +103,6 @@ def _pick(weights: tuple[float, ...], uniforms: Floats) -> Floats:
 DEFAULTS = SimulationConfig()
 BLOCK_LIMIT = 1 << 32
 """Blocks of random numbers that one stream can address."""
-PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
-"""Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
 PACKED = 6
 """Registers that a packed operand reads at most."""
 WIDEST = 3

@@ -5,7 +5,7 @@ This module imports neither numba nor the rest of the engine, so the compiler ma
 
 from collections.abc import Mapping
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
-
+PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
+"""Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
 
 ROAD_INDEX = frozenset({"cell_edges", "cell_start", "cell_points", "cell_frame"})
 """Fields of `RoadTables` that follow from its others, and decide nothing."""

@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of, whole
+from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of
 from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import (
     Found,
@@ -34,6 +34,7 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
+from engine.arguments import whole
 from engine.display import facts_table
 from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed

@@ -18,10 +18,9 @@ from engine.control import Control, turns
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import Named, names_of
 from engine.errors import ArgumentError, ControllerError, CortexError, LostError, nearest
-from engine.host import PLAIN
 from engine.kernels.orders import are_within
 from engine.program import Program
-from engine.tables import Bools, Floats, Ints
+from engine.tables import PLAIN, Bools, Floats, Ints
 
 
 # -- controllers -------------------------------------------------------------------------------------------------------

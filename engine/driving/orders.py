@@ -10,10 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.control import Control, columns, numbers_decided, turns
-from engine.host import PLAIN
 from engine.kernels.lanes import PAGE
 from engine.kernels.orders import TOO_NARROW, note_decisions, take_pages, tell_decisions
-from engine.tables import Bools, Floats, Ints
+from engine.tables import PLAIN, Bools, Floats, Ints
 
 SHARE = 32
 """There is room for so many more pages whenever none is left, as a part of those that there are."""

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
+from engine.kernels.blows import MAX_BLOWS, PAUSE, PULSE, Blow
 from engine.kernels.coasting import STILL
 from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_contact, closing, touching, wedged
 from engine.kernels.geometry import building, frame, nearest_points
@@ -37,18 +38,7 @@ from engine.kernels.legs import (
     takes_part,
 )
 from engine.kernels.loose import go_on, write_loose
-from engine.kernels.stage import (
-    MAX_BLOWS,
-    PAUSE,
-    PULSE,
-    Blow,
-    Plan,
-    Run,
-    Slot,
-    Status,
-    end_run,
-    outline_of,
-)
+from engine.kernels.stage import Plan, Run, Slot, Status, end_run, outline_of
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State
 

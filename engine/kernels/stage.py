@@ -87,7 +87,7 @@ class Plan(NamedTuple):
     monitor_blocks: Ints
     """(templates, monitors)"""
     monitor_started: Ints
-    """(monitors,) `Turns`"""
+    """(monitors,) `Turns`: which of them run from the start, and when their turns come."""
     present: Ints
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
@@ -150,46 +150,6 @@ LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
 """Of `Slot.FREE`. Of an ego that another driver moves, the others go on as in a scored run, impacts included."""
 
 
-class Blow(IntEnum):
-    """Columns of `Run.impacts`: an impact between two others, the lower actor first."""
-
-    TIME = 0
-    """[s]"""
-    ONE = 1
-    OTHER = 2
-    X = 3
-    """Middle of the contact [m]."""
-    Y = 4
-    VX_ONE = 5
-    """Velocity of each before, and by how much it changed while they were in contact, by whomever it was [m/s]."""
-    VY_ONE = 6
-    VX_OTHER = 7
-    VY_OTHER = 8
-    CHANGE_X_ONE = 9
-    CHANGE_Y_ONE = 10
-    CHANGE_X_OTHER = 11
-    CHANGE_Y_OTHER = 12
-    HEADING_ONE = 13
-    """[rad]"""
-    HEADING_OTHER = 14
-    X_ONE = 15
-    """Centre of each [m]."""
-    Y_ONE = 16
-    X_OTHER = 17
-    Y_OTHER = 18
-    LAST = 19
-    """When the two last touched; contact again within `PAUSE` is still the same impact [s]."""
-
-
-MAX_BLOWS = 64
-"""Impacts among others that a run keeps."""
-PULSE = 0.25
-"""Impulses count for so long from the first touch [s], in contact or not: crash pulses of cars are over by then, and
-what is pushed along for longer fights the friction of its tyres."""
-PAUSE = 0.05
-"""Two bodies that part after that and meet again sooner than this are still in the same impact [s]."""
-
-
 class Status(IntEnum):
     """Entries of `Run.status`."""
 
@@ -224,15 +184,17 @@ class Status(IntEnum):
     """1 once more than `Run.told` says moves somebody."""
 
 
-RUNNING, NO_SPEED = -1, -1e300
-"""No end yet; no speed was set (not NaN: a speed that is NaN must break the run)."""
+RUNNING = -1
+"""No end yet."""
+NO_SPEED = -1e300
+"""No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
 
 
 class Run(NamedTuple):
     """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
     states: Floats
-    """(samples, actors, len(State)): the record, from the start; the row after the current one may be written."""
+    """(samples, actors, len(State)): the record. Row 0 is the start; the row after the current one may be written."""
     registers: Floats
     resume: Ints
     """(blocks,): row at which each block goes on, -1 while it is not running."""
@@ -241,8 +203,8 @@ class Run(NamedTuple):
     status: Ints
     """(len(Status),) int64"""
     end: Floats
-    """(3,): first contact or end of the scored run [s]; the part of the last step before it (0 at a sample); when two
-    others touched first [s], NaN: never."""
+    """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
+    (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
     legs: Floats
     """(actors, len(legs.Leg)); in lanes without rows where nobody but the ego can be struck."""
     impacts: Floats
@@ -250,7 +212,8 @@ class Run(NamedTuple):
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats
-    """(samples, rules): values of the rules of kind WATCH up to the end of the scored run; without any no rows."""
+    """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
+    columns are undefined. Without such rules there is no memory at all."""
     worth: Floats
     """(2, formula rows): working memory for `kernels.temporal` …"""
     decided: Ints
@@ -275,9 +238,12 @@ class Run(NamedTuple):
     lane_resume: Ints
     lane_status: Ints
     lane_states: Floats
-    """(lanes, kept, actors, len(State)): the last samples, as many as drivers look at; sample k in row k % kept."""
+    """(lanes, kept, actors, len(State)): the current sample, and those before at which a driver still looks; sample k
+    in row k % kept."""
     lane_watched: Floats
+    """(lanes, rules): of the last sample at which rules were looked at."""
     lane_legs: Floats
+    """(lanes, actors, len(legs.Leg)): impacts among others go on in later samples; no rows where there can be none."""
     lane_actions: Floats
     """(lanes, kept, numbers): of the coming turns; turn k in row k % kept."""
     lane_pages: Ints

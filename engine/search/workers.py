@@ -99,7 +99,7 @@ def open_workers(workers: Workers) -> Generator[Executor | None]:
 
     Raises:
         MissingExtraError: Dask is not installed.
-        WorkersLostError: the scheduler does not answer.
+        WorkersLostError: the scheduler does not answer, or no cluster of our own starts.
     """
     if workers.kind == "threads":
         yield None
@@ -269,15 +269,18 @@ def _results(executor: Executor, batches: Sequence[tuple[Job, Floats, Ints]]) ->
     try:
         futures += (executor.submit(work, *batch) for batch in batches)
         return [future.result() for future in futures]
-    except BrokenProcessPool as error:
-        raise _lost("a worker process was killed") from error
     except Exception as error:
-        if type(error).__name__ == "KilledWorker":  # of distributed, which need not be there
-            raise _lost("the workers that ran a batch were killed, one after the other") from error
+        if tells_of_a_kill(error):
+            raise _lost("a worker process was killed") from error
         raise
     finally:
         for future in futures:
             future.cancel()
+
+
+def tells_of_a_kill(error: Exception) -> bool:
+    """Whether work failed because its worker was killed: a process of ours, or several of Dask's, one by one."""
+    return isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker"  # Dask need not be there
 
 
 def _lost(message: str) -> WorkersLostError:

@@ -7,14 +7,13 @@ stops after the generation in flight when it is asked to, and ends when the proc
 import multiprocessing
 from collections.abc import Callable, Collection, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
 from engine.errors import Signal
 from engine.search.store import StoreError
-from engine.search.workers import process_pool, serve_parent, unheard_by_children
+from engine.search.workers import process_pool, serve_parent, tells_of_a_kill, unheard_by_children
 from engine.study.plan import Address, Plan, Task
 
 if TYPE_CHECKING:
@@ -96,7 +95,7 @@ def _drain(
             for future in finished:
                 on_run(future.result())
     except Exception as error:
-        if isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker":  # the latter of Dask
+        if tells_of_a_kill(error):
             raise StoreError(
                 "a worker process was killed", "what was finished is kept; free some memory and go on"
             ) from error

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from engine.kernels.stage import PAUSE, PULSE, Blow, Run, Status
+from engine.kernels.blows import PAUSE, PULSE, Blow
+from engine.kernels.stage import Run, Status
 from engine.tables import A_BUILDING, Floats
 
 LEAST_CHANGE = 0.01
