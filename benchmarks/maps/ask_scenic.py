@@ -8,8 +8,8 @@ import math
 import sys
 from collections import Counter
 
-from scenic.core.vectors import Vector
-from scenic.domains.driving.roads import Network
+from scenic.core.vectors import Vector  # type: ignore[import-not-found]
+from scenic.domains.driving.roads import Network  # type: ignore[import-not-found]
 
 
 def found(path: str, points: list[list[float]]) -> dict:

@@ -9,7 +9,8 @@ import re
 from functools import cache
 from typing import Any
 
-from lark.lexer import BasicLexer, ContextualLexer, Scanner, TerminalDef, TextSlice
+from lark.lexer import BasicLexer, ContextualLexer, Scanner, TerminalDef
+from lark.utils import TextSlice
 
 _PATIENCE = 100
 """Tokens at a place that are found one by one."""

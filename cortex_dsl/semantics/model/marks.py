@@ -61,8 +61,8 @@ class Marks:
         if statement in self.idle or run.built.actors or run.outlived:
             return
         imported = {name: dict(names) for name, names in run.imported.items()}
-        parts = map(_contents, (run, run.built, run.decisions))
-        self.kept.append(Mark(statement, decisions, *parts, imported, len(run.algebra.known)))
+        whole, made, decided = map(_contents, (run, run.built, run.decisions))
+        self.kept.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
 
     def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
         """The state for the next variant, and the statement at which it goes on; None: at the beginning, anew."""

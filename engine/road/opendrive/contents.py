@@ -6,7 +6,6 @@ cache is a digest, and what it is of: the key of the entry, the text, all arrays
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from hashlib import blake2b
 from itertools import pairwise
 from typing import Any
@@ -141,7 +140,7 @@ def _parts(contents: Contents, name: str) -> list[Floats]:
 
 
 def _paths(contents: Contents) -> PathBook:
-    rows = list(map(partial(tuple.__new__, Primitive), contents.arrays["paths"].tolist()))
+    rows = list(map(Primitive._make, contents.arrays["paths"].tolist()))
     ends = np.cumsum([0, *contents.text["counts"]["paths"]]).tolist()
     joined = {tuple(parts): path for path, *parts in contents.text["joined"]}
     return PathBook(*contents.text["joints"]).filled([tuple(rows[a:b]) for a, b in pairwise(ends)], joined)
