@@ -30,7 +30,7 @@ def lane_grids(program: Program, evaluations: Evaluations, config: Config) -> tu
     scenes = sample(program, evaluations.genomes[rows], evaluations.keys[rows, rollouts], config.simulation)
     lanes = [lane.name for lane in build_network(program.road_spec).lanes]
     at = rows, rollouts
-    found = []
+    found: list[Grid] = []
     for name in names:
         number = _lane_of(program, name, scenes.variant, scenes.values)
         labels, row = _rows(lanes, number, runs.collided[at])
@@ -61,6 +61,7 @@ def _rows(lanes: list[str], number: Ints, collided: Bools) -> tuple[tuple[str, .
     kept = np.sort(np.argsort(-failures, kind="stable")[:MOST])
     place = np.full(len(seen), len(kept))
     place[kept] = np.arange(len(kept))
-    names = [lanes[lane] if lane >= 0 else "none" for lane in seen[kept].tolist()]
+    chosen: list[int] = seen[kept].tolist()
+    names = [lanes[lane] if lane >= 0 else "none" for lane in chosen]
     others = len(seen) - len(kept)
     return (*names, *([f"{others} others"] if others else [])), place[row]
