@@ -5,6 +5,7 @@ They come as if they were draws. Requirements and random numbers are the same, a
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.code_tables import group_variants
@@ -12,6 +13,7 @@ from cortex_dsl.lowering.program import lower
 from cortex_dsl.source import Span
 from engine.config import SimulationConfig
 from engine.interchange.recording import SignalTimes
+from engine.road.outline import Shown
 from engine.sampling import sample
 from engine.scenes import Scenes
 
@@ -41,6 +43,20 @@ def light_times(whole: ir.Scenario, scenes: Scenes, row: int, config: Simulation
         return None
     green, yellow, all_red, offset = given_out(whole, scenes, row, config, _with_light_times)
     return SignalTimes(green, yellow, all_red, offset, lights.controlled)
+
+
+def light_colours(whole: ir.Scenario, scenes: Scenes, row: int, config: SimulationConfig) -> Shown | None:
+    """What the lights show in scene `row`, for drawings; None as of `light_times`."""
+    times = light_times(whole, scenes, row, config)
+    return None if times is None else partial(colour_of, times)
+
+
+def colour_of(times: SignalTimes, phase: int, time: float) -> str:
+    """The colour of the lights of a phase; empty where the file lets others change them."""
+    if times.controlled:
+        return ""
+    since = (time - times.begins(phase)) % times.cycle
+    return "green" if since < times.green else "yellow" if since < times.green + times.yellow else "red"
 
 
 def _with_light_times(variant: ir.Variant) -> ir.Variant:

@@ -97,13 +97,6 @@ class SignalTimes:
         """An instant at which the lights of a phase turn green [s]; negative where that was before the run."""
         return phase * self.slot - self.offset
 
-    def shown(self, phase: int, time: float) -> str:
-        """The colour of the lights of a phase; empty where the file lets others change them."""
-        if self.controlled:
-            return ""
-        since = (time - self.begins(phase)) % self.cycle
-        return "green" if since < self.green else "yellow" if since < self.green + self.yellow else "red"
-
 
 @dataclass(frozen=True)
 class Surroundings:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.api.arguments import Held, held_params
-from cortex_dsl.lowering.given_out import light_times
+from cortex_dsl.lowering.given_out import light_colours
 from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content, params_content
@@ -271,8 +271,8 @@ def replay_case(
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
-    times = light_times(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
-    whole = outline(build_network(scenario.program.road_spec), times and times.shown)
+    shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
+    whole = outline(build_network(scenario.program.road_spec), shown)
     part = _part(whole, scenario.program, run.trajectory)
     return CaseReplay(
         program=scenario.program,

@@ -1,11 +1,14 @@
 """Lines at which traffic waits for lights, and what these show: in every drawing of a road the same."""
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cortex_dsl import compile_text
+from cortex_dsl.lowering.given_out import colour_of
 from cortex_dsl.report.findings.case_replay import replay_case
 from cortex_dsl.report.page.player import player_data
 from cortex_dsl.report.page.scene_svg import road_layer
@@ -18,6 +21,7 @@ from engine.road.outline import near, outline
 
 ROADS = Path(__file__).parents[3] / "examples" / "roads"
 PLAN = SignalTimes(6.0, 2.0, 1.0, 4.0)
+SHOWN = partial(colour_of, PLAN)
 LIT = """
 map intersection(ways=4)
 signals(green=1 s, yellow=1 s, all_red=1 s)
@@ -30,24 +34,32 @@ terminate after 3 s
 
 def test_colours_follow_the_plan() -> None:
     """Green, yellow, then red while it is the other phase's turn; unknown where behaviours change the lights."""
-    assert [PLAN.shown(0, time) for time in (0.0, 1.9, 2.0, 3.9, 4.0, 13.9, 14.0)] == [
+    assert [colour_of(PLAN, 0, time) for time in (0.0, 1.9, 2.0, 3.9, 4.0, 13.9, 14.0)] == [
         *("green", "green", "yellow", "yellow", "red", "red", "green")
     ]
-    assert [PLAN.shown(1, time) for time in (0.0, 4.9, 5.0, 11.0, 13.0)] == ["red", "red", "green", "yellow", "red"]
-    assert not any({PLAN.shown(0, time), PLAN.shown(1, time)} == {"green"} for time in np.arange(0.0, 36.0, 0.25))
-    assert SignalTimes(6.0, 2.0, 1.0, 4.0, controlled=True).shown(0, 0.0) == ""
+    assert [colour_of(PLAN, 1, time) for time in (0.0, 4.9, 5.0, 11.0, 13.0)] == [
+        "red",
+        "red",
+        "green",
+        "yellow",
+        "red",
+    ]
+    assert not any(
+        {colour_of(PLAN, 0, time), colour_of(PLAN, 1, time)} == {"green"} for time in np.arange(0.0, 36.0, 0.25)
+    )
+    assert colour_of(replace(PLAN, controlled=True), 0, 0.0) == ""
 
 
 def test_a_grid_has_lines_where_its_scenario_has_a_plan() -> None:
     """One across each lane that leads into an intersection, and those of facing arms show the same."""
     network = build_network(RoadSpec(ways=4, lanes=2))
     assert outline(network).signals == ()
-    lines = outline(network, PLAN.shown).signals
+    lines = outline(network, SHOWN).signals
     assert len(lines) == 8
     assert [len({each.colour(5.5) for each in lines if each.phase == phase}) for phase in (0, 1)] == [1, 1]
     stops = {tuple(line.ravel()) for line in outline(network).stop_lines}
     assert {tuple(each.line.ravel()) for each in lines} <= stops
-    assert outline(build_network(LoneRoad()), PLAN.shown).signals == ()
+    assert outline(build_network(LoneRoad()), SHOWN).signals == ()
 
 
 def test_a_file_has_those_of_its_own_lights(tmp_path: Path) -> None:
@@ -65,9 +77,9 @@ def test_a_file_has_those_of_its_own_lights(tmp_path: Path) -> None:
     lit.write_text(f'{before}id="{road}"{after.replace("</lanes>", "</lanes>" + light, 1)}', encoding="utf-8")
     network = build_network(map_file(lit, "lit.xodr"))
     drawn = outline(network)
-    assert 0 < len(drawn.signals) < len(outline(plain, PLAN.shown).signals)
+    assert 0 < len(drawn.signals) < len(outline(plain, SHOWN).signals)
     assert {each.colour(0.0) for each in drawn.signals} == {""}
-    assert {each.colour(0.0) for each in outline(network, PLAN.shown).signals} <= {"green", "red"}
+    assert {each.colour(0.0) for each in outline(network, SHOWN).signals} <= {"green", "red"}
     far = np.array([(1e5, 1e5)])
     assert near(drawn, far, 10.0).signals == ()
     assert outline(plain).signals == ()
