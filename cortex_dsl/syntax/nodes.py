@@ -239,10 +239,11 @@ class SideOf(Expression):
 
 @frozen
 class VisiblePart(Expression):
-    """`visible region`, `not visible region`: what the ego sees of it, or does not see."""
+    """`[not] visible region`, `region [not] visible from x`: what the ego or x sees of it, or does not see."""
 
     region: Expression
     seen: bool
+    viewer: Expression | None = None
 
 
 @frozen

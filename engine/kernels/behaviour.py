@@ -16,7 +16,7 @@ from typing import NamedTuple
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
-from engine.kernels.geometry import Box, View
+from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import Leg
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
@@ -163,6 +163,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             registers[dst] = 1.0 if notices(plan, run, _now(run), a, b, registers[int(code[row - 1, 4])]) else 0.0
         elif op == Op.VELOCITY:
             registers[dst], registers[dst + 1] = _velocity(run, _now(run), a)
+            registers[dst + 2] = _spin(plan, run, _now(run), a)
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
@@ -238,6 +239,18 @@ def _velocity(run: Run, sample: int, actor: int) -> Rate:
     if row[State.PRESENT] == SLIDING:
         return Rate(run.legs[actor, Leg.VX1], run.legs[actor, Leg.VY1])
     return Rate(row[State.SPEED] * math.cos(row[State.HEADING]), row[State.SPEED] * math.sin(row[State.HEADING]))
+
+
+@inlined
+def _spin(plan: Plan, run: Run, sample: int, actor: int) -> float:
+    """Anticlockwise; who walks turns at once, which is no spin."""
+    if run.states[sample, actor, State.PRESENT] == SLIDING:
+        return run.legs[actor, Leg.SPIN1]
+    before = max(sample - 1, 0)
+    if plan.kinds[actor] == ActorKind.PEDESTRIAN or run.states[before, actor, State.PRESENT] == 0.0:
+        return 0.0
+    turn = shortest_turn(run.states[before, actor, State.HEADING], run.states[sample, actor, State.HEADING])
+    return turn / plan.layout.time_step
 
 
 @inlined

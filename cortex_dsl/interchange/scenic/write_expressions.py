@@ -58,6 +58,10 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
         return replace(to.parts(node), function=verbatim(SEARCHED[name]))
     if name == "SetSteerAction":
         return _steer(to, node)
+    if name == "SetWalkingDirectionAction":
+        (heading,) = node.arguments
+        turned = heading_from_north(to, heading.value)
+        return replace(node, arguments=(replace(heading, value=turned, name=None),))
     if name in BEHAVIOURS or name in STAND_INS:
         return _behaviour(to, node, name)
     if name in MATH:

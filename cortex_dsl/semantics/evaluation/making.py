@@ -131,6 +131,11 @@ class Making:
         self._check_speed()
         return self.values
 
+    def numbers_given(self) -> dict[str, Term]:
+        """What `with` says alone, of a thing that has numbers and no more."""
+        self._check_doubles()
+        return {with_.property: self._number(with_.property) for with_ in self.given}
+
     def _check_speed(self) -> None:
         """Nobody starts faster than it can drive; what has no bound is a requirement of the scene."""
         speed, top = self.ev.interval(self._number("speed")), self.ev.interval(self._number("topSpeed"))

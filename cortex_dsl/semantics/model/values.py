@@ -34,11 +34,21 @@ class Truth:
 
 
 @frozen
+class View:
+    """What something sees if nothing hides anything: how far [m], and the opening angle about its heading [rad]."""
+
+    reach: Term
+    opening: Term
+
+
+@frozen
 class Vector:
     """A point of the plane [m]."""
 
     x: Term
     y: Term
+    view: View | None = None
+    """Of a point that was made with one of its own."""
 
 
 @frozen
@@ -50,6 +60,8 @@ class Pose:
     heading: Term
     lane: "Lane | LaneNow | None" = None
     """The lane along which it surely lies and points, where that is known, or drawn with the scene."""
+    view: View | None = None
+    """Where it was made with one of its own."""
 
 
 @frozen
@@ -115,7 +127,7 @@ class Sighted:
     """The part of a region that is in the view of an object (`seen`), or out of it."""
 
     region: Value
-    viewer: "Actor | Pose"
+    viewer: "Actor | Pose | Vector"
     seen: bool
 
 
