@@ -133,7 +133,7 @@ def test_motion_sight_and_walking_are_scenic_s() -> None:
         "require always (1.75, -20) in ego.visibleRegion\n"
     )
     for line in (
-        "SetWalkingDirectionAction(30 deg - 90 deg), SetWalkingSpeedAction(2)",
+        "SetWalkingDirectionAction(-60 deg), SetWalkingSpeedAction(2)",
         "take SetWalkingDirectionAction(self.heading)",
         "in spot.visibleRegion",
         "terminate when ego.velocity.x > 9 or ego.angularSpeed > 1",
