@@ -47,7 +47,7 @@ class Vector:
 
     x: Term
     y: Term
-    view: View | None = None
+    view: View | None = field(default=None, kw_only=True)
     """Of a point that was made with one of its own."""
 
 
@@ -60,7 +60,7 @@ class Pose:
     heading: Term
     lane: "Lane | LaneNow | None" = None
     """The lane along which it surely lies and points, where that is known, or drawn with the scene."""
-    view: View | None = None
+    view: View | None = field(default=None, kw_only=True)
     """Where it was made with one of its own."""
 
 
