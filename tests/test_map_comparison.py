@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks.maps import topology
-from benchmarks.maps.__main__ import turn_of_chords
+from benchmarks.maps.__main__ import _turns_apart, turn_of_chords
 from benchmarks.maps.standard import ends
+from engine.road import build_network
+from engine.road.opendrive.network import map_file
+from engine.vocabulary import ManeuverType
 
 ROADS = Path(__file__).parents[1] / "examples" / "roads"
 VILLAGE = ROADS / "village.xodr"
@@ -28,6 +31,18 @@ def test_what_chords_turn_is_that_of_the_nearest_vertices() -> None:
     assert turn_of_chords(line, 9.0, 1.0) == 0.0
     assert turn_of_chords(line, 41.0, 1.0) == pytest.approx(math.pi / 4.0)
     assert turn_of_chords(line[:2], 5.0, 0.0) == 0.0
+
+
+def test_maneuvers_of_another_type_are_told_with_both_turns() -> None:
+    """A bend of 20.6 degrees whose chords turn by 19.5 is the case of CARLA's Town04."""
+    network = build_network(map_file(VILLAGE, "village.xodr"))
+    each = next(each for each in network.maneuvers if each.type is ManeuverType.LEFT_TURN)
+    ways = [[each.start, each.connecting, each.end, kind] for kind in ("LEFT_TURN", "STRAIGHT")]
+    line = np.array([(0.0, 0.0), (10.0, 0.0), (20.0, 1.0), (30.0, 3.0)])
+    lines = [line] * len(network.lanes)
+    ((ours, scenics),) = _turns_apart(network, range(len(network.lanes)), lines, ways)
+    assert ours > 20.0
+    assert scenics == pytest.approx(math.degrees(math.atan2(2.0, 10.0)))
 
 
 def test_a_folder_without_files_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,8 +27,9 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +69,9 @@ class Report:
     scenics: tuple[int, int, int] | None = None
     other_types: int = 0
     """By how many maneuvers the counts of types differ."""
+    turns: list[tuple[float, float]] = field(default_factory=list)
+    """Of each maneuver of another type, by how much its lane turns from end to end, and by how much Scenic's line
+    of it, from its first chord to its last [degrees, to the left]."""
     line: float = math.nan
     """How far Scenic's centre lines run beside ours at most [m]."""
     ends: float = math.nan
@@ -148,7 +152,9 @@ def sentence(report: Report) -> str:
     if report.scenics is None:
         return f"{text}; Scenic does not read it: {report.scenic_refused}"
     same = "as Scenic" if report.scenics == report.ours else f"Scenic {' / '.join(map(str, report.scenics))}"
+    turns = ", ".join(f"{ours:.1f} ({scenics:.1f})" for ours, scenics in report.turns)
     kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
+    kinds += f", turning by {turns} degrees" if turns else ""
     return (
         f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm, their ends "
         f"within {100.0 * report.ends:.1f} cm; another lane at {report.other_lane} of {report.points:,} points, "
@@ -197,6 +203,7 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
     lines = [np.array(line) for line in theirs["lines"]]
     same = [_same_lane(network, line) for line in lines]
     apart = np.abs(np.concatenate([_beside(network, *each) for each in zip(same, lines, strict=True)]))
+    report.turns = list(_turns_apart(network, [lane.id for lane in same], lines, theirs["ways"]))
     report.ends, report.line = apart.max(axis=0).tolist()
     for (x, y), at, inside, heading in zip(places, theirs["at"], theirs["inside"], theirs["heading"], strict=True):
         if at < 0:
@@ -211,6 +218,24 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
             pose = paths.pose(lane.path, paths.project(lane.path, x, y))
             allowed = TURNED + turn_of_chords(lines[at], x, y)
             report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > allowed
+
+
+def _turns_apart(
+    network: Network, same: Sequence[int], lines: Sequence[Floats], ways: Sequence[Sequence[Any]]
+) -> Iterator[tuple[float, float]]:
+    """Of maneuvers that Scenic gives another type: the turn of our lane, and that of Scenic's line."""
+    ours = {(each.start, each.connecting, each.end): each for each in network.maneuvers}
+    for start, connecting, end, kind in ways:
+        mine = ours.get((same[start], same[connecting], same[end]))
+        if mine is not None and mine.type.name != kind:
+            path, chords = mine.connecting_lane.path, np.diff(lines[connecting], axis=0)
+            first, last = (network.paths.pose(path, s).heading for s in (0.0, network.paths.length(path)))
+            yield _turn(first, last), _turn(*(math.atan2(y, x) for x, y in chords[[0, -1]].tolist()))
+
+
+def _turn(before: float, after: float) -> float:
+    """[degrees], to the left."""
+    return math.degrees(math.remainder(after - before, math.tau))
 
 
 def _beside(network: Network, lane: Lane, line: Floats) -> Floats:

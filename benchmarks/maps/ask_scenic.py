@@ -8,8 +8,8 @@ import math
 import sys
 from collections import Counter
 
-from scenic.core.vectors import Vector
-from scenic.domains.driving.roads import Network
+from scenic.core.vectors import Vector  # type: ignore[import-not-found]
+from scenic.domains.driving.roads import Network  # type: ignore[import-not-found]
 
 
 def found(path: str, points: list[list[float]]) -> dict:
@@ -24,6 +24,11 @@ def found(path: str, points: list[list[float]]) -> dict:
         "intersections": len(network.intersections),
         "maneuvers": sum(kinds.values()),
         "types": dict(kinds),
+        "ways": [
+            [*(number[id(lane)] for lane in (each.startLane, each.connectingLane, each.endLane)), each.type.name]
+            for intersection in network.intersections
+            for each in intersection.maneuvers
+        ],
         "lines": [[list(point[:2]) for point in lane.centerline.points] for lane in network.lanes],
         "at": [-1 if lane is None else number[id(lane)] for lane in lanes],
         "inside": [network.intersectionAt(place) is not None for place in places],

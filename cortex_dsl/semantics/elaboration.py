@@ -38,6 +38,7 @@ from cortex_dsl.semantics.model.choices import (
     enumerate_variants,
 )
 from cortex_dsl.semantics.model.context import Observer
+from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
@@ -154,9 +155,11 @@ def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None
         TooManyVariants: fewer than there may be in all, but more than of lanes.
     """
     drafts: list[Draft] = []
+    # An observer keeps the places of values, and scenarios change when they are composed.
+    marks = Marks() if observe is None and file.entry is None else None
 
     def one(oracle: Oracle) -> Draft | None:
-        return elaborate_variant(module, file, oracle, observe)
+        return elaborate_variant(module, file, oracle, observe, marks)
 
     try:
         for _, draft in enumerate_variants(one, lanes_limit):

@@ -36,6 +36,7 @@ from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
+from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.classes import OFF_ROAD
@@ -115,13 +116,19 @@ class Draft:
 
 
 def elaborate_variant(
-    module: nodes.Module, file: FileContext, oracle: Oracle, observe: Observer | None = None
+    module: nodes.Module,
+    file: FileContext,
+    oracle: Oracle,
+    observe: Observer | None = None,
+    marks: Marks | None = None,
 ) -> Draft | None:
-    """One variant; None when it has errors. `observe` is called with every value."""
-    run = VariantState(file, Decisions(oracle))
+    """One variant; None when it has errors. `observe` is called with every value; `marks` are those of the variant
+    before.
+    """
+    run, first = (marks and marks.back(oracle)) or (VariantState(file, Decisions(oracle)), 0)
     ev = Evaluator(run, HANDLERS, observe=observe)
     try:
-        run_module(ev, module.statements)
+        run_module(ev, module.statements, first, marks)
         composer = set_up_run(ev)
         _compose(ev, composer)
         actors = _finished_actors(ev)

@@ -18,6 +18,7 @@ from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic
+from cortex_dsl.syntax.token_search import Lexers
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
 
@@ -173,6 +174,7 @@ def _parser() -> tuple[Lark, Indenter]:
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=indenter,
+        _plugins={"ContextualLexer": Lexers},
         cache=str(cached_file(f"grammar-{key}.lark", "grammar-*.lark") or "") or False,
     )
     _pass_on(lark)

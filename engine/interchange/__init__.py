@@ -4,8 +4,12 @@
 files of one, `measure` judges one, from any driver, with the kernels that judge our own runs.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from engine.interchange.contract import Export, ExportOptions, InterchangeError
-from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
+
+if TYPE_CHECKING:
+    from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
 
 __all__ = [
     "Contact",
@@ -17,3 +21,12 @@ __all__ = [
     "Recording",
     "SignalTimes",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import recordings when they are first asked for: every command that reads a scenario names the package."""
+    if name in __all__:
+        from engine.interchange import recording
+
+        return getattr(recording, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

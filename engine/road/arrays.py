@@ -27,7 +27,7 @@ def road_tables(network: Network) -> RoadTables:
         region_start=_offsets([len(shape.edges) for shape in shapes]),
         hull=np.vstack([shape.hull for shape in shapes]),
         hull_start=_offsets([len(shape.hull) for shape in shapes]),
-        triangles=np.vstack([_shares(shape) for shape in shapes]),
+        triangles=_with_shares(shapes),
         triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
         cores=np.vstack([shape.cores for shape in shapes]),
         core_start=_offsets([len(shape.cores) for shape in shapes]),
@@ -49,6 +49,13 @@ def _offsets(counts: Sequence[int]) -> Ints:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
 
-def _shares(shape: Shape) -> Floats:
-    areas = np.cumsum(triangle_areas(shape.triangles))
-    return np.column_stack([areas / areas[-1], shape.triangles])
+def _with_shares(shapes: Sequence[Shape]) -> Floats:
+    """(n, 7): the triangles of all shapes, each behind the share of its shape's area up to its end."""
+    triangles = np.vstack([shape.triangles for shape in shapes])
+    areas, first = triangle_areas(triangles), 0
+    for shape in shapes:
+        own = areas[first : first + len(shape.triangles)]
+        np.cumsum(own, out=own)
+        own /= own[-1]
+        first += len(own)
+    return np.column_stack([areas, triangles])

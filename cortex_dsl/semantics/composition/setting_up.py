@@ -20,6 +20,7 @@ from cortex_dsl.semantics.errors.scenarios import NEEDS_ARGUMENTS, UNKNOWN_SCENA
 from cortex_dsl.semantics.evaluation import making, mutation
 from cortex_dsl.semantics.interpreter import control, functions
 from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import VariantState
 from cortex_dsl.semantics.model.values import (
     POISON,
@@ -83,11 +84,18 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
     return ()
 
 
-def run_module(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
-    """Run the statements of a file's top level; behaviours, monitors and scenarios are known from its start."""
-    ev.names.update(_definitions(ev, statements))
-    mutation.announce(ev, statements)
-    for statement in statements:
+def run_module(
+    ev: Evaluator, statements: Sequence[nodes.Statement], first: int = 0, marks: Marks | None = None
+) -> None:
+    """Run the statements of a file's top level, or go on with the one numbered `first`; behaviours, monitors and
+    scenarios are known from its start.
+    """
+    if not first:
+        ev.names.update(_definitions(ev, statements))
+        mutation.announce(ev, statements)
+    for index, statement in enumerate(statements[first:], first):
+        if marks is not None:
+            marks.put(ev.run, index)
         with suppress(control.Leaving):  # said to stand in the wrong place
             run_statement(ev, statement)
 

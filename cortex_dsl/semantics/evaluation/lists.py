@@ -115,6 +115,7 @@ def append(ev: Evaluator, items: Items) -> Closure:
         for scope in (*ev.scopes, ev.names):
             for name in [name for name, value in scope.items() if value is items]:
                 scope[name] = longer  # type: ignore[index]
+                ev.run.outlived |= scope is not ev.names
         return Effect(())
 
     return Closure(("item",), apply)

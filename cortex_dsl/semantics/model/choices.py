@@ -2,9 +2,11 @@
 numbers.
 
 The file is elaborated once per way. The oracle answers the first choices as its script says and takes the first option
-of the others; the enumeration then changes the last decision that has options left, and starts again.
+of the others; the enumeration then changes the last decision that has options left, and starts again, or goes on where
+that choice is met (`marks`).
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -79,6 +81,11 @@ class Oracle:
         if self.ways > limit:
             raise TooManyVariants(tuple(self.decisions))
         return taken
+
+    def repeat(self, other: "Oracle", count: int) -> None:
+        """Begin with the first choices of another variant, which are the same in this one."""
+        self.decisions[:] = other.decisions[:count]
+        self.ways = math.prod(len(each.probabilities) for each in self.decisions)
 
     @property
     def probability(self) -> float:

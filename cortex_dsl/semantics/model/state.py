@@ -296,6 +296,8 @@ class VariantState:
     """Of each number that was drawn, what draws another like it."""
     assigning: str = ""
     """The name that is about to be assigned; it names objects and choices."""
+    outlived: bool = False
+    """Whether a list of a function has grown, which may be seen where its call is over."""
 
     def new_draw(self) -> Term:
         self.decisions.draw_count += 1

@@ -146,7 +146,7 @@ class Algebra:
     """Makes terms; equal ones are the same object. `span` is the place of what is being made."""
 
     span: Span = NOWHERE
-    _known: dict[tuple[object, ...], Any] = field(default_factory=dict)
+    known: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
     def literal(self, value: float) -> Constant:
         return self._interned(("literal", value.hex()), Constant, value)
@@ -256,8 +256,8 @@ class Algebra:
         return where(index < float(first + half), lower, upper)
 
     def _interned(self, key: tuple[object, ...], kind: Callable[..., Made], *fields: object, depth: int = 0) -> Made:
-        if (known := self._known.get(key)) is None:
-            known = self._known[key] = self._own(kind(self.span, *fields), depth)
+        if (known := self.known.get(key)) is None:
+            known = self.known[key] = self._own(kind(self.span, *fields), depth)
         return known
 
     def _own(self, term: Made, depth: int = 0) -> Made:

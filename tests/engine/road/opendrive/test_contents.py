@@ -11,7 +11,8 @@ from engine.interchange.contract import InterchangeError
 from engine.maps import MapFile
 from engine.road import Network, build_network
 from engine.road.arrays import road_tables
-from engine.road.opendrive import network as maker
+from engine.road.opendrive import making as maker
+from engine.road.opendrive import network
 from engine.road.opendrive.contents import from_bytes, packed, to_bytes, unpacked
 from engine.road.opendrive.network import contents_of, map_file
 from engine.road.opendrive.planning import plan_of
@@ -125,7 +126,7 @@ def turned(content: bytes, place: int) -> bytes:
 )
 def test_a_damaged_entry_is_as_none_and_is_written_anew(cache: Path, damage) -> None:
     spec = map_file(VILLAGE, "village.xodr")
-    (entry,) = cache.glob(maker.FAMILY)
+    (entry,) = cache.glob(network.FAMILY)
     whole = entry.read_bytes()
     entry.write_bytes(damage(whole))
     contents_of.cache_clear()
@@ -137,12 +138,12 @@ def test_a_folder_in_its_place_or_a_cache_that_is_none_costs_time_alone(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spec = map_file(VILLAGE, "village.xodr")
-    (entry,) = cache.glob(maker.FAMILY)
+    (entry,) = cache.glob(network.FAMILY)
     entry.unlink()
     entry.mkdir()
     contents_of.cache_clear()
     assert_same(build_network(spec), built(spec))
-    monkeypatch.setattr(maker, "cached_file", lambda *_: None)
+    monkeypatch.setattr(network, "cached_file", lambda *_: None)
     contents_of.cache_clear()
     assert_same(build_network(spec), built(spec))
 

@@ -1,0 +1,85 @@
+"""What variants have in common is run once: the state before a statement is marked, and the next variant goes on there.
+
+Variants come depth first, so that the next one makes the choices of the last one but for the last of them. What stands
+above the statement of that choice came to the same. A mark copies what lists and dictionaries hold, no objects in them:
+marks are made as long as there is no object of the scene, which later statements change, and no list of a function
+that may outlive its call.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from cortex_dsl.semantics.model.choices import Oracle
+from cortex_dsl.semantics.model.state import VariantState
+from engine.frozen import frozen
+
+_COPY: dict[type, Callable[[Any], Any]] = {each: each.copy for each in (list, dict, set, Counter)}
+"""Of each kind of container, what copies it."""
+
+Contents = dict[str, Any]
+
+
+def _contents(holder: object) -> Contents:
+    """The fields of a part of the state, containers copied."""
+    return {name: _COPY[type(v)](v) if type(v) in _COPY else v for name, v in holder.__dict__.items()}
+
+
+@frozen
+class Mark:
+    """The state of a variant before a statement."""
+
+    statement: int
+    decisions: int
+    """How many choices had been made."""
+    run: Contents
+    made: Contents
+    decided: Contents
+    imported: dict[str, Contents]
+    terms: int
+    """How many the algebra knew."""
+
+
+@dataclass
+class Marks:
+    """The marks of the last variant that the next one may go back to, in the order of the file."""
+
+    run: VariantState | None = None
+    kept: list[Mark] = field(default_factory=list)
+    idle: set[int] = field(default_factory=set)
+    """Statements that were seen to make no choice: a mark before them is worth nothing."""
+
+    def put(self, run: VariantState, statement: int) -> None:
+        """Mark the state before a statement, where the next variant may go on."""
+        self.run = run
+        decisions = len(run.decisions.oracle.decisions)
+        if self.kept and self.kept[-1].decisions == decisions:
+            if self.kept[-1].statement == statement:
+                return
+            self.idle.add(self.kept.pop().statement)
+        if statement in self.idle or run.built.actors or run.outlived:
+            return
+        imported = {name: dict(names) for name, names in run.imported.items()}
+        whole, made, decided = map(_contents, (run, run.built, run.decisions))
+        self.kept.append(Mark(statement, decisions, whole, made, decided, imported, len(run.algebra.known)))
+
+    def back(self, oracle: Oracle) -> tuple[VariantState, int] | None:
+        """The state for the next variant, and the statement at which it goes on; None: at the beginning, anew."""
+        same = len(oracle.script) - 1
+        while self.kept and self.kept[-1].decisions > same:
+            self.kept.pop()
+        if self.run is None or self.run.outlived or not self.kept:
+            self.kept.clear()
+            return None
+        run, mark = self.run, self.kept[-1]
+        oracle.repeat(run.decisions.oracle, mark.decisions)
+        for part, contents in ((run, mark.run), (run.built, mark.made), (run.decisions, mark.decided)):
+            part.__dict__.update({name: _COPY[type(v)](v) if type(v) in _COPY else v for name, v in contents.items()})
+        for name, names in mark.imported.items():
+            run.imported[name].clear()
+            run.imported[name].update(names)
+        run.decisions.oracle = oracle
+        while len(run.algebra.known) > mark.terms:
+            run.algebra.known.popitem()
+        return run, mark.statement
