@@ -203,9 +203,7 @@ class RelativeHeading(Expression):
 
 @frozen
 class SeenFrom(Expression):
-    """`apparent heading of a [from b]`, `relative position of a [from b]`, `distance past a [of b]`; the operator
-    is the words before a.
-    """
+    """`apparent heading of a [from b]`, `relative position of …`, `distance past a [of b]`."""
 
     operator: str
     of: Expression

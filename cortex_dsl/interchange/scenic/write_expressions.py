@@ -332,10 +332,6 @@ def _is_prefix(node: nodes.Expression) -> bool:
     return isinstance(node, nodes.Temporal) and len(node.operands) == 1
 
 
-def _new(to: Expressions, node: nodes.New) -> nodes.Expression:
-    return to.make(to, node)
-
-
 def _lambda(to: Expressions, node: nodes.Lambda) -> nodes.Expression:
     return replace(node, body=to(node.body))
 
@@ -349,6 +345,6 @@ _HANDLERS: Mapping[type, Callable[[Expressions, Any], nodes.Expression]] = {
     nodes.Binary: _binary,
     nodes.Distance: _distance,
     nodes.Temporal: _temporal,
-    nodes.New: _new,
+    nodes.New: lambda to, node: to.make(to, node),
     nodes.Lambda: _lambda,
 }

@@ -22,7 +22,8 @@ from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_ori
 from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector, View
+from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
+from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
@@ -135,7 +136,9 @@ def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> Vi
             raise UNKNOWN_PROPERTY.mistake(with_.property_span, kind=kind, name=with_.property, suggestion=meant)
     if not given:
         return None
-    values = Making(ev, ActorKind.OBSTACLE, None, None, given).numbers_given()
+    making = Making(ev, ActorKind.OBSTACLE, None, None, given)
+    making.check_doubles()
+    values = {with_.property: making.number(with_.property) for with_ in given}
     usual = geometry.view_of(ev, at_origin(ev).point)
     return View(values.get("visibleDistance", usual.reach), values.get("viewAngle", usual.opening))
 
