@@ -6,7 +6,7 @@ Each figure is the least of five, taken in turns with what it is compared to. Th
 is measured is the stepping, default observation included:
 
 - scenes stepped side by side, against the same scenes in the batch host: CPU time on one thread; they come to the same
-  bits, which is asserted
+  bits, which is asserted. Its parts, each the least of five, too: what one question to the controller costs
 - an environment whose episodes go on for ever, against drawing and running as many scenes in the batch host
 - a controller in a process of its own, against the same one here, at 1,024 scenes: time on the clock
 - the most memory that environments of the examples A to F take on their way, asked every 0.1 s and in each step
@@ -27,6 +27,7 @@ import cortex_dsl as cx
 from benchmarks.drivers import EXAMPLES, ROOT
 from engine import batch
 from engine.driving.blocks import Driven, drive
+from engine.driving.controllers import seats_of
 from engine.driving.named import named_driver
 from engine.driving.stepping import Lanes
 from engine.outcomes import Outcomes
@@ -36,6 +37,7 @@ from engine.tables import Floats
 FILE = "examples/own_driver/crossing.scn"
 DECIDED = (0.3, 0.0, 0.0)
 TURNS = 5
+PARTS = ("beginning", "running on", "observing", "asking and deciding", "judging", "telling what was decided")
 STEPS = 150
 """Of an environment, after as many that are not counted."""
 BESIDE = 1024
@@ -86,6 +88,44 @@ def stepping(scenario: cx.Scenario, lanes: int) -> None:
     print(
         f"  stepped {steps / stepped:,.0f} steps a second, batch {steps / at_once:,.0f}: {stepped / at_once:.2f} times"
     )
+    each = np.min([_parts(scenario, scenes) for _ in range(TURNS)], axis=0)
+    for name, seconds in zip(PARTS, each, strict=True):
+        print(f"    {name}: {seconds / steps * 1e9:.0f} ns a step, {seconds / at_once:.2f} of the batch host's")
+
+
+def _parts(scenario: cx.Scenario, scenes: Scenes) -> list[float]:
+    """How long each of `PARTS` takes [s]."""
+    program, config, spent, since = (
+        scenario.program,
+        scenario.config.simulation,
+        [0.0] * len(PARTS),
+        time.process_time(),
+    )
+
+    def lap(part: int) -> None:
+        nonlocal since
+        before, since = since, time.process_time()
+        spent[part] += since - before
+
+    (seat,) = seats_of(program, constant)
+    lanes, every = Lanes(program, len(scenes), config), np.arange(len(scenes))
+    lanes.place(every, scenes)
+    lap(0)
+    lanes.step()
+    lap(1)
+    while lanes.running.any():
+        asked = lanes.asked(0)
+        seen = lanes.observe(0, asked)
+        lap(2)
+        lanes.decide(0, asked, seat.act(seen, asked, lanes.times))
+        lap(3)
+        lanes.step()
+        lap(1)
+    lanes.copied()
+    lap(4)
+    lanes.decided(every)
+    lap(5)
+    return spent
 
 
 def assert_same_ends(scenario: cx.Scenario, scenes: Scenes, outcomes: Outcomes) -> None:

@@ -301,7 +301,7 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, con
     """Sample all rows, in chunks; the kernel releases the GIL, so threads run beside one another."""
     rows, jobs = len(request.keys), max(1, jobs)
     most = PRUNED_ROWS if confiner else CHUNK_ATTEMPTS // request.max_attempts
-    size = max(1, min(most, -(-rows // (4 * jobs))))
+    size = max(1, min(most, rows if jobs == 1 else -(-rows // (4 * jobs))))
     chunks = list(pairwise([*range(0, rows, size), rows]))
 
     def run(chunk: tuple[int, int]) -> None:

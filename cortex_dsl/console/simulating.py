@@ -182,10 +182,12 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
+    from cortex_dsl.lowering.given_out import light_colours
     from engine.road import build_network
     from engine.road.outline import outline
 
     risk = scenario.assess(simulated.outcomes, run.profile)
+    shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
     return RunReport(
         program=scenario.program,
         scenes=scenes,
@@ -199,7 +201,7 @@ def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simu
         pair=max(0, int(risk.pair[0])),
         profile=run.profile,
         engine=run.engine or "world",
-        road=outline(build_network(scenario.program.road_spec)),
+        road=outline(build_network(scenario.program.road_spec), shown),
         reproduce=again,
         held=held_params(scenario.compiled.module, scenario.overrides),
     )

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,45 +12,23 @@ from cortex_dsl import ir
 from cortex_dsl.api.concrete import gene_text
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.code_tables import group_variants
-from cortex_dsl.source import Span
+from cortex_dsl.lowering.given_out import HERE, given_out, light_times
 from cortex_dsl.version import VERSION
 from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, Surroundings, recorded_run
 from engine.outcomes import Outcomes
 from engine.risk import HIGHEST_RISK, Risk
-from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.vocabulary import Verdict
 
-# -- the plan of the traffic lights in one scene, as numbers -----------------------------------------------------------
-
-HERE = Span(0, 0)
+# -- what programs do not keep of one scene ----------------------------------------------------------------------------
 
 
 def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTimes | None:
-    """The plan in scene `row`; None without lights, and where there is no scene.
-
-    Programs do not keep these times. So the scene is drawn once more, by a program that gives them out as if they were
-    draws: requirements and random numbers are the same, so the scene is the same.
-    """
-    whole = scenario.compiled.scenario
-    number = int(scenes.variant[row])
-    lights = None if number < 0 else group_variants(whole).variants[number].lights
-    if lights is None:
-        return None
-    green, yellow, all_red, offset = _given_out(scenario, scenes, row, _with_light_times)
-    return SignalTimes(green, yellow, all_red, offset, lights.controlled)
-
-
-def _with_light_times(variant: ir.Variant) -> ir.Variant:
-    """The variant with the times of its lights among what it draws."""
-    if (lights := variant.lights) is None:
-        return variant
-    times = (lights.green, lights.yellow, lights.all_red, lights.offset)
-    return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "s", times)))
+    """The plan of the traffic lights in scene `row`; None without lights, and where there is no scene."""
+    return light_times(scenario.compiled.scenario, scenes, row, scenario.config.simulation)
 
 
 def surroundings_of(scenario: Scenario, scenes: Scenes, row: int = 0) -> Surroundings | None:
@@ -59,7 +37,7 @@ def surroundings_of(scenario: Scenario, scenes: Scenes, row: int = 0) -> Surroun
     given = () if number < 0 else group_variants(whole).variants[number].environment
     if not given:
         return None
-    values = _given_out(scenario, scenes, row, _with_environment)
+    values = given_out(whole, scenes, row, scenario.config.simulation, _with_environment)
     return Surroundings(**{name: value for (name, _), value in zip(given, values, strict=True)})
 
 
@@ -68,16 +46,6 @@ def _with_environment(variant: ir.Variant) -> ir.Variant:
         return variant
     given = tuple(value for _, value in variant.environment)
     return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "", given)))
-
-
-def _given_out(scenario: Scenario, scenes: Scenes, row: int, also: Callable[[ir.Variant], ir.Variant]) -> list[float]:
-    """What a scene comes to among what its variant is also made to give out, as its last draws."""
-    whole = scenario.compiled.scenario
-    program = lower(replace(whole, variants=tuple(map(also, whole.variants))))
-    rows = slice(row, row + 1)
-    again = sample(program, scenes.genomes[rows], scenes.keys[rows], scenario.config.simulation)
-    site = program.variants[int(scenes.variant[row])].sites[-1]
-    return again.values[0, list(site.values)].tolist()
 
 
 # -- the case ----------------------------------------------------------------------------------------------------------

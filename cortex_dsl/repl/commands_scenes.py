@@ -64,13 +64,15 @@ def do_scene(state: State, _argument: str) -> None:
     scenes = _next_scene(state, scenario)
     if scenes is None:
         return
+    from cortex_dsl.lowering.given_out import light_colours
     from cortex_dsl.report.terminal.sample_view import still_view
     from engine import batch
     from engine.road import build_network
     from engine.road.outline import outline
 
     console = state.terminal.out
-    road = outline(build_network(scenario.program.road_spec))
+    shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
+    road = outline(build_network(scenario.program.road_spec), shown)
     ways = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact)
     state.scenes_shown += 1
     note = f"scene {state.scenes_shown} of seed {state.seed}"

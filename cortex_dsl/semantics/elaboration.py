@@ -236,9 +236,8 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 def _how_to_have_options(file: FileContext, span: Span) -> str:
     if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
         return "correct the comparison in it, which never holds"
-    has = _intersections(file) if re.search(r"is[34]Way", file.source.slice(span)) else ""
-    if has:
-        return f"choose another map, or other intersections: this one has some of {has}"
+    if re.search(r"is[34]Way", file.source.slice(span)) and (cure := _other_intersections(file)):
+        return cure
     if "ManeuverType." in file.source.slice(span) and (has := _maneuvers(file)):
         return f"choose another map, or other maneuvers: this one has some of {has}"
     if "U_TURN" in file.source.slice(span):
@@ -252,11 +251,16 @@ def _network_of_file(file: FileContext) -> Network | None:
     return network if network is not None and isinstance(network.spec, MapFile) else None
 
 
-def _intersections(file: FileContext) -> str:
-    """How many roads meet at the intersections of a file's map, and how many such there are."""
+def _other_intersections(file: FileContext) -> str:
+    """What to do where the map of a file lacks some: how many roads meet at those that it has, and how often."""
     network = _network_of_file(file)
-    counts = Counter(len(each.legs) for each in network.intersections) if network else {}
-    return ", ".join(f"{ways} roads ({count})" for ways, count in sorted(counts.items()))
+    if network is None:
+        return ""
+    counts = Counter(len(each.legs) for each in network.intersections)
+    if not counts:
+        return "choose another map: this one has no intersections"
+    some = ", ".join(f"{ways} roads ({count})" for ways, count in sorted(counts.items()))
+    return f"choose another map, or other intersections: this one has some of {some}"
 
 
 def _maneuvers(file: FileContext) -> str:

@@ -27,7 +27,7 @@ from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.objectives import Objective, Runs, objectives
 from engine.search.protocol import Sought
-from engine.streams import StreamKey, check_keys, key_rows
+from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Method, Verdict
 
@@ -128,8 +128,7 @@ class Episodes:
 
     def _keys(self, lanes: Ints) -> Ints:
         keys = key_rows(self._seed, Method.SAMPLE, 0, 0, lanes)
-        keys[:, StreamKey._fields.index("generation")] = self._episode[lanes]
-        check_keys(keys)
+        keys[:, StreamKey._fields.index("generation")] = self._episode[lanes]  # `draw_genomes` checks it
         return keys
 
     def _drawn(self, lanes: Ints) -> Scenes:

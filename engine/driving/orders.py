@@ -10,20 +10,25 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.control import Control, columns, numbers_decided, turns
-from engine.kernels.lanes import PAGE
+from engine.kernels.lanes import PAGE, TOLD
 from engine.kernels.orders import TOO_NARROW, note_decisions, take_pages, tell_decisions
+from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
+ROOM = 256
+"""Turns of each lane for which there is room from the start; it is memory once something is written there …"""
 SHARE = 32
-"""There is room for so many more pages whenever none is left, as a part of those that there are."""
+"""… and for so many more pages whenever none is left, as a part of those that there are."""
 
 
 class Orders:
-    """Decisions for `count` lanes: by whom they are asked for at which samples, and from when on they hold. `told`:
-    how many numbers say what everybody is commanded up to the next pause.
+    """Decisions for `count` lanes of at most so many turns: by whom they are asked for at which samples, and from when
+    on they hold. `told`: how many numbers say what everybody is commanded up to the next pause.
     """
 
-    def __init__(self, controls: Sequence[Control], count: int, time_step: float, pause: int, told: int = 0) -> None:
+    def __init__(
+        self, controls: Sequence[Control], count: int, time_step: float, pause: int, turns_at_most: int, told: int = 0
+    ) -> None:
         self.every = [max(1, turns(each.every, time_step)) for each in controls]
         self._delay = [turns(each.delay, time_step) for each in controls]
         self._columns, self._pause = columns(controls), pause
@@ -31,16 +36,17 @@ class Orders:
         """Turns of which it is known what was decided."""
         width = numbers_decided(controls)
         self._neutral = np.zeros((count, width))
-        self._decided = np.zeros((count, PAGE, width))
-        self.told = np.zeros((count, PAGE, told))
+        room = count * -(-min(turns_at_most, ROOM) // (pause * PAGE))
+        self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, told))
         self.pages = np.full((count, 1), -1, dtype=np.int32)
         """(lanes, n): those of each lane, one after the other."""
-        self._free, self._left = np.arange(count, dtype=np.int32), np.array([count])
+        self._free, self._left, self._most = _from_first(0, room), np.array([room]), 0
 
     @property
     def nbytes(self) -> int:
-        """Memory of what is kept, but for `told` and `pages`, which runs have."""
-        return sum(each.nbytes for each in (self._decided, self._free, self._neutral))
+        """Memory of what is kept, and was at the most; without `pages`, which runs have."""
+        page = sum(each.itemsize * each.shape[1] * each.shape[2] for each in (self._decided, self.told))
+        return self._most * page + self._free.nbytes + self._neutral.nbytes
 
     def begin(self, chosen: Ints, neutral: Floats, coming: Floats) -> None:
         """Runs begin in the chosen lanes with the next step; until something is decided, `neutral` (chosen, numbers)
@@ -62,6 +68,7 @@ class Orders:
         elif missing > 0:
             self._make_room(missing)
         else:
+            self._most = max(self._most, len(self._decided) - int(self._left[0]))
             return
         self.reserve(chosen, samples)
 
@@ -71,7 +78,7 @@ class Orders:
         more = max(needed, there // SHARE)
         for each in (self._decided, self.told):
             each.resize((there + more, *each.shape[1:]), refcheck=False)  # where it is, or moved without a copy
-        self._free = np.concatenate([np.arange(there, there + more, dtype=np.int32), np.zeros(there, dtype=np.int32)])
+        self._free = np.concatenate([_from_first(there, more), np.zeros(there, dtype=np.int32)])
         self._left[0] = more
 
     def decide(self, number: int, chosen: Bools, samples: Ints, actions: Floats, coming: Floats) -> None:
@@ -89,3 +96,20 @@ class Orders:
             first, last, pause = its.start, its.stop, self._pause
             kept, neutral = self._decided, self._neutral
             tell_decisions(chosen, samples, first, last, delay, every, pause, self.pages, kept, neutral, out)
+
+
+def _from_first(first: int, count: int) -> Ints:
+    """So many pages to be taken one after the other, which is from the end: none is touched before all earlier ones."""
+    return np.arange(first + count - 1, first - 1, -1, dtype=np.int32)
+
+
+def told_at(program: Program) -> Ints:
+    """(actors,) as `kernels.stage.Run` says: who is given pedals from outside mostly does what is decided."""
+    given = {
+        control.actor: its.start
+        for control, its in zip(program.controls, columns(program.controls), strict=True)
+        if control.names == ("throttle", "brake", "steer")
+    }
+    others = [actor for actor in range(len(program.actors)) if actor not in given]
+    at = [TOLD * others.index(actor) if actor in others else -1 - given[actor] for actor in range(len(program.actors))]
+    return np.array(at, dtype=np.int32)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
-from engine.driving.orders import Orders
+from engine.driving.orders import Orders, told_at
 from engine.errors import ArgumentError
 from engine.host import CHUNK, empty_results, in_parts, lanes, looking_back, memory, others_touch, outcomes, plan
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
@@ -84,9 +84,9 @@ class Lanes:
         self.plan = plan(program, config, contact, pause=pause)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
-        told = _told_at(program)
+        told = told_at(program)
         room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
-        self._orders = Orders(self.controls, count, config.time_step, pause, room)
+        self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, room)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = lanes(program, self.turns, count, back, self._orders.coming)
         self._run = run._replace(told_at=told, told_pages=self._orders.told, lane_pages=self._orders.pages)
@@ -108,7 +108,7 @@ class Lanes:
     @property
     def nbytes(self) -> int:
         """Memory of all lanes; what was decided takes more as runs get longer than any before."""
-        groups = (self._run, self._scenes, self._results)
+        groups = (self._run._replace(told_pages=self._orders.told[:0]), self._scenes, self._results)
         return self._orders.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
@@ -304,18 +304,6 @@ def _neutral(program: Program, scenes: Scenes) -> Floats:
         if control.names[0] == "target_speed":
             neutral[:, its.start] = [actor_columns(program, row)[control.actor, Column.SPEED] for row in scenes.values]
     return neutral
-
-
-def _told_at(program: Program) -> Ints:
-    """(actors,) as `Run.told_at` says: who is given pedals from outside mostly does what is decided."""
-    given = {
-        control.actor: its.start
-        for control, its in zip(program.controls, columns(program.controls), strict=True)
-        if control.names == ("throttle", "brake", "steer")
-    }
-    others = [actor for actor in range(len(program.actors)) if actor not in given]
-    at = [TOLD * others.index(actor) if actor in others else -1 - given[actor] for actor in range(len(program.actors))]
-    return np.array(at, dtype=np.int32)
 
 
 def _no_scenes(program: Program, count: int) -> Requested:

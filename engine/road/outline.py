@@ -1,13 +1,31 @@
 """What to draw of a network, as polylines: pure data for terminals, figures and pages."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from engine.frozen import frozen
+from engine.road.lights import lit_arms
 from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
+
+Shown = Callable[[int, float], str]
+"""What the lights of a phase show at a time [s]: green, yellow or red; nothing where that is not known."""
+
+
+@frozen
+class SignalLine:
+    """A line at which traffic waits for a light."""
+
+    line: Floats
+    """(2, 2) [m]"""
+    phase: int
+    shown: Shown | None
+
+    def colour(self, time: float) -> str:
+        """green, yellow or red; empty where that is not known."""
+        return "" if self.shown is None else self.shown(self.phase, time)
 
 
 @frozen
@@ -32,12 +50,28 @@ class Outline:
     """Of the widest road, from its middle line to its kerb [m]."""
     buildings: tuple[Floats, ...] = ()
     """Closed rings, as of intersections."""
+    signals: tuple[SignalLine, ...] = ()
+    """Across each lane whose traffic waits for a light."""
 
 
-def outline(network: Network) -> Outline:
-    """Everything that a drawing of the road may show."""
-    if network.drawn is not None:
-        return _of_lines(network, network.drawn)
+def outline(network: Network, shown: Shown | None = None) -> Outline:
+    """Everything that a drawing of the road may show; `shown` is what its lights show, where there is a plan of them.
+
+    The lights of a file are there without a plan, too; all others are the plan's.
+    """
+    drawn = _of_grid(network) if network.drawn is None else _of_lines(network, network.drawn)
+    return replace(drawn, signals=tuple(_signals(network, shown)))
+
+
+def _signals(network: Network, shown: Shown | None) -> Iterator[SignalLine]:
+    lit = lit_arms(network)
+    for intersection in network.intersections if lit or shown else ():
+        for arm, leg in enumerate(intersection.legs):
+            if lit is None or (intersection.id, arm) in lit:
+                yield from (SignalLine(_stop_line(lane), leg.phase, shown) for lane in leg.incoming_lanes)
+
+
+def _of_grid(network: Network) -> Outline:
     road_lanes = [lane for lane in network.lanes if lane.role is not LaneRole.CONNECTING]
     return Outline(
         kerbs=(
@@ -85,6 +119,7 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         stop_lines=_parts(road.stop_lines, low, high),
         center_lines=tuple(road.center_lines[i] for i in kept),
         widths=tuple(road.widths[i] for i in kept),
+        signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),
     )
 
 

@@ -12,12 +12,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from cortex_dsl import ir
 from cortex_dsl.api.arguments import Held, held_params
+from cortex_dsl.lowering.given_out import light_colours
 from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
 from cortex_dsl.syntax import nodes
+from engine.config import Config
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
 from engine.maps import MapFile
@@ -234,11 +237,13 @@ class CaseReplay:
         return Frame.around(points if len(points) else np.zeros((1, 2)), self.heading, shape)
 
 
-class HasModule(Protocol):
-    """A scenario's syntax tree."""
+class IsCompiled(Protocol):
+    """A scenario's syntax tree, and what was made of it."""
 
     @property
     def module(self) -> nodes.Module: ...
+    @property
+    def scenario(self) -> ir.Scenario: ...
 
 
 class Runnable(Protocol):
@@ -247,7 +252,9 @@ class Runnable(Protocol):
     @property
     def program(self) -> Program: ...
     @property
-    def compiled(self) -> HasModule: ...
+    def compiled(self) -> IsCompiled: ...
+    @property
+    def config(self) -> Config: ...
     @property
     def overrides(self) -> Mapping[str, str]: ...
     def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
@@ -264,7 +271,8 @@ def replay_case(
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
-    whole = outline(build_network(scenario.program.road_spec))
+    shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
+    whole = outline(build_network(scenario.program.road_spec), shown)
     part = _part(whole, scenario.program, run.trajectory)
     return CaseReplay(
         program=scenario.program,

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from itertools import chain, count
 
-from engine.program import DrawSite, Program, VariantLabel
+from engine.choices import choice_names as names_of
+from engine.choices import drawn_lanes
+from engine.program import Program, VariantLabel
 from engine.road import build_network
 from engine.scenes import Scenes
 from engine.tables import Floats
@@ -18,14 +19,14 @@ def made_choices(program: Program, scenes: Scenes, row: int = 0) -> tuple[tuple[
     if not 0 <= variant < len(program.variants):
         return ()
     label = program.variants[variant]
-    lanes = _lane_names(program) if _drawn(label) else ()
-    options = ((name, _option(label, lanes, scenes.values[row], name)) for name in _names(label))
+    lanes = _lane_names(program) if drawn_lanes(label) else ()
+    options = ((name, _option(label, lanes, scenes.values[row], name)) for name in names_of(label))
     return tuple((name, option) for name, option in options if option is not None)
 
 
 def choice_names(program: Program) -> tuple[str, ...]:
     """All that are made in some variant."""
-    return tuple(dict.fromkeys(name for label in program.variants for name in _names(label)))
+    return tuple(dict.fromkeys(name for label in program.variants for name in names_of(label)))
 
 
 def options_made(program: Program, scenes: Scenes, name: str) -> tuple[tuple[str, ...], list[int]]:
@@ -35,29 +36,11 @@ def options_made(program: Program, scenes: Scenes, name: str) -> tuple[tuple[str
     lanes, labels = _lane_names(program), program.variants
     rows = zip(scenes.variant.tolist(), scenes.values, strict=True)
     made = [_option(labels[variant], lanes, values, name) or NOT_MADE for variant, values in rows]
-    chosen = ((own, choice.option) for each in labels for own, choice in zip(_names(each), each.choices, strict=False))
-    written, seen = [option for own, option in chosen if own == name], set(made)
+    chosen = (pair for each in labels for pair in zip(names_of(each), each.choices, strict=False))
+    written, seen = [choice.option for own, choice in chosen if own == name], set(made)
     options = tuple(dict.fromkeys([*written, *(each for each in (*lanes, NOT_MADE) if each in seen)]))
     number = {option: index for index, option in enumerate(options)}
     return options, [number[option] for option in made]
-
-
-def numbered(names: Sequence[str]) -> list[str]:
-    """Names of which no two are equal: the second `a` is `a 2`."""
-    taken = dict[str, None]()
-    for name in names:
-        further = (f"{name} {number}" for number in count(2))
-        taken[next(each for each in chain([name], further) if each not in taken)] = None
-    return list(taken)
-
-
-def _names(label: VariantLabel) -> list[str]:
-    return numbered([*(choice.name for choice in label.choices), *(site.unit or "lane" for site in _drawn(label))])
-
-
-def _drawn(label: VariantLabel) -> list[DrawSite]:
-    """The lanes that the scene draws."""
-    return [site for site in label.sites if site.kind == "lane"]
 
 
 def _lane_names(program: Program) -> Sequence[str]:
@@ -66,11 +49,11 @@ def _lane_names(program: Program) -> Sequence[str]:
 
 def _option(label: VariantLabel, lanes: Sequence[str], values: Floats, name: str) -> str | None:
     """Of the choice of this name in a scene of these values; None where it was not made."""
-    names = _names(label)
+    names = names_of(label)
     if name not in names:
         return None
     place = names.index(name)
     if place < len(label.choices):
         return label.choices[place].option
-    number = float(values[_drawn(label)[place - len(label.choices)].values[0]])
+    number = float(values[drawn_lanes(label)[place - len(label.choices)].values[0]])
     return lanes[int(number)] if math.isfinite(number) else None

@@ -26,6 +26,9 @@ GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff"
 BUILDING = "#c9c7c1"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT, GLASS = "#c8400a", "#f4f6f8"
+YELLOW = "#e0a800"
+SIGNALS = {"green": ACTORS[2], "yellow": YELLOW, "red": HOT, "": KERB}
+"""What lights show; they are few, so that a palette has room for what lies between any two colours."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
 
 def _palette(image: Any) -> Any:
     """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
-    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
+    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, YELLOW, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
     ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
     halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]
     palette = image.new("P", (1, 1))
@@ -139,6 +142,9 @@ def _frame(replay: CaseReplay, lens: Lens, ground: Any, sample: int) -> Any:
     fine = ground.copy()
     draw = draw_module.Draw(fine)
     after = replay.collided and sample > replay.trajectory.contact_sample
+    time = float(replay.trajectory.time[sample])
+    for each in replay.road.signals:
+        draw.line(lens(each.line), fill=SIGNALS[each.colour(time)], width=round(0.7 * lens.scale))
     for actor in reversed(range(len(replay.shapes))):
         _actor(draw, replay, lens, actor, sample, after)
     if replay.contact_point and after:

@@ -18,7 +18,7 @@ from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
-from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB, SIGNALS
 from cortex_dsl.report.page.run_page import replay_of_case
 from engine.extras import needed
 from engine.search.journal_reader import Record
@@ -131,6 +131,9 @@ def _scene(replay: CaseReplay, frame: Frame) -> Any:
         axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.8)
     for line in (*replay.road.middle_lines, *replay.road.lane_lines):
         axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
+    for each in replay.road.signals:
+        tint = SIGNALS[each.colour(replay.key_time)]
+        axes.plot(*frame.turned(each.line).T, color=tint, linewidth=1.6, solid_capstyle="butt")
     for actor in reversed(range(len(replay.shapes))):
         tint, shape = ACTORS[colour(actor)], replay.shapes[actor]
         axes.plot(*frame.turned(replay.ways[actor]).T, color=tint, linewidth=0.9, linestyle=":")

@@ -18,6 +18,7 @@ from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
 from cortex_dsl.report.page.markup import Element, Node, drawing_rules, element, picture
 from engine.metrics import scored_samples, time_step
+from engine.road.outline import SignalLine
 from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import Column, State
@@ -121,8 +122,15 @@ def player_data(replay: CaseReplay) -> dict[str, Any]:
         "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
         "heading": frame.heading,
         "point": replay.contact_point,
+        "signals": [_changes(each, replay.trajectory.time) for each in replay.road.signals],
         "buildings": [dict(zip(BOX, row, strict=True)) for row in replay.program.road.buildings.tolist()],
     }
+
+
+def _changes(signal: SignalLine, times: Floats) -> list[tuple[float, str]]:
+    """From when on which colour a light shows, as it is at samples."""
+    shown = [(round(time, 3), signal.colour(time)) for time in times.tolist()]
+    return [now for before, now in zip([(0.0, None), *shown], shown, strict=False) if now[1] != before[1]]
 
 
 def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
@@ -141,7 +149,7 @@ def still(replay: CaseReplay, frame: Frame) -> Element:
     return scene_svg.scene(
         frame,
         f"{replay.program.name} from above, {_key_words(replay)}",
-        scene_svg.road_layer(replay.road),
+        scene_svg.road_layer(replay.road, replay.key_time),
         scene_svg.sight_layer(),
         scene_svg.way_layer(replay.ways),
         _ghosts(replay),

@@ -26,6 +26,7 @@ class Player {
     this.compass = one(".compass");
     this.sight = one(".sight");
     this.actors = [...this.root.querySelectorAll(".actors .actor")];
+    this.signals = [...this.root.querySelectorAll(".road .signal")];
     this.group = one(".actors");
     this.contact = one(".contact");
     this.ghosts = one(".ghosts");
@@ -186,6 +187,7 @@ class Player {
 
   draw() {
     for (const node of this.actors) this.drawActor(node);
+    this.signals.forEach((node, k) => this.drawSignal(node, this.data.signals[k]));
     this.drawSight();
     this.group.classList.toggle("after", this.after);
     const met = this.data.contact >= 0 && this.time >= this.data.key - 1e-6;
@@ -197,6 +199,12 @@ class Player {
     this.scrub.value = String(this.place);
     this.clock.textContent = `${this.time.toFixed(2)} s`;
     this.scrub.setAttribute("aria-valuetext", this.clock.textContent);
+  }
+
+  /** What a light shows now, of the colours from whose times on it does. */
+  drawSignal(node, changes) {
+    const [, colour] = changes.findLast(([from]) => from <= this.time + 1e-6) ?? changes[0];
+    node.setAttribute("class", `signal ${colour}`);
   }
 
   drawActor(node) {

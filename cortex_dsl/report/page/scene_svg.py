@@ -50,8 +50,8 @@ def _view_box(frame: Frame) -> str:
     return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
 
 
-def road_layer(road: Outline) -> Element:
-    """Buildings, asphalt, lines and kerbs."""
+def road_layer(road: Outline, time: float = 0.0) -> Element:
+    """Buildings, asphalt, lines and kerbs, and what the lights show at a time [s]."""
     return element(
         "g",
         [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
@@ -64,6 +64,7 @@ def road_layer(road: Outline) -> Element:
         [_line(line, "lane-line") for line in road.lane_lines],
         [_line(line, "middle-line") for line in road.middle_lines],
         [_line(line, "stop-line") for line in road.stop_lines],
+        [_line(each.line, f"signal {each.colour(time)}".rstrip()) for each in road.signals],
         class_="road",
     )
 

@@ -13,7 +13,7 @@ from rich.text import Text
 from cortex_dsl.report.findings.case_replay import CaseReplay, outline_corners
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.terminal.canvas import Canvas
-from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene
+from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene, mark_signals
 from cortex_dsl.report.terminal.theme import actor_style
 from engine.vocabulary import State
 
@@ -43,6 +43,7 @@ class Film:
         canvas = replace(self.still, dots=dict(self.still.dots), styles=dict(self.still.styles), marks={})
         for actor in reversed(range(len(self.replay.shapes))):
             self._draw(canvas, actor, place)
+        mark_signals(canvas, self.replay.road, place * self._step)
         if self.replay.contact_point and place * self._step >= self.replay.key_time - 1e-9:
             canvas.mark(self.replay.contact_point, "X" if self.ascii_only else "✕", "bad")
         drawing = Text("\n").join(canvas.lines(ascii_only=self.ascii_only))

@@ -56,6 +56,7 @@ def scene_view(
     canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = _legend(actors, trajectory, canvas, moment, ascii_only=ascii_only)
+    legend[1:1] = signal_legend(road)
     if width >= BESIDE:
         table = Table.grid(padding=(0, 3))
         table.add_row(drawing, Group(Text(), *legend))
@@ -82,12 +83,24 @@ def draw_scene(
     if moment is not None:
         for actor in reversed(range(len(ways))):
             _draw_outline(canvas, trajectory, actor, moment.sample)
+    mark_signals(canvas, road, 0.0 if moment is None else float(trajectory.time[moment.sample]))
     for actor, way in reversed(list(enumerate(ways))):
         if way:
             canvas.mark(way[0], _initial(actor), actor_style(actor))
     if moment is not None:
         canvas.mark(moment.point, _moment_mark(moment, ascii_only=ascii_only), "bad" if moment.contact else "warn")
     return canvas
+
+
+LIGHTS = {"green": ("g", "good"), "yellow": ("y", "warn"), "red": ("r", "bad"), "": ("s", "quiet")}
+"""Mark and style of a line at which traffic waits for a light, by what that shows."""
+
+
+def mark_signals(canvas: Canvas, road: Outline, time: float) -> None:
+    """A letter in the middle of each line at which traffic waits for a light."""
+    for signal in road.signals:
+        x, y = signal.line.mean(axis=0).tolist()
+        canvas.mark((x, y), *LIGHTS[signal.colour(time)])
 
 
 def _points(line: Floats) -> list[Point]:
@@ -146,6 +159,16 @@ def _legend(
             )
         )
     return [columns(left(), left(), left(), rows=rows), _scale(canvas, ascii_only=ascii_only)]
+
+
+def signal_legend(road: Outline) -> list[RenderableType]:
+    """What the letters on lines say: nothing where no road has a light."""
+    if not road.signals:
+        return []
+    if not road.signals[0].colour(0.0):
+        return [Text("s  waits for a light", "quiet")]
+    letters = (Text(*LIGHTS[colour]) for colour in ("green", "yellow", "red"))
+    return [Text.assemble(*(part for letter in letters for part in (letter, " ")), ("lights then", "quiet"))]
 
 
 def _scale(canvas: Canvas, *, ascii_only: bool) -> Text:

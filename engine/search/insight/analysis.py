@@ -18,6 +18,7 @@ from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partne
 from engine.search.evaluator import make_blaming, make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
 from engine.search.insight.diversity import Grid, Spread, grids, spread
+from engine.search.insight.drawn_lanes import lane_grids
 from engine.search.insight.gene_effects import GeneEffect, Probes, gene_effects, probe_genes
 from engine.search.insight.kinds import Failures, FoundKind, blamed, failures, kinds
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
@@ -126,7 +127,7 @@ def analyse(
         kinds=kinds(evaluations, blame),
         fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
-        grids=grids(evaluations, variant_labels(program)),
+        grids=(*grids(evaluations, variant_labels(program)), *lane_grids(program, evaluations, config)),
         clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if anew else (),
         genes=gene_effects(box, evaluations, _probes(box, evaluations, evaluate, config) if anew else None),
         sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed)

@@ -126,7 +126,7 @@ def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid,
 
     `variants`: a label for each variant of the program; equal labels share a column. Without, variants are numbered.
     """
-    runs, chosen = evaluations.rollouts, _worst_valid(evaluations)
+    runs, chosen = evaluations.rollouts, worst_valid(evaluations)
     if not len(variants):
         variants = [str(number) for number in range(int(runs.variant.max(initial=0)) + 1)]
     names = tuple(dict.fromkeys(variants))
@@ -141,10 +141,10 @@ def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid,
         ("side x variant", tuple(s.name.lower() for s in Side), names, side, column),
     )
     risk, failed = runs.continuous[chosen][met], runs.collided[chosen][met]
-    return tuple(_grid(name, a, b, i[met], j[met], risk, failed) for name, a, b, i, j in cells)
+    return tuple(counted(name, a, b, i[met], j[met], risk, failed) for name, a, b, i, j in cells)
 
 
-def _worst_valid(evaluations: Evaluations) -> tuple[Ints, Ints]:
+def worst_valid(evaluations: Evaluations) -> tuple[Ints, Ints]:
     """(row, rollout) of each valid simulated individual's worst rollout."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.valid)
     return rows, evaluations.worst_rollout[rows]
@@ -167,9 +167,10 @@ def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
     return (start, *(f"{a} .. {b}" for a, b in pairwise(texts)), f"> {texts[-1]}")
 
 
-def _grid(
+def counted(
     name: str, first: tuple[str, ...], second: tuple[str, ...], i: Ints, j: Ints, risk: Floats, failed: Bools
 ) -> Grid:
+    """Simulations by their cells `i` and `j`."""
     shape = len(first), len(second)
     runs, failures = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
     best = np.full(shape, -np.inf)

@@ -7,7 +7,8 @@
         for each other place
             half of the time one kind of failures, that with the fewest runs and children; else all of them
             of these a run whose children fail often, or of which few are known
-            a child of it: some genes moved by a step, which the child draws near its parent's and keeps
+            a child of it: on the line to another run that touched, between them or beyond either, a little aside;
+                or some genes moved by a step, which the child draws near its parent's and keeps
 
 As long as there are few failures, whatever touched is bred from, too, with as much hope as there are failures among it.
 
@@ -15,11 +16,13 @@ What fails is often a small place in the box, and a scene draws the rest: of the
 many do is counted for each that was stepped from, and drawn from what that says (Thompson sampling), so that a search
 stays where failures come again and leaves where one was chance. Kinds are those that people are told
 (`engine.search.insight.kinds`): whom the ego met, on which side, from where, and how fast both were. The rare ones lie
-beside others: they get as many children as the frequent ones, and what is beside them is found from there.
+beside others: they get as many children as the frequent ones, and what is beside them is found from there. Runs that
+touch differ in several genes at once, as who is faster starts farther away: lines through two of them say how.
 
 Sources of the parts: cells of behaviour that are filled evenly from what is in them, Mouret and Clune (2015),
-"Illuminating search spaces by mapping elites"; sampling by what is believed of each arm, Thompson (1933), "On the
-likelihood that one unknown probability exceeds another".
+"Illuminating search spaces by mapping elites"; lines through two of them, Vassiliades and Mouret (2018), "Discovering
+the elite hypervolume by leveraging interspecies correlation"; sampling by what is believed of each arm, Thompson
+(1933), "On the likelihood that one unknown probability exceeds another".
 """
 
 from collections.abc import Sequence
@@ -30,8 +33,9 @@ from numpy.random import Generator
 
 from engine.search.insight.kinds import EDGES
 from engine.search.methods.best_first import BestFirst, sector_of
+from engine.search.methods.cube import reflected
 from engine.search.protocol import Box, Result, StreamAt, measure
-from engine.tables import Ints
+from engine.tables import Floats, Ints
 
 BRED = 0.75
 """Share of what is not run at random that is bred from failures, once there are some."""
@@ -41,6 +45,10 @@ FEW = 10
 """With fewer failures than this, whatever touched is bred from, too."""
 SPOT = 0.03
 """Standard deviation of a step from a failure whose parent was none: most of the box around it holds none."""
+ALONG = 0.8
+"""Share of children of what touched that lie on a line to another that did."""
+STRETCH, ASIDE = 0.6, 0.02
+"""Standard deviations: of where on that line a child lies, 0 its parent and 1 the other, and of how far aside."""
 
 FailureKind = tuple[int, int, int, int, int]
 
@@ -63,6 +71,16 @@ class FailureKinds(BestFirst):
         bred = round((BRED if self._fails.any() else BRED / 2.0) * count) if len(sources) else 0
         rows = self._bred_from(sources, bred, self._streams(self._generation, 1)) if bred else sources
         return np.concatenate([rows, super()._chosen(count - bred)])
+
+    def _children(self, stream: Generator) -> tuple[Floats, Floats]:
+        points, steps = super()._children(stream)
+        met = self._fails | self._touched
+        along = met[self._stepped_from] & (stream.random(len(points)) < ALONG)
+        parents = self._archive[self._stepped_from[along]]
+        ways = self._archive[stream.choice(np.flatnonzero(met), size=len(parents))] - parents
+        where = STRETCH * stream.standard_normal((len(parents), 1))
+        points[along] = reflected(parents + where * ways + ASIDE * stream.standard_normal(parents.shape))
+        return points, steps
 
     def _bred_from(self, sources: Ints, count: int, stream: Generator) -> Ints:
         """(count,) rows to step from, of failures and what else touched."""

@@ -216,3 +216,29 @@ def test_a_map_without_what_is_asked_for_says_what_it_has(line: str, has: str) -
         compiled(text)
     (found,) = caught.value.diagnostics
     assert has in found.cure
+
+
+def test_a_map_without_intersections_says_so(tmp_path: Path) -> None:
+    """And not that a filter should be wider, which is the cure where it is the filter that leaves none."""
+    (tmp_path / "plain.xodr").write_text(PLAIN, encoding="utf-8")
+    text = (
+        f'map opendrive("{tmp_path / "plain.xodr"}")\n'
+        "i = Uniform(*filter(lambda i: i.is4Way, network.intersections))\n"
+        "ego = new Car in i.incomingLanes[0].centerline\n"
+    )
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    (found,) = caught.value.diagnostics
+    assert found.cure == "choose another map: this one has no intersections"
+
+
+PLAIN = """\
+<?xml version="1.0"?>
+<OpenDRIVE><header revMajor="1" revMinor="6"/>
+<road name="" length="100" id="1" junction="-1">
+<planView><geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry></planView>
+<lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+<right><lane id="-1" type="driving" level="false"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right>
+</laneSection></lanes></road>
+</OpenDRIVE>
+"""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from engine.control import Action, Control
+from engine.driving import orders as orders_module
 from engine.driving.orders import Orders
 from engine.kernels.lanes import PAGE
 from engine.tables import Floats
@@ -31,11 +32,14 @@ def as_it_was(said: list[tuple[int, int, Floats]], neutral: Floats, controls: li
     [[control(0.05, 0.0, 3)], [control(0.1, 0.1, 2)], [control(0.1, 0.05, 1), control(0.15, 0.0, 2)]],
     ids=["each step", "late", "two"],
 )
-def test_orders_come_back_as_they_were(controls: list[Control]) -> None:
-    """Lanes begin and end at any time; each has what was decided in its run, and nothing of the runs before."""
+def test_orders_come_back_as_they_were(controls: list[Control], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lanes begin and end at any time; each has what was decided in its run, and nothing of the runs before, also when
+    runs get longer than there was room for.
+    """
+    monkeypatch.setattr(orders_module, "ROOM", 2 * PAGE)
     rng = np.random.default_rng(4)
     pause = int(np.gcd.reduce([round(each.every / STEP) for each in controls]))
-    orders = Orders(controls, LANES, STEP, pause)
+    orders = Orders(controls, LANES, STEP, pause, 30 * PAGE)
     coming = np.zeros((LANES, orders.coming, sum(len(each.actions) for each in controls)))
     samples, neutral = np.zeros(LANES, dtype=np.int64), np.zeros((LANES, coming.shape[2]))
     said: list[list[tuple[int, int, Floats]]] = [[] for _ in range(LANES)]
@@ -62,11 +66,12 @@ def test_orders_come_back_as_they_were(controls: list[Control]) -> None:
 def test_lanes_take_memory_for_how_long_their_runs_are() -> None:
     """Runs that end at once need no more than they did, however many there are."""
     controls = [control(0.05, 0.0, 3)]
-    orders = Orders(controls, LANES, STEP, 1)
+    orders = Orders(controls, LANES, STEP, 1, 300)
     coming, every = np.zeros((LANES, 1, 3)), np.arange(LANES)
-    before = orders.nbytes
+    before, taken = orders.nbytes, list[int]()
     for _ in range(20):
         orders.begin(every, np.zeros((LANES, 3)), coming)
         for sample in range(PAGE):
             orders.decide(0, every >= 0, np.full(LANES, sample), np.ones((LANES, 3)), coming)
-    assert orders.nbytes <= before
+        taken.append(orders.nbytes - before)
+    assert taken == [LANES * PAGE * 3 * 8] * 20

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import product
 
@@ -15,6 +16,7 @@ from engine.extras import MissingExtraError
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
 from engine.search.campaign import Campaign
+from engine.search.methods import failure_kinds
 from engine.search.methods.best_first import BestFirst, rarity
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
@@ -318,6 +320,29 @@ def test_failures_that_chance_decides_are_bred_from(
         for method in ("failure_kinds", "random")
     }
     assert found["failure_kinds"] > 10 * (found["random"] + 1)
+
+
+def test_failures_of_other_kinds_are_found_on_lines(
+    spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who starts farther away fails if it is as much faster; speeds part kinds. Steps of single genes lead nowhere."""
+    space = spaces([0.0] * 4, [1.0] * 4)
+
+    def ridge(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        aside = np.abs(genomes[:, 1:3] - genomes[:, :1]).max(axis=1)
+        distances = np.where(aside < 0.03, 0.0, 9.0)
+        return replace(rows(np.zeros(len(keys), dtype=np.int32), distances), ego_speed=25.0 * genomes[:, 0])
+
+    def places() -> float:
+        config, found = SearchConfig(generations=16, population=60, probes=0), list[int]()
+        for seed in range(3):
+            runs = search("failure_kinds", space, ridge, config, seed).evaluations
+            found.append(len(np.unique((100 * runs.genomes[runs.rollouts.collided[:, 0], 0]).astype(int))))
+        return float(np.mean(found))
+
+    on_lines = places()
+    monkeypatch.setattr(failure_kinds, "ALONG", 0.0)
+    assert on_lines > 1.5 * places()
 
 
 # -- trust regions -----------------------------------------------------------------------------------------------------
