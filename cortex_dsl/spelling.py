@@ -24,6 +24,15 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
             "the map has lanes alone: stand beside one, as in `p = new OrientedPoint after intersection by 3 m along "
             "trajectory` and `new Pedestrian right of p by 3 m, with regionContainedIn None`",
         ),
+        **dict.fromkeys(
+            ("SetPositionAction", "OffsetAction"),
+            "nobody jumps during a run: give a place with `at` before it, and drive or walk there",
+        ),
+        "SetVelocityAction": "who drives moves where its wheels point: write `SetSpeedAction(3 m/s)`",
+        "SetHandBrakeAction": "a vehicle has one brake: `SetBrakeAction(1)`",
+        "SetAutopilotAction": "give it a behavior: `AutopilotBehavior()`",
+        "PolygonalVectorField": "write a `VectorField`, with a function that asks where it is: `p in region`",
+        "angularSpeed": "who drives turns by its wheels: `take SetSteerAction(5 deg)`",
         "collision": "contact is always looked for, and ends the run",
         **dict.fromkeys(
             ("north", "east", "south", "west"),

@@ -90,6 +90,7 @@ def plan(
             rolling=float(contact.rolling_resistance),
             drivers_go_on=int(contact.drivers_go_on),
             hold=hold,
+            pedals_stay=int(program.settings.pedals_stay),
             pause=pause,
         ),
     )
@@ -211,15 +212,18 @@ def others_touch(program: Program) -> bool:
 
 
 def looking_back(program: Program, time_step: float) -> int:
-    """How many steps ago the oldest sample is that a driver of a program looks at: what `latency` makes of it."""
+    """How many steps ago the oldest sample is that a driver of a program looks at: what `latency` makes of it, or the
+    one before, from which a yaw rate counts.
+    """
     code, longest = program.code, 0.0
     rows = code.step_code
+    least = int(np.isin(rows[:, 0], (Op.TTC, Op.VELOCITY)).any())
     for row in np.flatnonzero(rows[:, 0] == Op.CROSSING).tolist():
         late = int(rows[row, 4]) + Foresight._fields.index("latency")
         packed = rows[:row][rows[:row, 1] == late][-1:]
         known = len(packed) and packed[0, 0] == Op.MOVE and packed[0, 2] < len(code.literals)
         longest = max(longest, float(code.literals[packed[0, 2]]) if known else math.inf)
-    return math.floor(longest / time_step + 0.5) if longest < math.inf else MAX_SAMPLES
+    return max(least, math.floor(longest / time_step + 0.5)) if longest < math.inf else MAX_SAMPLES
 
 
 def requested(program: Program, scenes: Scenes) -> Requested:

@@ -122,7 +122,8 @@ class Op(IntEnum):
     """dst <- whether the ego has touched actor a (integer), or anybody or a building (a = -1); contact ends the run, so
     it is true at that instant alone."""
     VELOCITY = 70
-    """dst..dst+1 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides."""
+    """dst..dst+2 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides; and
+    its yaw rate in the step that ended at the sample."""
 
     ACTION = 71
     """dst <- number a (integer) of what is decided outside of the program, at this turn."""

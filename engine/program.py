@@ -142,9 +142,12 @@ class Settings:
     fair: bool = False
     """Whether scenes are only those in which braking at once runs the ego into nobody (`engine.fairness`)."""
 
+    pedals_stay: bool = False
+    """Whether a pedal that an action sets stays until it is set again, as in Scenic, and not for one step."""
+
     def deciding(self) -> dict[str, float | int | str | bool | None]:
         """What counts for the digest of a program."""
-        return {name: value for name, value in asdict(self).items() if name != "fair" or value}
+        return {name: value for name, value in asdict(self).items() if name not in ("fair", "pedals_stay") or value}
 
 
 @frozen

@@ -79,6 +79,7 @@ def elaborate(
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)
     system = system_params(module, param_entries(whole), findings)
+    from_scenic = any(isinstance(statement, nodes.Model) for statement in whole.statements)
     fresh = partial(
         FileContext,
         source,
@@ -90,7 +91,8 @@ def elaborate(
         has_plan=has_plan(whole),
         find_map=find_map,
         has_map=any(isinstance(statement, nodes.Map) for statement in whole.statements),
-        from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
+        from_scenic=from_scenic,
+        settings=Settings(pedals_stay=from_scenic),
         attributes_read=attributes_read(whole),
         attributes_set=attributes_set(whole),
     )

@@ -79,7 +79,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Angle: relations.angle,
     nodes.Follow: relations.follow,
     nodes.SideOf: relations.side_of,
-    nodes.VisiblePart: relations.visible_part,
+    nodes.VisiblePart: seeing.visible_part,
     nodes.RelativeTo: relations.relative_to,
     nodes.FieldAt: relations.field_at,
     nodes.CanSee: seeing.can_see,

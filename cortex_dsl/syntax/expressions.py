@@ -332,6 +332,11 @@ class ExpressionBuilder:
         seen = not _words(tree.children[0]).startswith("not")
         return nodes.VisiblePart(self.expression(tree.children[1]), seen, span=span)
 
+    def visible_from(self, tree: Branch, span: Span) -> nodes.Expression:
+        region, words, viewer = tree.children
+        seen = not _words(words).startswith("not")
+        return nodes.VisiblePart(self.expression(region), seen, self.expression(viewer), span=span)
+
     def relative_to(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.RelativeTo(*self.expressions(tree.children), span=span)
 
@@ -430,8 +435,8 @@ _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expressio
         _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
         _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.seen_from, _B.angle_from, _B.angle_to,
-        _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.relative_to, _B.field_at,
-        _B.slice, _B.new, _B.bare_tuple, _B.temporal, _B.until, _B.implies,
+        _B.angle_from_to, _B.angle_to_from, _B.follow, _B.side_of, _B.visible_part, _B.visible_from, _B.relative_to,
+        _B.field_at, _B.slice, _B.new, _B.bare_tuple, _B.temporal, _B.until, _B.implies,
     )
 }  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

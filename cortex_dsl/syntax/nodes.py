@@ -203,9 +203,7 @@ class RelativeHeading(Expression):
 
 @frozen
 class SeenFrom(Expression):
-    """`apparent heading of a [from b]`, `relative position of a [from b]`, `distance past a [of b]`; the operator
-    is the words before a.
-    """
+    """`apparent heading of a [from b]`, `relative position of …`, `distance past a [of b]`."""
 
     operator: str
     of: Expression
@@ -239,10 +237,11 @@ class SideOf(Expression):
 
 @frozen
 class VisiblePart(Expression):
-    """`visible region`, `not visible region`: what the ego sees of it, or does not see."""
+    """`[not] visible region`, `region [not] visible from x`: what the ego or x sees of it, or does not see."""
 
     region: Expression
     seen: bool
+    viewer: Expression | None = None
 
 
 @frozen

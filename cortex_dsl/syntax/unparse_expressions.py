@@ -220,7 +220,10 @@ def _side_of(node: nodes.SideOf) -> Written:
 
 
 def _visible_part(node: nodes.VisiblePart) -> Written:
-    return f"({'' if node.seen else 'not '}visible {write_value(node.region, Level.SUM)})", Level.ATOM
+    words = "visible" if node.seen else "not visible"
+    if node.viewer is not None:
+        return f"({write(node.region, Level.OFFSET)} {words} from {write(node.viewer, Level.MEASURE)})", Level.ATOM
+    return f"({words} {write_value(node.region, Level.SUM)})", Level.ATOM
 
 
 def _slice(node: nodes.Slice) -> Written:

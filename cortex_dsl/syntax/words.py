@@ -183,6 +183,8 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("front of", "front of A", "The middle of an edge of an outline; also `back`, `left`, `right`."),
         ("back of", "back of A", "The middle of its rear edge; `back left of` and `back right of` are its corners."),
         ("visible", "visible REGION", "The part of a region that is in the view of the ego."),
+        ("visible from", "REGION visible from VIEWER", "The part of a region that is in somebody's view."),
+        ("not visible from", "REGION not visible from VIEWER", "The part that is out of it."),
         ("not visible", "not visible REGION", "The part of a region that is out of the view of the ego."),
         ("initial scenario", "initial scenario", "Whether no other scenario was set up before this one."),
         ("can see", "A can see B", "Whether one is in the view of the other."),

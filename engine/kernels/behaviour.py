@@ -18,7 +18,7 @@ from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel, shared
-from engine.kernels.legs import Leg
+from engine.kernels.legs import spin_of, velocity_of
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
@@ -69,7 +69,7 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) 
             if between < gap and notices(plan, run, sample, me, other, reach):
                 gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
                 if run.states[sample, other, State.PRESENT] == SLIDING:
-                    rate = _velocity(run, sample, other)
+                    rate = velocity_of(run, sample, other)
                     speed = rate.x * cos + rate.y * sin
     return Leader(gap, speed)
 
@@ -104,7 +104,7 @@ def _pair(plan: Plan, run: Run, sample: int, one: int, other: int) -> Snapshot:
 def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
     """Of the outline's centre; of a body that slides, at the end of its leg, as the record has no later sample yet."""
     if run.states[sample, actor, State.PRESENT] == SLIDING:
-        return _velocity(run, sample, actor)
+        return velocity_of(run, sample, actor)
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     return center_velocity(run.states, sample + 1, sample, plan.layout.time_step, actor, to_center)
 
@@ -162,7 +162,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.NOTICES:
             registers[dst] = 1.0 if notices(plan, run, _now(run), a, b, registers[int(code[row - 1, 4])]) else 0.0
         elif op == Op.VELOCITY:
-            registers[dst], registers[dst + 1] = _velocity(run, _now(run), a)
+            registers[dst], registers[dst + 1] = velocity_of(run, _now(run), a)
+            registers[dst + 2] = spin_of(plan, run, _now(run), a)
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
@@ -229,15 +230,6 @@ def _now(run: Run) -> int:
 @inlined
 def _me(run: Run) -> int:
     return int(run.status[Status.TURN])
-
-
-@inlined
-def _velocity(run: Run, sample: int, actor: int) -> Rate:
-    """Of the rear axle along its heading; of a body that slides, of its centre, at the end of its leg."""
-    row = run.states[sample, actor]
-    if row[State.PRESENT] == SLIDING:
-        return Rate(run.legs[actor, Leg.VX1], run.legs[actor, Leg.VY1])
-    return Rate(row[State.SPEED] * math.cos(row[State.HEADING]), row[State.SPEED] * math.sin(row[State.HEADING]))
 
 
 @inlined

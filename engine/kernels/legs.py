@@ -10,9 +10,9 @@ from engine.kernels.approach import TOUCH, circles_apart
 from engine.kernels.contact import Body, is_fixed
 from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined
-from engine.kernels.pair import swung
+from engine.kernels.pair import Rate, swung
 from engine.kernels.stage import HOSTED, Plan, Run, Slot, column_of
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 
 
@@ -65,6 +65,27 @@ def lay_leg(plan: Plan, run: Run, sample: int, actor: int) -> None:
         leg[Leg.HEADING0 + 3 * end] = row[State.HEADING]
         leg[Leg.VX0 + 3 * end], leg[Leg.VY0 + 3 * end] = swung(row[State.HEADING], row[State.SPEED], swing)
         leg[Leg.SPIN0 + 3 * end] = turn
+
+
+@inlined
+def velocity_of(run: Run, sample: int, actor: int) -> Rate:
+    """Of the rear axle along its heading; of a body that slides, of its centre, at the end of its leg."""
+    row = run.states[sample, actor]
+    if row[State.PRESENT] == SLIDING:
+        return Rate(run.legs[actor, Leg.VX1], run.legs[actor, Leg.VY1])
+    return Rate(row[State.SPEED] * math.cos(row[State.HEADING]), row[State.SPEED] * math.sin(row[State.HEADING]))
+
+
+@inlined
+def spin_of(plan: Plan, run: Run, sample: int, actor: int) -> float:
+    """Anticlockwise; who walks turns at once, which is no spin."""
+    if run.states[sample, actor, State.PRESENT] == SLIDING:
+        return run.legs[actor, Leg.SPIN1]
+    before = max(sample - 1, 0)
+    if plan.kinds[actor] == ActorKind.PEDESTRIAN or run.states[before, actor, State.PRESENT] == 0.0:
+        return 0.0
+    turn = shortest_turn(run.states[before, actor, State.HEADING], run.states[sample, actor, State.HEADING])
+    return turn / plan.layout.time_step
 
 
 @inlined

@@ -203,8 +203,9 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
 @inlined
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
     """Where an actor's turn starts, -1 if it has none; what lasts one step is taken back here."""
-    run.actors[actor, Slot.THROTTLE] = 0.0
-    run.actors[actor, Slot.BRAKE] = 0.0
+    if plan.layout.pedals_stay == 0:
+        run.actors[actor, Slot.THROTTLE] = 0.0
+        run.actors[actor, Slot.BRAKE] = 0.0
     run.actors[actor, Slot.SET_SPEED] = NO_SPEED
     run.actors[actor, Slot.OFFSET] = 0.0
     run.actors[actor, Slot.TRACK] = 0.0

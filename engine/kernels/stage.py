@@ -48,6 +48,8 @@ class Layout(NamedTuple):
     """1 where the driver of a struck body drives on once its wheels grip again."""
     hold: int
     """Steps from one turn of rules, monitors and behaviours to the next; 1 unless a run is made again in finer ones."""
+    pedals_stay: int
+    """1 where pedals stay as they were set last, 0 where they are let go before each turn."""
     pause: int
     """Turns from one pause of a run to the next, in which its drivers are asked outside; 0: it never pauses."""
 

@@ -21,7 +21,7 @@ SHARED_FUNCTIONS = frozenset(
         "hypot", "sin", "cos", "round", "len", "filter", "map", "any", "all", "range", "list", "tuple", "localPath",
         "withinDistanceToAnyObjs", "withinDistanceToAnyCars", "withinDistanceToAnyPedestrians",
         "withinDistanceToObjsInLane", "resample", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
-        "SetReverseAction",
+        "SetReverseAction", "SetWalkingSpeedAction",
     }
 )  # fmt: skip
 """Scenic has them with the same arguments, by position."""
@@ -74,15 +74,18 @@ STAND_INS: Mapping[str, StandIn] = {
         ("do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",),
         "it never gives way",
     ),
-    "GivingWayBehavior": StandIn(
-        ("target_speed=10", "trajectory=None"),
-        (
-            "if trajectory is None:",
-            "    do FollowLaneBehavior(target_speed=target_speed)",
-            "else:",
-            "    do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",
+    **dict.fromkeys(
+        ("GivingWayBehavior", "AutopilotBehavior"),
+        StandIn(
+            ("target_speed=10", "trajectory=None"),
+            (
+                "if trajectory is None:",
+                "    do FollowLaneBehavior(target_speed=target_speed)",
+                "else:",
+                "    do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",
+            ),
+            "it neither gives way nor keeps its distance",
         ),
-        "it neither gives way nor keeps its distance",
     ),
     "EmergencyBrakeBehavior": StandIn(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"
@@ -125,7 +128,7 @@ OBJECT_ATTRIBUTES = frozenset(
         "position", "speed", "width", "length", "lane", "_lane", "laneSection", "_laneSection", "laneGroup",
         "_laneGroup", "road", "_road", "oppositeLaneGroup", "_oppositeLaneGroup", "distanceToClosest", "viewAngle",
         "visibleDistance", "laneToLeft", "_laneToLeft", "laneToRight", "_laneToRight", "fasterLane", "_fasterLane",
-        "slowerLane", "_slowerLane", "behavior", "name",
+        "slowerLane", "_slowerLane", "behavior", "name", "velocity", "visibleRegion", "angularSpeed",
     }
 )  # fmt: skip
 """Attributes of objects, and of the lanes that they are on, that mean the same in both."""

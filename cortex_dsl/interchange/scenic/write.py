@@ -79,7 +79,8 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
     )
     statements = Statements(to, compiled.imports).all(_written(compiled.module))
     sheet.remark(RUN_REMARK)
-    if any(isinstance(each, nodes.Name) and each.id in PEDALS for each in everything_in(compiled.module)):
+    stay = case.scenario.program.settings.pedals_stay
+    if not stay and any(isinstance(each, nodes.Name) and each.id in PEDALS for each in everything_in(compiled.module)):
         sheet.remark(PEDAL_REMARK)
     body = unparse(nodes.Module(statements, None, span=compiled.module.span))
     text = f"{_head(case, compiled.module, sheet, name, road_file)}\n{body}"

@@ -58,6 +58,10 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
         return replace(to.parts(node), function=verbatim(SEARCHED[name]))
     if name == "SetSteerAction":
         return _steer(to, node)
+    if name == "SetWalkingDirectionAction":
+        (heading,) = node.arguments
+        turned = heading_from_north(to, heading.value)
+        return replace(node, arguments=(replace(heading, value=turned, name=None),))
     if name in BEHAVIOURS or name in STAND_INS:
         return _behaviour(to, node, name)
     if name in MATH:
@@ -328,10 +332,6 @@ def _is_prefix(node: nodes.Expression) -> bool:
     return isinstance(node, nodes.Temporal) and len(node.operands) == 1
 
 
-def _new(to: Expressions, node: nodes.New) -> nodes.Expression:
-    return to.make(to, node)
-
-
 def _lambda(to: Expressions, node: nodes.Lambda) -> nodes.Expression:
     return replace(node, body=to(node.body))
 
@@ -345,6 +345,6 @@ _HANDLERS: Mapping[type, Callable[[Expressions, Any], nodes.Expression]] = {
     nodes.Binary: _binary,
     nodes.Distance: _distance,
     nodes.Temporal: _temporal,
-    nodes.New: _new,
+    nodes.New: lambda to, node: to.make(to, node),
     nodes.Lambda: _lambda,
 }

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.acting.yielding import check_handler
 from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
-from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
+from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION, NOT_ON_FOOT
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
@@ -215,8 +215,7 @@ def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, 
         if body.ev.moment.actor is not None and body.ev.moment.actor.plain:
             actual = kind_name(body.ev.moment.actor)
             raise NOT_A_DRIVER.mistake(node.span, behaviour=value.name, actual=actual)
-        if value.command is Command.REVERSE:
-            _must_have_gears(body, value, node)
+        _must_be_able(body, value, node)
         return value.command, value.value
     if isinstance(value, BuiltinValue) and value.name in names_of(Kind.ACTION):
         suggestion = f"give it a value, as in `{value.name}(1)`"
@@ -225,11 +224,19 @@ def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, 
     raise NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
 
 
-def _must_have_gears(body: Body, action: ActionCall, node: nodes.Expression) -> None:
-    """Refuse the reverse gear to who walks; to put it out is what they do anyway."""
+WALKING = frozenset({"SetWalkingDirectionAction", "SetWalkingSpeedAction"})
+
+
+def _must_be_able(body: Body, action: ActionCall, node: nodes.Expression) -> None:
+    """Refuse the reverse gear to who walks, though to put it out is what they do anyway; and walking to all others."""
     actor, off = body.ev.moment.actor, isinstance(action.value, ir.Literal) and not action.value.value
-    if actor is not None and actor.kind is ActorKind.PEDESTRIAN and not off:
+    if actor is None:
+        return
+    walks = actor.kind is ActorKind.PEDESTRIAN
+    if walks and action.command is Command.REVERSE and not off:
         raise NOT_A_DRIVER.mistake(node.span, behaviour=action.name, actual=kind_name(actor))
+    if not walks and action.name in WALKING:
+        raise NOT_ON_FOOT.mistake(node.span, behaviour=action.name, actual=kind_name(actor))
 
 
 def _wait(body: Body, node: nodes.Wait) -> ir.Block:

@@ -55,6 +55,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "CarFollowingBehavior": following.follow_car,
     "GapAcceptanceBehavior": caution.accept_gap,
     "GivingWayBehavior": giving_way.give_way,
+    "AutopilotBehavior": giving_way.give_way,
     "LaneChangeBehavior": following.change_lane,
     "LaneChoosingBehavior": choosing_lanes.choose_lane,
     "EmergencyBrakeBehavior": braking.emergency_brake,

@@ -192,7 +192,7 @@ def _relative_speed(job: Job, other: Actor) -> Term:
 def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
     """Of the rear axle, along the heading; somebody whom a third may strike can slide across it."""
     if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
-        x, y = job.ev.algebra.velocity(actor.index)
+        x, y, _ = job.ev.algebra.velocity(actor.index)
         return x, y
     heading, speed = current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
     return speed * cos(heading), speed * sin(heading)

@@ -326,4 +326,8 @@ def brake(job: Job) -> ir.Block:
 
 
 def idle(job: Job) -> ir.Block:
-    return (job.forever(ir.Wait(job.call.span)),)
+    """Who rolls presses no pedal, where these stay too."""
+    if not job.ev.file.settings.pedals_stay:
+        return (job.forever(ir.Wait(job.call.span)),)
+    loose = tuple((pedal, job.ev.algebra.literal(0.0)) for pedal in (Command.THROTTLE, Command.BRAKE))
+    return (job.forever(ir.Take(job.call.span, loose)),)

@@ -37,7 +37,7 @@ def for_(body: Body, node: nodes.For) -> ir.Block:
         raise LEAVES_WRITTEN_OUT.mistake(node.span)
     acts: list[ir.Act] = []
     for item in items:
-        ev.file.spend(span)
+        ev.file.budget.spend(span)
         body.names.update(unpack(node.targets, item, span))
         body.variables.update({name: Variable(None, body.depth + 1) for name in node.targets})
         acts += body.nested(node.body, repeated=True)

@@ -297,7 +297,6 @@ NOT_A_DRIVER = Problem(
     ),
 )
 
-
 NO_INTERSECTION = Problem(
     "SCN632",
     "this trajectory crosses no intersection",

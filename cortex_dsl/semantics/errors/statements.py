@@ -304,3 +304,16 @@ RECORD_VARIES = Problem(
         "ego = new Car on road\nrecord ego.speed\nrecord ego.heading\n",
     ),
 )
+NOT_ON_FOOT = Problem(
+    "SCN680",
+    "`{behaviour}` is for people on foot, and this is {actual}",
+    "what has wheels goes where they point",
+    "write `SetSpeedAction` and `SetSteerAction`, or give it to a Pedestrian",
+    page=Page(
+        "action for people on foot",
+        "Who walks turns at once, and goes on in that direction; a vehicle has to steer.",
+        "behavior B():\n    take SetWalkingSpeedAction(2 m/s)\nego = new Car on road, with behavior B()\n",
+        "behavior B():\n    take SetWalkingSpeedAction(2 m/s)\nego = new Car on road\n"
+        "new Pedestrian on road, with behavior B()\n",
+    ),
+)

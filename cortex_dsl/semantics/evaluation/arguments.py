@@ -54,7 +54,7 @@ def evaluate_each(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> tuple[l
             broken = True
         elif starred:
             items = items_of(value, node.span, "what `*` unpacks")
-            ev.file.spend(node.span, len(items))
+            ev.file.budget.spend(node.span, len(items))
             given += [Given(item, node.span) for item in items]
         else:
             given.append(Given(value, node.span, argument.name, node, argument.span))

@@ -317,6 +317,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
 
 _OF_ACTOR: Mapping[str, Callable[[Evaluator, Actor], Value]] = {
     "velocity": relations.velocity,
+    "angularSpeed": relations.angular_speed,
     "visibleRegion": regions.visible_region,
 }
 

@@ -2,11 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
-from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values, regions, texts
+from cortex_dsl.semantics.evaluation import (
+    driving,
+    functions,
+    geometry,
+    numbers,
+    over_run,
+    random_values,
+    regions,
+    texts,
+)
 from cortex_dsl.semantics.evaluation.arguments import (
     Given,
     Slot,
@@ -17,7 +27,6 @@ from cortex_dsl.semantics.evaluation.arguments import (
     number_for,
 )
 from cortex_dsl.semantics.evaluation.bounds_given import Site
-from cortex_dsl.semantics.evaluation.geometry import size_of
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
     ActionCall,
@@ -33,10 +42,11 @@ from cortex_dsl.semantics.model.values import (
     ScenarioValue,
     Truth,
     Value,
+    Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
-from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.algebra import Term, wrapped
 from cortex_dsl.semantics.quantities.bounds import is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE
 from cortex_dsl.source import Span
@@ -53,7 +63,7 @@ def scenic_steering(ev: Evaluator, steer: Given) -> Term:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
     share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
     share = numbers.in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
-    return -(share * size_of(ev.moment.actor, "maxSteer"))
+    return -(share * geometry.size_of(ev.moment.actor, "maxSteer"))
 
 
 # -- calls -------------------------------------------------------------------------------------------------------------
@@ -70,6 +80,10 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
     if isinstance(callee, ScenarioValue):
         return scenario_call(ev, callee, node)
     given = evaluate_arguments(ev, node.arguments)
+    return ev.file.budget.repeating(node.span, lambda: _called(ev, callee, given, node))
+
+
+def _called(ev: Evaluator, callee: Value, given: Sequence[Given], node: nodes.Call) -> Value:
     match callee:
         case BuiltinValue(name):
             return _builtin(ev, BUILTINS[name], given, node)
@@ -140,12 +154,22 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     bound = bind_builtin(row, given, span)
     parameter = row.parameters[0]
     assert row.command is not None
+    if row.name == "SetWalkingDirectionAction":
+        return ActionCall(row.command, _turn_into(ev, bound[parameter.name], span), row.name)
     if row.command is Command.STEER and ev.file.from_scenic:
         return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
     if row.command is Command.REVERSE:
         reverse = bound[parameter.name]
         return ActionCall(row.command, numbers.truth(ev, reverse.value, reverse.span), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
+
+
+def _turn_into(ev: Evaluator, heading: Given, span: Span) -> Term:
+    """By how much who acts is to turn, to head as asked for; who walks turns at once."""
+    if (actor := ev.moment.actor) is None:
+        raise ONLY_WHILE_RUNNING.mistake(span, what="who walks")
+    pose = geometry.current_pose(ev, actor)
+    return wrapped(geometry.heading_at(ev, heading.value, Vector(pose.x, pose.y), heading.span) - pose.heading)
 
 
 def behaviour_call(behaviour: BehaviourValue, given: Sequence[Given], span: Span) -> BehaviourCall:

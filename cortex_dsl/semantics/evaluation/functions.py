@@ -125,7 +125,7 @@ def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
             raise TOO_FEW_ARGUMENTS.mistake(
                 span, function=name, missing="at least one number", signature=f"{name}(a, b)"
             )
-        ev.file.spend(span, len(given))
+        ev.file.budget.spend(span, len(given))
         result = numbers.quantity(given[0].value, given[0].span)
         for other in given[1:]:
             result = _two_alike(of, Given(result, span), other, span)
@@ -136,7 +136,7 @@ def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
 
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
-    ev.file.spend(span, len(items_of(items.value, items.span)))
+    ev.file.budget.spend(span, len(items_of(items.value, items.span)))
     for item in items_of(items.value, items.span):
         total = numbers.add(total, numbers.quantity(item, items.span), span)
     return total
@@ -224,7 +224,7 @@ def _map(ev: Evaluator, transform: Given, items: Given, _span: Span) -> Value:
 def _combination(of: Callable[[Term, Term], Term], *, empty: bool) -> Meaning:
     def meaning(ev: Evaluator, items: Given, span: Span) -> Value:
         result: Term = ev.algebra.truth(empty)
-        ev.file.spend(span, len(items_of(items.value, items.span)))
+        ev.file.budget.spend(span, len(items_of(items.value, items.span)))
         for item in items_of(items.value, items.span):
             result = of(result, numbers.truth(ev, item, items.span))
         return Truth(result)
@@ -244,7 +244,7 @@ def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         raise OUT_OF_RANGE.mistake(
             span, what="the length of a `range`", actual=count, expected=f"at most {RANGE_LIMIT}", cure=""
         )
-    ev.file.spend(span, count)
+    ev.file.budget.spend(span, count)
     return tuple(_count(ev, n) for n in within)
 
 

@@ -25,6 +25,7 @@ from cortex_dsl.semantics.model.values import (
     Value,
     Vector,
 )
+from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
@@ -209,6 +210,28 @@ def outline(ev: Evaluator, value: Value, span: Span) -> Term:
     return ev.algebra.pack(point.x, point.y, zero, zero, zero)
 
 
+# -- who looks --------------------------------------------------------------------------------------------------------
+
+
+def viewer(ev: Evaluator, value: Value, span: Span) -> Actor | Pose | Vector:
+    """What looks: an object, or a place, which needs no heading to look all around."""
+    return value if isinstance(value, Actor | Vector) else oriented(ev, value, span, "what sees")
+
+
+def looking(ev: Evaluator, viewer: Actor | Pose | Vector) -> Pose:
+    """From where something looks, and in which direction."""
+    if isinstance(viewer, Vector):
+        return Pose(viewer.x, viewer.y, ev.algebra.literal(0.0))
+    return current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
+
+
+def view_of(ev: Evaluator, viewer: Actor | Pose | Vector) -> View:
+    """What an object or a place sees if nothing hides anything."""
+    if isinstance(viewer, Actor):
+        return View(size_of(viewer, "visibleDistance"), size_of(viewer, "viewAngle"))
+    return viewer.view or View(ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau))
+
+
 # -- operators --------------------------------------------------------------------------------------------------------
 
 
@@ -246,14 +269,10 @@ def _inside_area(ev: Evaluator, item: Value, area: Area, span: Span) -> Term:
 def in_sector(ev: Evaluator, sighted: Sighted, point: Vector) -> Term:
     """Whether a point is in the view of who looks, whatever hides it; the other way round for what is out of view."""
     viewer = sighted.viewer
-    pose = current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
-    if isinstance(viewer, Actor):
-        reach, opening = size_of(viewer, "visibleDistance"), size_of(viewer, "viewAngle")
-    else:
-        reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
-    start = Vector(pose.x, pose.y)
+    pose = looking(ev, viewer)
+    view, start = view_of(ev, viewer), Vector(pose.x, pose.y)
     off = abs(wrapped(bearing(start, point) - pose.heading))
-    seen = (between(start, point) <= reach) & (off <= opening * 0.5)
+    seen = (between(start, point) <= view.reach) & (off <= view.opening * 0.5)
     return seen if sighted.seen else ~seen
 
 

@@ -29,7 +29,7 @@ def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Valu
     for item in node.items:
         if isinstance(item, nodes.Starred):
             items = items_of(ev.evaluate(item.value), item.span)
-            ev.file.copy(item.span, len(items))
+            ev.file.budget.copy(item.span, len(items))
             values += items
         else:
             values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
@@ -50,7 +50,12 @@ def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
 def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
     if not clauses:
         return [ev.evaluate(node.element)]
-    clause, rest = clauses[0], clauses[1:]
+    return ev.file.budget.repeating(clauses[0].iterable.span, lambda: _each(ev, node, clauses[0], clauses[1:]))
+
+
+def _each(
+    ev: Evaluator, node: nodes.Comprehension, clause: nodes.ForClause, rest: Sequence[nodes.ForClause]
+) -> list[Value]:
     results: list[Value] = []
     for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
         inner = ev.inside(unpack(clause.targets, item, clause.span))
@@ -90,7 +95,7 @@ def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
     at = [None if each is None else whole_number(ev, ev.evaluate(each), each.span, "a slice") for each in bounds]
     if at[2] == 0:
         raise BAD_INDEX.mistake(part.span, index=0, count=len(items), cure="the step of a slice is not 0")
-    ev.file.copy(node.span, len(items))
+    ev.file.budget.copy(node.span, len(items))
     return Items(items[slice(*at)])
 
 
@@ -105,7 +110,7 @@ def append(ev: Evaluator, items: Items) -> Closure:
     def apply(item: Value) -> Value:
         if len(items) >= RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(ev.algebra.span, limit=RANGE_LIMIT)
-        ev.file.copy(ev.algebra.span, len(items))
+        ev.file.budget.copy(ev.algebra.span, len(items))
         longer = Items((*items, item))
         for scope in (*ev.scopes, ev.names):
             for name in [name for name, value in scope.items() if value is items]:

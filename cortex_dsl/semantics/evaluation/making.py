@@ -124,7 +124,7 @@ class Making:
         Raises:
             Mistake: when one of them is wrong; every such one is reported.
         """
-        self._check_doubles()
+        self.check_doubles()
         results = [self.ev.tolerate(lambda name=name: self.get(name)) for name in self._names()]
         if any(result is POISON for result in results):
             raise Mistake
@@ -133,7 +133,7 @@ class Making:
 
     def _check_speed(self) -> None:
         """Nobody starts faster than it can drive; what has no bound is a requirement of the scene."""
-        speed, top = self.ev.interval(self._number("speed")), self.ev.interval(self._number("topSpeed"))
+        speed, top = self.ev.interval(self.number("speed")), self.ev.interval(self.number("topSpeed"))
         if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] * (1.0 + numbers.ROUNDING):
             return
         places = {name: default.value.span for name, (_, default) in self.defaults.items()}
@@ -148,7 +148,7 @@ class Making:
             cure=shown(math.ceil(speed[1]), SPEED),
         )
 
-    def _check_doubles(self) -> None:
+    def check_doubles(self) -> None:
         seen: dict[str, Span] = {}
         for with_ in self.given:
             if with_.property in seen:
@@ -277,7 +277,7 @@ class Making:
         if name not in MODEL_FIELDS:
             return algebra.literal(0.0) if name == "speed" else None
         if name == "fixed":
-            return self._number("mass") > model.fixed_above
+            return self.number("mass") > model.fixed_above
         if name == "occluding" and self.ev.file.from_scenic:
             return algebra.truth(True)  # as in Scenic, whose objects all do
         if name == "occluding" and self.builtin in LOW:
@@ -289,9 +289,9 @@ class Making:
         if name not in ("wheelbase", "rearToCenter"):
             return default
         own_length = bool(scenic) or "length" in self.defaults or any(each.property == "length" for each in self.given)
-        return default * (self._number("length") / model.length) if own_length else default
+        return default * (self.number("length") / model.length) if own_length else default
 
-    def _number(self, name: str) -> Term:
+    def number(self, name: str) -> Term:
         value = self.get(name)
         assert isinstance(value, Term)
         return value

@@ -23,8 +23,9 @@ from cortex_dsl.semantics.evaluation.roads import ROAD
 from cortex_dsl.semantics.evaluation.specifiers import place
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Cell, DirectionField, Pose, Quantity, Truth, Value, Vector
+from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD
+from cortex_dsl.semantics.names.classes import ACTOR_KINDS, CLASSES, OFF_ROAD, PLACES
 from cortex_dsl.semantics.quantities.algebra import Term, road_heading
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -105,10 +106,7 @@ def _at_most_one(problem: Problem, node: nodes.New, found: Sequence[nodes.Specif
 
 
 def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
-    for with_ in found.properties:
-        raise UNKNOWN_PROPERTY.mistake(
-            with_.property_span, kind=f"a place (`{node.class_name}`)", name=with_.property, suggestion=""
-        )
+    view = _own_view(ev, node, found.properties)
     zero = ev.algebra.literal(0.0)
     north = as_meant(ev, zero) if ev.file.from_scenic else zero
     placement = at_origin(ev)
@@ -125,8 +123,24 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
             pose, placement = moved, replace(placement, drawn=True, point=Vector(moved.x, moved.y))
         if found.places:
             _record(ev, found.places[0].span, placement, None)
-        return placement.point
-    return _posed(ev, node, found, placement, north, ev.run.assigning)
+        return replace(placement.point, view=view)
+    return replace(_posed(ev, node, found, placement, north, ev.run.assigning), view=view)
+
+
+def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> View | None:
+    """How far and how wide a place sees, where `with` says so; a plain point looks all around."""
+    known = PLACES[node.class_name]
+    for with_ in given:
+        if with_.property not in known:
+            kind, meant = f"a place (`{node.class_name}`)", did_you_mean(with_.property, known)
+            raise UNKNOWN_PROPERTY.mistake(with_.property_span, kind=kind, name=with_.property, suggestion=meant)
+    if not given:
+        return None
+    making = Making(ev, ActorKind.OBSTACLE, None, None, given)
+    making.check_doubles()
+    values = {with_.property: making.number(with_.property) for with_ in given}
+    usual = geometry.view_of(ev, at_origin(ev).point)
+    return View(values.get("visibleDistance", usual.reach), values.get("viewAngle", usual.opening))
 
 
 def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:

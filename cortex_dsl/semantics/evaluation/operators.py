@@ -154,7 +154,7 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
-        ev.file.copy(node.span, len(left) + len(right))
+        ev.file.budget.copy(node.span, len(left) + len(right))
         joined = (*left, *right)
         return Items(joined) if isinstance(left, Items) else joined
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
@@ -215,7 +215,7 @@ def _same(ev: Evaluator, left: Value, right: Value) -> Term:
         return equal(left.expr, right.expr)
     if isinstance(left, tuple) and isinstance(right, tuple) and len(left) == len(right):
         result: Term = ev.algebra.truth(True)
-        ev.file.spend(ev.algebra.span, len(left))
+        ev.file.budget.spend(ev.algebra.span, len(left))
         for one, other in zip(left, right, strict=True):
             result = result & _same(ev, one, other)
         return result
@@ -239,7 +239,7 @@ def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> Term:
         return ev.algebra.truth(item in container)
     if not isinstance(container, tuple):
         return geometry.inside(ev, item, container, span)
-    ev.file.spend(span, len(container))
+    ev.file.budget.spend(span, len(container))
     result: Term = ev.algebra.truth(False)
     for candidate in container:
         result = result | _same(ev, item, candidate)

@@ -30,7 +30,7 @@ class Placement:
     """Whether the specifier itself drew it."""
     lane: Lane | LaneNow | None = None
     """The lane along which it lies, where that is known, or drawn with the scene."""
-    observed: tuple["Actor | Pose", bool] | None = None
+    observed: tuple["Actor | Pose | Vector", bool] | None = None
     """Who must see what is placed here, or must not."""
     contained: Value = None
     """The region that must hold the whole outline."""

@@ -41,7 +41,6 @@ from cortex_dsl.semantics.quantities.algebra import (
 )
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
-from engine.vehicles import VIEW_DISTANCE
 
 # -- what is convex ----------------------------------------------------------------------------------------------------
 
@@ -79,13 +78,9 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
 
 
 def visible_region(ev: Evaluator, viewer: Actor | Pose | Vector) -> Area:
-    """What an object would see if nothing hid anything; all around a point."""
-    reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
-    pose = geometry.current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
-    if isinstance(viewer, Actor):
-        reach, opening = (geometry.size_of(viewer, name) for name in ("visibleDistance", "viewAngle"))
-    ahead = ev.algebra.literal(0.0) if isinstance(pose, Vector) else pose.heading
-    return _opening(ev, Vector(pose.x, pose.y), reach, ahead, opening)
+    """What an object or a place would see if nothing hid anything."""
+    pose, view = geometry.looking(ev, viewer), geometry.view_of(ev, viewer)
+    return _opening(ev, Vector(pose.x, pose.y), view.reach, pose.heading, view.opening)
 
 
 def _opening(ev: Evaluator, middle: Vector, reach: Term, ahead: Term, opening: Term) -> Area:

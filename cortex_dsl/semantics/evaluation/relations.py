@@ -1,5 +1,5 @@
 """Scenic's operators that join two places: `relative to`, `angle`, `apparent heading`, `relative position`, `distance
-past`, `follow`, the edges of outlines, and what is in view of a region.
+past`, `follow` and the edges of outlines.
 
 Source: Scenic 3 reference, "Operators", and their definitions in its `scenic.syntax.veneer`.
 """
@@ -15,10 +15,10 @@ from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.areas import Velocity
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Sighted, Value, Vector
+from cortex_dsl.semantics.model.values import Actor, DirectionField, Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, ceil, cos, maximum, road_follow, sin, where, wrapped
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.semantics.quantities.units import ANGLE, ANGULAR_SPEED, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 
@@ -201,12 +201,6 @@ def edge_of(ev: Evaluator, actor: Actor, side: str) -> Pose:
     return Pose(place.x, place.y, pose.heading)
 
 
-def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
-    """What the ego has in view of a region, or has not; what hides it does not count, as in Scenic."""
-    region = ev.evaluate(node.region)
-    return Sighted(region, geometry.ego_of(ev, node.span, "what is visible"), node.seen)
-
-
 def heading_in_sight(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
     """`apparently facing H from V`: H, counted from the line of sight."""
     start = geometry.position(ev, *_place(ev, node.viewer, node.span, "`apparently facing`"))
@@ -217,7 +211,13 @@ def heading_in_sight(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
 def velocity(ev: Evaluator, actor: Actor) -> Velocity:
     """`self.velocity`: before the run that with which it starts, along its heading."""
     if ev.moment.running:
-        return Velocity(*ev.algebra.velocity(actor.index))
+        return Velocity(*ev.algebra.velocity(actor.index)[:2])
     geometry.check_settled(ev, actor)
     heading, speed = geometry.current_pose(ev, actor).heading, geometry.size_of(actor, "speed")
     return Velocity(speed * cos(heading), speed * sin(heading))
+
+
+def angular_speed(ev: Evaluator, actor: Actor) -> Quantity:
+    """`self.angularSpeed`, anticlockwise: nobody spins before the run, as in Scenic."""
+    rate = ev.algebra.velocity(actor.index)[2] if ev.moment.running else ev.algebra.literal(0.0)
+    return Quantity(rate, ANGULAR_SPEED)

@@ -2,14 +2,13 @@
 
 import math
 
-from cortex_dsl.semantics.evaluation.geometry import ego_of, oriented, outline, size_of
+from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Actor, Pose, Truth, Value
+from cortex_dsl.semantics.model.values import Actor, Pose, Sighted, Truth, Value, Vector
 from cortex_dsl.semantics.quantities.algebra import Term, in_view
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vehicles import VIEW_DISTANCE
 
 
 def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
@@ -31,25 +30,21 @@ def notice_reach(ev: Evaluator) -> Term:
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
     """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
     if not ev.moment.running:
-        return in_view(_view(ev, viewer, viewer_span), outline(ev, target, target_span))
+        return in_view(_view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span))
     nothing = ev.algebra.literal(0.0)
     one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
     if isinstance(target, Actor):
         return ev.algebra.sees(one, target.index, view, nothing)
-    return ev.algebra.sees(one, -1, view, outline(ev, target, target_span))
+    return ev.algebra.sees(one, -1, view, geometry.outline(ev, target, target_span))
 
 
 def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
     """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
-    pose = oriented(ev, viewer, span, "what sees")
-    if isinstance(viewer, Actor):
-        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
-        number = ev.algebra.number_of(viewer)
-    else:
-        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
-        number = ev.algebra.literal(-1.0)
-    reach = in_environment(ev, "visibleDistance", reach)
-    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
+    looks = geometry.viewer(ev, viewer, span)
+    pose, view = geometry.looking(ev, looks), geometry.view_of(ev, looks)
+    number = ev.algebra.number_of(looks) if isinstance(looks, Actor) else ev.algebra.literal(-1.0)
+    reach = in_environment(ev, "visibleDistance", view.reach)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, view.opening, reach, number)
 
 
 def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
@@ -57,9 +52,15 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     return Truth(_seen(ev, viewer, target, node.viewer.span, node.target.span))
 
 
-def observer(ev: Evaluator, node: nodes.InSight) -> Actor | Pose:
+def observer(ev: Evaluator, node: nodes.InSight | nodes.VisiblePart) -> Actor | Pose | Vector:
     """Who looks: the ego, or what follows `from`."""
     if node.viewer is None:
-        return ego_of(ev, node.span, "what is visible")
-    viewer = ev.evaluate(node.viewer)
-    return viewer if isinstance(viewer, Actor) else oriented(ev, viewer, node.viewer.span, "what sees")
+        return geometry.ego_of(ev, node.span, "what is visible")
+    return geometry.viewer(ev, ev.evaluate(node.viewer), node.viewer.span)
+
+
+def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
+    """What the ego, or who follows `from`, has in view of a region, or has not; what hides it does not count, as in
+    Scenic.
+    """
+    return Sighted(ev.evaluate(node.region), observer(ev, node), node.seen)

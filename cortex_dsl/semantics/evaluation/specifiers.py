@@ -1,6 +1,5 @@
 """Where a new object is: each specifier that places it gives a point, and mostly a heading too."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -35,7 +34,6 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
-from engine.vehicles import VIEW_DISTANCE
 
 CONTACT_TOLERANCE = 1e-4
 """Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
@@ -158,14 +156,10 @@ def _in_sight(ev: Evaluator, node: nodes.InSight, extent: Extent) -> Placement:
     return replace(_in_sector(ev, viewer), observed=(viewer, True))
 
 
-def _in_sector(ev: Evaluator, viewer: Actor | Pose) -> Placement:
+def _in_sector(ev: Evaluator, viewer: Actor | Pose | Vector) -> Placement:
     """Uniform over the sector of a viewer; the radius is the square root of a uniform share."""
-    pose = geometry.current_pose(ev, viewer) if isinstance(viewer, Actor) else viewer
-    if isinstance(viewer, Actor):
-        reach, opening = (geometry.size_of(viewer, name) for name in ("visibleDistance", "viewAngle"))
-    else:
-        reach, opening = ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau)
-    far, turned = reach * sqrt(ev.run.new_draw()), pose.heading + opening * (ev.run.new_draw() - 0.5)
+    pose, view = geometry.looking(ev, viewer), geometry.view_of(ev, viewer)
+    far, turned = view.reach * sqrt(ev.run.new_draw()), pose.heading + view.opening * (ev.run.new_draw() - 0.5)
     return Placement(Vector(pose.x + far * cos(turned), pose.y + far * sin(turned)), None, drawn=True)
 
 

@@ -45,7 +45,7 @@ def joined_text(ev: Evaluator, texts: list[str], span: Span, between: str = "") 
     length = sum(map(len, texts))
     if length > LONGEST:
         raise LONG_TEXT.mistake(span, limit=LONGEST)
-    ev.file.copy(span, length)
+    ev.file.budget.copy(span, length)
     return between.join(texts)
 
 
@@ -93,7 +93,7 @@ def _written(ev: Evaluator, value: Value, span: Span) -> str:
             return f"({x}, {y})"
         case tuple():
             last = "]" if isinstance(value, Items) else ",)" if len(value) == 1 else ")"
-            ev.file.spend(span, len(value))
+            ev.file.budget.spend(span, len(value))
             inner = joined_text(ev, [_written(ev, item, span) for item in value], span, ", ")
             return f"{'[' if last == ']' else '('}{inner}{last}"
         case _ if isinstance(value, NAMED):

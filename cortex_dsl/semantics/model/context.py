@@ -141,7 +141,7 @@ class Evaluator:
         run, span = self.run, node.span
         algebra, before = run.algebra, run.algebra.span
         algebra.span = span
-        run.file.spend(span)
+        run.file.budget.spend(span)
         try:
             value = self.handlers[type(node)](self, node)
         finally:

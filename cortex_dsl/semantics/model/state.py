@@ -10,7 +10,7 @@ from itertools import islice
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
+from cortex_dsl.semantics.model.budget import Budget
 from cortex_dsl.semantics.model.choices import Decisions, Pool
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
@@ -74,14 +74,10 @@ class Controls:
 
 # -- the file, and a variant of it -------------------------------------------------------------------------------------
 
-EVALUATION_LIMIT = 1_000_000
-"""How many expressions a file may evaluate, all variants together."""
 BODY_LIMIT = 2_000
 """How many behaviours and scenarios may be written out in a variant."""
 BODY_COST = 40
 """What writing one out costs, in evaluations."""
-COPIES = 64
-"""How many items or characters are copied for the price of an evaluation."""
 NESTING_LIMIT = 60
 """How deep blocks may lie in one another, with those of the behaviours that they run."""
 
@@ -137,7 +133,7 @@ class FileContext:
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None
     """The scenario that the run is; None: the top level is all."""
-    evaluations: int = 0
+    budget: Budget = field(default_factory=Budget)
     max_steps: int | None = None
     """From `terminate after N steps`."""
     has_plan: bool = False
@@ -197,23 +193,6 @@ class FileContext:
         if reading not in self.readings:
             self.readings.append(reading)
         return self.readings.index(reading)
-
-    def spend(self, span: Span, evaluations: int = 1) -> None:
-        """Count work.
-
-        Raises:
-            Mistake: it has become too much, which is said once.
-        """
-        reported = self.evaluations >= EVALUATION_LIMIT
-        self.evaluations += evaluations
-        if reported:
-            raise Mistake
-        if self.evaluations >= EVALUATION_LIMIT:
-            raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
-
-    def copy(self, span: Span, count: int) -> None:
-        """`spend` for so many items or characters that are copied, before they are."""
-        self.spend(span, count // COPIES)
 
     def line(self, span: Span) -> int:
         """Counted through all files."""
@@ -334,7 +313,7 @@ class VariantState:
         Raises:
             Mistake: there are too many.
         """
-        self.file.spend(span, BODY_COST)
+        self.file.budget.spend(span, BODY_COST)
         self.built.scope_count += 1
         if self.built.scope_count == BODY_LIMIT:
             raise TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)

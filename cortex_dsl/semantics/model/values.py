@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.model.views import View
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -39,6 +40,7 @@ class Vector:
 
     x: Term
     y: Term
+    view: View | None = field(default=None, kw_only=True)  # of its own, if it was made with one
 
 
 @frozen
@@ -50,6 +52,7 @@ class Pose:
     heading: Term
     lane: "Lane | LaneNow | None" = None
     """The lane along which it surely lies and points, where that is known, or drawn with the scene."""
+    view: View | None = field(default=None, kw_only=True)
 
 
 @frozen
@@ -115,7 +118,7 @@ class Sighted:
     """The part of a region that is in the view of an object (`seen`), or out of it."""
 
     region: Value
-    viewer: "Actor | Pose"
+    viewer: "Actor | Pose | Vector"
     seen: bool
 
 
@@ -284,8 +287,7 @@ class ClassValue:
     bases: "tuple[ClassValue, ...]"
     """The classes that it is made of, nearest first."""
     scopes: tuple[Mapping[str, Value], ...] = ()
-    home: dict[str, Value] | None = None
-    """Where its defaults look names up."""
+    home: dict[str, Value] | None = None  # where its defaults look names up
 
 
 @frozen_identity
@@ -312,13 +314,11 @@ class Instance:
     names: dict[str, Value] = field(default_factory=dict)
     actors: list[Actor] = field(default_factory=list)
     monitor: int = -1
-    watchers: list[int] = field(default_factory=list)
-    """The monitors that it requires."""
+    watchers: list[int] = field(default_factory=list)  # the monitors that it requires
     children: "list[Instance]" = field(default_factory=list)
     """What its `compose` starts, in the order of the file."""
     parent: "Instance | None" = None
-    span: Span | None = None
-    """Where it is started."""
+    span: Span | None = None  # where it is started
     present: bool = True
     """Whether it surely starts with the run, its objects with it."""
     rules: list[nodes.Statement] = field(default_factory=list)

@@ -4,7 +4,11 @@ from collections.abc import Mapping
 
 from engine.vocabulary import ActorKind
 
-PLACES = ("Point", "OrientedPoint")
+PLACES: Mapping[str, tuple[str, ...]] = {
+    "Point": ("visibleDistance",),
+    "OrientedPoint": ("visibleDistance", "viewAngle"),
+}
+"""What `with` may set of a place."""
 PLACED = ("position", "heading")
 """What a class may say about the place of its objects, beside their properties."""
 

@@ -39,7 +39,8 @@ def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
 
 
 _OF_FILES: dict[int, tuple[nodes.Node, ...]] = {}
-"""The nodes of each file that there is, by its identity."""
+"""The nodes of each file that there is, by its identity, as trees are equal by their contents; an entry goes with its
+file, before another can have that identity."""
 
 
 def _below(node: nodes.Node) -> Iterator[nodes.Node]:

@@ -195,8 +195,8 @@ class Algebra:
         return self.apply(Op.ACTION, immediates=(number,))
 
     def velocity(self, actor: int) -> tuple[Term, ...]:
-        """Of an object's rear axle as its body moves [m/s]: x and y."""
-        return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=2), 2)
+        """Of an object's rear axle as its body moves: x and y [m/s], and its yaw rate [rad/s]."""
+        return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=3), 3)
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
         """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""

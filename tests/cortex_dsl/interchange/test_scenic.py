@@ -121,6 +121,28 @@ def test_steering_is_a_share_to_the_right() -> None:
     assert re.search(r"SetSteerAction\(-\(5 deg / 0\.\d+\)\)", text)
 
 
+def test_motion_sight_and_walking_are_scenic_s() -> None:
+    """Velocities, views and turns on foot have its own words; a direction counts from the north."""
+    text, remarks = written(
+        f"{ROAD}{EGO}\nspot = new OrientedPoint at (30, 20), with visibleDistance 9 m, with viewAngle 90 deg\n"
+        "behavior Walk():\n    take SetWalkingDirectionAction(30 deg), SetWalkingSpeedAction(2 m/s)\n"
+        "    take SetWalkingDirectionAction(self.heading)\n"
+        "new Pedestrian at (20, 20), with behavior Walk()\n"
+        "new Object in CircularRegion((30, 20), 9) visible from spot\n"
+        "require (30, 20) in spot.visibleRegion\nterminate when ego.velocity.x > 9 or ego.angularSpeed > 1\n"
+        "require always (1.75, -20) in ego.visibleRegion\n"
+    )
+    for line in (
+        "SetWalkingDirectionAction(-60 deg), SetWalkingSpeedAction(2)",
+        "take SetWalkingDirectionAction(self.heading)",
+        "in spot.visibleRegion",
+        "terminate when ego.velocity.x > 9 or ego.angularSpeed > 1",
+        "always (1.75, -20) in ego.visibleRegion",
+    ):
+        assert line in text, text
+    assert not [remark for remark in remarks if "Scenic has no" in remark]
+
+
 def test_lights_are_left_out_with_their_line() -> None:
     """As a comment, and as a remark; the arguments that speak of them go, too."""
     scenario = f"{ROAD}signals(green=3 s)\n{EGO},\n    with behavior FollowLaneBehavior(9 m/s, obey_signals=True)\n"

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from cortex_dsl import compile_text, ir
@@ -75,6 +76,24 @@ def test_steering_of_scenic_is_a_share_to_the_right() -> None:
     assert angles == pytest.approx([0.5, -0.5 * 0.551])
     wrong = MODEL + behaviour.replace("0.5", "30") + ego
     assert "SCN402" in [d.code for d in findings(wrong)]
+
+
+def test_pedals_of_scenic_stay() -> None:
+    """Until they are set again, by an action or a library behaviour; those of other files for one step."""
+    behaviour = (
+        "behavior Push():\n    take SetThrottleAction(1)\n    wait for 9 steps\n"
+        "    take SetThrottleAction(0), SetBrakeAction(0.5)\n    wait for 9 steps\n    take SetBrakeAction(0)\n"
+        "    wait for 5 steps\n    take SetBrakeAction(1)\n    do IdleBehavior() for 5 steps\n"
+    )
+    ego = "ego = new Car at (1.75, -40), facing roadDirection, with speed 5, with drag 0, with behavior Push()\n"
+    changes = []
+    for head in (HERE, MODEL):
+        loaded = compile_text(f"{head}{behaviour}{ego}record ego.speed as speed\nterminate after 30 steps\n")
+        (speed,) = loaded.watch(loaded.sample(1, seed=1), 0).records
+        changes.append(np.sign(np.round(np.diff(np.asarray(speed.values, float)), 9)).tolist())
+    once, held = changes
+    assert once[:31] == [1.0] + [0.0] * 9 + [-1.0] + [0.0] * 15 + [-1.0] + [0.0] * (len(once) - 27)
+    assert held[:31] == [1.0] * 10 + [-1.0] * 10 + [0.0] * 6 + [-1.0] + [0.0] * (len(held) - 27)
 
 
 def test_one_note_each_for_map_and_model() -> None:

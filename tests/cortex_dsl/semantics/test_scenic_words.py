@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl import compile_text
-from cortex_dsl.semantics.model import state
+from cortex_dsl.semantics.model import budget
 from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
 
@@ -110,6 +110,28 @@ def test_what_is_visible_is_seen() -> None:
         away = np.hypot(each[:, Column.X] - ego[:, Column.X], each[:, Column.Y] - ego[:, Column.Y])
         assert (away < 60.0).all()
     assert len(set(far[:, Column.X])) == 10
+
+
+def test_a_place_sees_as_far_and_as_wide_as_it_was_made_to() -> None:
+    """Its sector bounds what is drawn in its view, what of a region is in it, and what it can see."""
+    text = (
+        f"{HERE}op = new OrientedPoint at (60, 60), facing 45 deg, with visibleDistance 5, with viewAngle 90 deg\n"
+        f"near = new Point at (300, 200), with visibleDistance 2\nego = new Object visible from op{FREE}\n"
+        f"a = new Object visible from near{FREE}\nb = new Object in op.visibleRegion{FREE}\n"
+        f"p = new Point in CircularRegion((60, 60), 9) visible from op\nc = new Object at p{FREE}\n"
+        f"q = new Point in CircularRegion((60, 60), 9) not visible from op\nd = new Object at q{FREE}\n"
+        "require op can see (61, 61) and not (op can see (61, 59.5)) and not (op can see (64, 64))\n"
+        "require near can see a and not (near can see b)\n"
+    )
+    found = rows(text, 40)
+    for actor, (x, y), reach in ((0, (60, 60), 5), (1, (300, 200), 2), (2, (60, 60), 5), (3, (60, 60), 5)):
+        away = np.hypot(found[:, actor, Column.X] - x, found[:, actor, Column.Y] - y)
+        assert 0.7 * reach < away.max() <= reach + 1e-9
+    for actor in (0, 2, 3):
+        assert (found[:, actor, [Column.X, Column.Y]] >= 60.0).all()
+    away = found[:, 4, [Column.X, Column.Y]] - 60.0
+    assert not ((away >= 0.0).all(axis=1) & (np.hypot(*away.T) <= 5.0)).any()
+    assert errors(HERE + "ego = new Car\np = new Point at (1, 1), with viewAngle 3\n") == ["SCN204"]
 
 
 def test_what_has_no_place_of_its_own() -> None:
@@ -220,7 +242,7 @@ def test_loops_and_functions_of_the_top_level() -> None:
 )
 def test_limits_of_what_the_compiler_runs(text: str, code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each has its code, and nothing hangs; the limit as it is ends a block of the reference."""
-    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(budget, "EVALUATION_LIMIT", 20_000)
     assert errors(HERE + text + "ego = new Car on road\n")[0] == code
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import compile_source
-from cortex_dsl.semantics.model import state
+from cortex_dsl.semantics.model import budget
 from cortex_dsl.source import Source
 
 Said = Callable[..., list[str]]
@@ -30,8 +30,33 @@ Answered = Callable[..., list[tuple[str, str]]]
     ids=["spread", "text", "compared", "joined", "ranges", "sums", "slices", "extrema", "searches", "all"],
 )
 def test_what_multiplies_ends(lines: str, code: str, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(budget, "EVALUATION_LIMIT", 20_000)
     assert code in said(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("for i in range(9000):\n    for j in range(3):\n        x = i + j\n", "range(9000)"),
+        ("for i in range(3):\n    for j in range(9000):\n        x = i + j\n", "range(9000)"),
+        ("x = [i + j for i in range(9000) for j in range(2)]\n", "range(9000)"),
+        (
+            "def f(x):\n    n = 0\n    while n < x:\n        n += 1\n    return n\ny = f(3)\nz = f(99999)\n",
+            "n < x",
+        ),
+        ("def f(x):\n    return x + 1\ny = sum(map(f, range(9000)))\n", "range(9000)"),
+        ("def f(x):\n    return x + 1\nfor i in range(9000):\n    y = f(i)\n", "range(9000)"),
+    ],
+    ids=["outer loop", "inner loop", "list", "condition", "map", "loop of calls"],
+)
+def test_what_is_too_much_is_pointed_at(text: str, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop, list or call to be shortened, and not where in it the last of the work happened to be."""
+    monkeypatch.setattr(budget, "EVALUATION_LIMIT", 20_000)
+    with pytest.raises(CompileError) as caught:
+        compile_source(Source("m.scn", f"map intersection()\nego = new Car on road\n{text}"))
+    (found,) = [each for each in caught.value.diagnostics if each.code == "SCN434"]
+    span = found.label.span
+    assert caught.value.source.text[span.start : span.end] == place
 
 
 def test_a_list_may_grow_to_its_limit(said: Said) -> None:

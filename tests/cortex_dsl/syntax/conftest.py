@@ -114,7 +114,7 @@ def grow(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.Angle, inner, inner) | node(nodes.Angle, st.none(), inner) | node(nodes.Angle, inner, st.none()),
         node(nodes.Follow, inner, st.none() | inner, inner),
         node(nodes.SideOf, st.sampled_from(["front", "back left", "right"]), inner),
-        node(nodes.VisiblePart, inner, st.booleans()),
+        node(nodes.VisiblePart, inner, st.booleans(), st.none() | inner),
         node(nodes.RelativeTo, inner, inner),
         node(nodes.FieldAt, inner, inner),
         node(nodes.Index, inner, node(nodes.Slice, *[st.none() | inner] * 3)),

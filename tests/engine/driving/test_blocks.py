@@ -105,6 +105,20 @@ def test_who_looks_at_what_was_does_so_in_lanes() -> None:
     assert not np.array_equal(lanes.states, cruised(at_once, at_once.sample(60, seed=4)).states)
 
 
+@pytest.mark.parametrize("seen", ["timeToCollision(self, ego) < 2 s", "abs(ego.angularSpeed) > 0.02"])
+def test_how_fast_another_turns_is_seen_in_lanes(seen: str) -> None:
+    """It takes the sample before, and that of the same lane."""
+    text = (ROOT / "examples" / "left_turn.scn").read_text(encoding="utf-8")
+    text = text.replace("EgoBehavior(egoTrajectory)", "ExternalBehavior(trajectory=egoTrajectory)")
+    old = "FollowTrajectoryBehavior(target_speed=ADV_SPEED, trajectory=advTrajectory)"
+    assert old in text
+    wary = f"behavior Wary():\n    try:\n        do {old}\n    interrupt when {seen}:\n        take SetBrakeAction(1)\n"
+    text = text.replace("\nego = ", f"\n{wary}\nego = ", 1).replace(f"with behavior {old}", "with behavior Wary()")
+    scenario = cx.compile_text(text)
+    scenes = scenario.sample(60, seed=4)
+    held(scenario, cruised(scenario, scenes), scenes)
+
+
 def held(scenario: cx.Scenario, lanes: Lanes, scenes: Scenes) -> None:
     """Lanes against the batch host on the scenes with what was decided in them."""
     decided = replace(scenes, actions=lanes.decided(np.arange(len(scenes))))
