@@ -50,7 +50,7 @@ def recordings(
 
 UNTOLD = ("first_seen", "ttc_at_first_sight", "hidden_time", "lateral_grip", "combined_grip", "sought", "broken")
 """What no recording tells: who looks where, how slippery the road is, and what the file expects."""
-SLIDING = ("column", "modular", "pile", "walls")
+SLIDING = ("column", "modular", "pile", "walking", "walls")
 """Where others strike one another: who slides moves otherwise than it heads, and a recording keeps its speed alone."""
 
 
