@@ -170,6 +170,9 @@ TABLES: dict[str, tuple[Row, ...]] = {
                  "a = new Pedestrian at (9, 9)\n"),
         _missing("`yaw`, `pitch`, `roll`, `orientation`, `parentOrientation`", PLAIN, "x = ego.pitch\n"),
         _same("`width`, `length`", "a = new Object with width 3, with length 2\n"),
+        _differs("a default that asks for another", "follows its draw; of `self.foo` that is a `Uniform`, Scenic 3.1.1 "
+                 "takes the first option in every scene",
+                 "class A:\n    foo: Uniform(4, 6)\n    bar: self.foo + 1\na = new A at (9, 9)\n"),
         _differs("`height`, `blueprint`, `color`", "are read and do nothing", "a = new Object with height 3\n"),
         _same("`regionContainedIn`, `allowCollisions`, `requireVisible`",
               "a = new Car on road, with requireVisible True\n"),
