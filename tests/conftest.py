@@ -1,7 +1,7 @@
 """Hypothesis searches anew on every run of a developer and repeats itself in CI; a slow example is no failure.
 
-What can be made again (parser tables, compiled kernels, proofs, lists of fonts) is kept in `build/cache` of the
-checkout, so that no test depends on what lies in the user's cache, and none leaves anything there.
+What can be made again (parser tables, compiled kernels, proofs, lists of fonts), and what Dask leaves, is kept in
+`build/cache` of the checkout, so that no test depends on what lies in the user's cache, and none leaves anything there.
 
 A shell that runs the suite in the background has it ignore Ctrl-C, and `nohup` the end of a session: every process that
 a test starts would too.
@@ -23,6 +23,7 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
+os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
 # OpenBLAS has code for each kind of processor, and the last bits of its sums differ: those on record are of this kind.
 # It reads the name when numpy is imported, which is later than this.
 os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.shipped import FOLDERS
 from cortex_dsl.version import VERSION
 
 ROOT = Path(__file__).parent.parent
@@ -46,8 +47,7 @@ def test_wheel_holds_our_packages_and_nothing_else(wheel: zipfile.ZipFile) -> No
 def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.ZipFile) -> None:
     """What the command reads ships as data of its package, and no module of the tree is left behind."""
     names = set(wheel.namelist())
-    folders = (ROOT / "examples", ROOT / "examples" / "roads")
-    held = (path for folder in folders for path in folder.iterdir() if path.suffix in (".scn", ".xodr"))
+    held = (path for folder in FOLDERS for path in (ROOT / folder).iterdir() if path.is_file() and path.suffix != ".md")
     examples = {f"cortex_dsl/data/{path.relative_to(ROOT).as_posix()}" for path in held}
     data = {name for name in names if name.startswith("cortex_dsl/data/")}
     assert data == {"cortex_dsl/data/grammar/cortex.lark", *examples}

@@ -4,9 +4,7 @@ Neither writes over a file that is there.
 """
 
 import argparse
-import ast
 from collections.abc import Sequence
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from shlex import join
 from textwrap import wrap
@@ -14,11 +12,10 @@ from textwrap import wrap
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_bytes
-from cortex_dsl.installation import resource
 from cortex_dsl.plain_text import as_argument
+from cortex_dsl.shipped import SUFFIX, Example, examples
 from cortex_dsl.spelling import nearest
 
-SUFFIX = ".scn"
 TEMPLATE = '''\
 """The ego crosses an intersection; another car crosses its way."""
 
@@ -59,37 +56,21 @@ terminate after 15 s
 
 def _show(options: argparse.Namespace, terminal: Terminal) -> Exit:
     if options.copy is not None:
-        _copy([_found(options.example)] if options.example else _examples(), options.copy, terminal)
+        _copy([_found(options.example)] if options.example else examples(), options.copy, terminal)
     elif options.example:
-        terminal.write(_found(options.example).read_text(encoding="utf-8").rstrip("\n"))
+        terminal.write(_found(options.example).text.rstrip("\n"))
     else:
         _list(options.json, terminal)
     return Exit.FINE
 
 
-def _examples() -> list[Traversable]:
-    """The files, in the order of the letters that their first lines begin with."""
-    found = [path for path in resource("examples").iterdir() if path.name.endswith(SUFFIX)]
-    return sorted(found, key=_first_line)
-
-
-def _name(example: Traversable) -> str:
-    return example.name.removesuffix(SUFFIX)
-
-
-def _first_line(example: Traversable) -> str:
-    """What the file says of itself: its docstring."""
-    docstring, _, _ = example.read_text(encoding="utf-8").partition("\n\n")
-    return " ".join(str(ast.literal_eval(docstring)).split())
-
-
-def _found(name: str) -> Traversable:
+def _found(name: str) -> Example:
     """The example of a name, with or without its suffix.
 
     Raises:
         UsageError: there is no such example.
     """
-    known = {_name(example): example for example in _examples()}
+    known = {example.name: example for example in examples()}
     wanted = Path(name).name.removesuffix(SUFFIX)
     if wanted in known:
         return known[wanted]
@@ -99,31 +80,34 @@ def _found(name: str) -> Traversable:
 
 
 def _list(as_json: bool, terminal: Terminal) -> None:
-    rows = [(_name(example), _first_line(example)) for example in _examples()]
     if as_json:
         from cortex_dsl.report.documents import document
 
-        terminal.write(document("examples", {"examples": [{"name": name, "summary": text} for name, text in rows]}))
+        rows = [
+            {"name": each.name, "summary": each.summary, "files": [file.name for file in each.files]}
+            for each in examples()
+        ]
+        terminal.write(document("examples", {"examples": rows}))
         return
-    width = max(len(name) for name, _ in rows)
-    for name, text in rows:
-        first, *others = wrap(text, max(20, terminal.out.width - width - 2))
-        terminal.out.print(f"{name:<{width}}  ", style="title", end="")
+    width = max(len(each.name) for each in examples())
+    for each in examples():
+        first, *others = wrap(each.summary, max(20, terminal.out.width - width - 2))
+        terminal.out.print(f"{each.name:<{width}}  ", style="title", end="")
         terminal.out.print(f"\n{'':<{width + 2}}".join((first, *others)))
     terminal.out.print("\n`cortexc examples NAME` prints one, `--copy FOLDER` writes them.", style="quiet")
 
 
-def _copy(examples: Sequence[Traversable], folder: Path, terminal: Terminal) -> None:
-    """Write examples into a folder, all or none."""
-    targets = [folder / example.name for example in examples]
-    for target in targets:
+def _copy(chosen: Sequence[Example], folder: Path, terminal: Terminal) -> None:
+    """Write examples, and what they need beside them, into a folder, all or none."""
+    files = {folder / file.name: file for example in chosen for file in example.files}
+    for target in files:
         _insist_on_new(target)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"cannot write `{folder}`: {reason(error)}", "name another folder") from None
-    for example, target in zip(examples, targets, strict=True):
-        write_bytes(target, example.read_bytes())
+    for target, file in files.items():
+        write_bytes(target, file.read_bytes())
         terminal.out.print(str(target), soft_wrap=True)
 
 

@@ -5,8 +5,11 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import join
 
 from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.plain_text import as_argument
+from cortex_dsl.shipped import examples
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
@@ -35,7 +38,7 @@ def read_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise UsageError(f"there is no file `{path}`", _similar(path)) from None
+        raise UsageError(f"there is no file `{path}`", _shipped(path) or _similar(path)) from None
     except OSError as error:
         raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
     except ValueError:
@@ -50,6 +53,14 @@ def is_folder(path: Path) -> bool:
 def _scenarios_in(folder: Path) -> str:
     found = sorted(folder.glob("*.scn"))[:3]
     return "try " + " or ".join(f"`{path}`" for path in found) if found else "name a scenario file (*.scn)"
+
+
+def _shipped(path: Path) -> str:
+    """How to get a scenario that comes with cortexc, and that a page or a person speaks of as if it were here."""
+    if path.name not in {example.scenario.name for example in examples()}:
+        return ""
+    command = join(("cortexc", "examples", path.stem, "--copy", as_argument(path.parent)))
+    return f"it comes with cortexc: `{command}` writes it"
 
 
 def _similar(path: Path) -> str:

@@ -15,15 +15,17 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 Command = Callable[..., Any]
 
 
-def test_lists_the_six(cortexc: Command) -> None:
-    """A line or two for each, in the order of their letters."""
+def test_lists_all(cortexc: Command) -> None:
+    """A line or two for each: the six of the paper in the order of their letters, then the others."""
     out = cortexc("examples").out
     places = [out.index(f"{name} ") for name in FILES]
     assert places == sorted(places)
     assert "A: the ego crosses a four-way intersection" in out
     document = cortexc("examples", "--json").document
     assert document["schema"] == "cortexc/examples"
-    assert [each["name"] for each in document["examples"]] == list(FILES)
+    names = [each["name"] for each in document["examples"]]
+    assert names[: len(FILES)] == list(FILES)
+    assert sorted(names) == sorted(path.stem for path in EXAMPLES.rglob("*.scn"))
 
 
 def test_prints_one(cortexc: Command) -> None:
@@ -37,9 +39,29 @@ def test_copies_them(cortexc: Command, tmp_path: Path) -> None:
     """All, or one; byte for byte."""
     assert cortexc("examples", "--copy", tmp_path / "a" / "b").code == 0
     copied = {path.name: path.read_bytes() for path in (tmp_path / "a" / "b").iterdir()}
-    assert copied == {path.name: path.read_bytes() for path in EXAMPLES.glob("*.scn")}
+    suffixes = (".scn", ".xodr", ".py", ".c")
+    assert copied == {path.name: path.read_bytes() for path in EXAMPLES.rglob("*") if path.suffix in suffixes}
     assert cortexc("examples", "three_way_left", "--copy", tmp_path / "c").code == 0
     assert [path.name for path in (tmp_path / "c").iterdir()] == ["three_way_left.scn"]
+
+
+@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.rglob("*.scn"))])
+def test_a_copy_compiles_where_it_lies(name: str, cortexc: Command, tmp_path: Path) -> None:
+    """It brings the files that it needs beside it, and no others."""
+    assert cortexc("examples", name, "--copy", tmp_path).code == 0
+    done = cortexc(tmp_path / f"{name}.scn", "--check")
+    assert (done.code, done.err) == (0, "")
+    assert len(list(tmp_path.glob("*.xodr"))) == (name in ("on_ramp", "village"))
+
+
+def test_a_file_that_comes_with_cortexc(cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A path of the documents that is not there is answered with the command that puts it there."""
+    monkeypatch.chdir(tmp_path)
+    done = cortexc("examples/left_turn.scn", "--check")
+    assert done.code == 2
+    assert "help: it comes with cortexc: `cortexc examples left_turn --copy examples` writes it" in done.err
+    assert cortexc("examples", "left_turn", "--copy", "examples").code == 0
+    assert cortexc("examples/left_turn.scn", "--check").code == 0
 
 
 def test_copies_over_nothing(cortexc: Command, tmp_path: Path) -> None:

@@ -1,0 +1,58 @@
+"""The scenarios that come with cortexc: what each is called, what it says of itself, what it needs beside it."""
+
+import ast
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from importlib.resources.abc import Traversable
+
+from cortex_dsl.installation import resource
+
+SUFFIX = ".scn"
+FOLDERS = ("examples", "examples/roads", "examples/own_driver")
+"""In the order in which they are listed: case studies of the paper, roads that are no grid, a driver of one's own."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """A scenario, and the files of its folder that it speaks of: maps, drivers."""
+
+    scenario: Traversable
+    beside: tuple[Traversable, ...]
+
+    @property
+    def name(self) -> str:
+        """Its file's name without the suffix, such as `left_turn`."""
+        return self.scenario.name.removesuffix(SUFFIX)
+
+    @property
+    def files(self) -> tuple[Traversable, ...]:
+        """All that has to be copied for it to run, the scenario first."""
+        return (self.scenario, *self.beside)
+
+    @cached_property
+    def text(self) -> str:
+        """The scenario."""
+        return self.scenario.read_text(encoding="utf-8")
+
+    @property
+    def summary(self) -> str:
+        """What it says of itself in a line: its docstring."""
+        docstring, _, _ = self.text.partition("\n\n")
+        return " ".join(str(ast.literal_eval(docstring)).split())
+
+
+@lru_cache(maxsize=1)
+def examples() -> tuple[Example, ...]:
+    """All of them, folder by folder; in each in the order of their summaries, as these may begin with a letter."""
+    return tuple(each for folder in FOLDERS for each in _of(resource(folder)))
+
+
+def _of(folder: Traversable) -> list[Example]:
+    files = sorted((file for file in folder.iterdir() if file.is_file()), key=lambda file: file.name)
+    others = [file for file in files if not file.name.endswith((SUFFIX, ".md"))]
+    found = []
+    for file in files:
+        if file.name.endswith(SUFFIX):
+            text = file.read_text(encoding="utf-8")
+            found.append(Example(file, tuple(other for other in others if other.name in text)))
+    return sorted(found, key=lambda each: each.summary)
