@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.maps import topology
 from benchmarks.maps.__main__ import _turns_apart, turn_of_chords
+from benchmarks.maps.relations import Relations, relations
 from benchmarks.maps.standard import ends
 from engine.road import build_network
 from engine.road.opendrive.network import map_file
@@ -43,6 +44,32 @@ def test_maneuvers_of_another_type_are_told_with_both_turns() -> None:
     ((ours, scenics),) = _turns_apart(network, range(len(network.lanes)), lines, ways)
     assert ours > 20.0
     assert scenics == pytest.approx(math.degrees(math.atan2(2.0, 10.0)))
+
+
+def test_pairs_of_maneuvers_that_one_tool_alone_relates_are_named() -> None:
+    """Scenic's answer is made up: as ours, then without a pair that crosses, then without one that merges."""
+    network = build_network(map_file(VILLAGE, "village.xodr"))
+    ways = network.maneuvers
+    theirs = {
+        "ways": [[each.start, each.connecting, each.end, each.type.name] for each in ways],
+        "conflicts": [[other.id for other in each.conflicting_maneuvers] for each in ways],
+        "reverse": [[other.id for other in each.reverse_maneuvers] for each in ways],
+    }
+    same = range(len(network.lanes))
+    conflicting, reverse = relations(network, same, theirs)
+    count = sum(map(len, theirs["conflicts"]))
+    assert (conflicting, reverse) == (Relations(count), Relations(sum(map(len, theirs["reverse"]))))
+    pairs = [(one, other) for one in ways for other in one.conflicting_maneuvers]
+    crossing = next((one, other) for one, other in pairs if one.end != other.end)
+    merging = next((one, other) for one, other in pairs if one.end == other.end)
+    for one, other in (crossing, merging):
+        theirs["conflicts"][one.id].remove(other.id)
+    theirs["reverse"][0].append(0)
+    conflicting, reverse = relations(network, same, theirs)
+    assert conflicting == Relations(count - 2, only_here=(" / ".join(each.name for each in crossing),), merging=1)
+    assert reverse.only_scenic == (f"{ways[0].name} / {ways[0].name}",)
+    assert conflicting.differ
+    assert reverse.differ
 
 
 def test_a_folder_without_files_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,9 +8,10 @@
     python -m benchmarks.maps FOLDER --script FILE.scenic [--scenes 200] [--python PYTHON] [--json]
 
 Each `.xodr` file of the folder is read and built. Then Scenic's own network of it is asked for counts, types of
-maneuvers and centre lines, and at random points for the lane and for the direction of traffic. Our strip of the same
-lane has to hold the point, and outside intersections the directions have to agree. PYTHON is one that has Scenic;
-without it the one of `make validate` is set up. A file that either does not read is named, and why.
+maneuvers, which of them conflict and which are the reverse of which, centre lines, and at random points for the lane
+and for the direction of traffic. Our strip of the same lane has to hold the point, and outside intersections the
+directions have to agree. PYTHON is one that has Scenic; without it the one of `make validate` is set up. A file that
+either does not read is named, and why.
 
 With `--carla` it is CARLA's parser that is asked, by a Python that has the package `carla`, which lanes lead into which
 (`topology`); no simulator runs. With `--standard` the formulas of ASAM OpenDRIVE say where lanes end (`standard`).
@@ -35,6 +36,7 @@ import numpy as np
 
 from benchmarks.maps.compiling import seconds
 from benchmarks.maps.distributions import compare
+from benchmarks.maps.relations import Relations, relations
 from benchmarks.maps.standard import compare_with_standard
 from benchmarks.maps.steps import shares
 from benchmarks.maps.topology import compare_with_carla
@@ -72,6 +74,9 @@ class Report:
     turns: list[tuple[float, float]] = field(default_factory=list)
     """Of each maneuver of another type, by how much its lane turns from end to end, and by how much Scenic's line
     of it, from its first chord to its last [degrees, to the left]."""
+    conflicting: Relations = field(default_factory=Relations)
+    reverse: Relations = field(default_factory=Relations)
+    """Of maneuvers."""
     line: float = math.nan
     """How far Scenic's centre lines run beside ours at most [m]."""
     ends: float = math.nan
@@ -141,7 +146,10 @@ def _steps(paths: Sequence[Path], *, as_json: bool) -> int:
 def differs(report: Report) -> bool:
     if report.refused:
         return not report.scenic_refused
-    return report.scenics is not None and (report.scenics != report.ours or report.other_types > 0)
+    if report.scenics is None:
+        return False
+    apart = report.conflicting.differ or report.reverse.differ
+    return report.scenics != report.ours or report.other_types > 0 or apart
 
 
 def sentence(report: Report) -> str:
@@ -156,9 +164,10 @@ def sentence(report: Report) -> str:
     kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
     kinds += f", turning by {turns} degrees" if turns else ""
     return (
-        f"{text}; {same}, {kinds}; centre lines within {100.0 * report.line:.1f} cm, their ends "
-        f"within {100.0 * report.ends:.1f} cm; another lane at {report.other_lane} of {report.points:,} points, "
-        f"another direction at {report.other_ways}"
+        f"{text}; {same}, {kinds}; pairs of maneuvers that conflict: {report.conflicting}, of reverse ones: "
+        f"{report.reverse}; centre lines within {100.0 * report.line:.1f} cm, their ends within "
+        f"{100.0 * report.ends:.1f} cm; another lane at {report.other_lane} of {report.points:,} points, another "
+        f"direction at {report.other_ways}"
     )
 
 
@@ -203,7 +212,9 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
     lines = [np.array(line) for line in theirs["lines"]]
     same = [_same_lane(network, line) for line in lines]
     apart = np.abs(np.concatenate([_beside(network, *each) for each in zip(same, lines, strict=True)]))
-    report.turns = list(_turns_apart(network, [lane.id for lane in same], lines, theirs["ways"]))
+    ids = [lane.id for lane in same]
+    report.turns = list(_turns_apart(network, ids, lines, theirs["ways"]))
+    report.conflicting, report.reverse = relations(network, ids, theirs)
     report.ends, report.line = apart.max(axis=0).tolist()
     for (x, y), at, inside, heading in zip(places, theirs["at"], theirs["inside"], theirs["heading"], strict=True):
         if at < 0:

@@ -13,12 +13,15 @@ from scenic.domains.driving.roads import Network  # type: ignore[import-not-foun
 
 
 def found(path: str, points: list[list[float]]) -> dict:
-    """Counts, centre lines, and at each point the lane, whether it is in an intersection, and the way of traffic."""
+    """Counts, centre lines, which maneuvers conflict and which are reverse, and at each point the lane, whether it is
+    in an intersection, and the way of traffic.
+    """
     network = Network.fromFile(path, useCache=False, writeCache=False)
     number = {id(lane): index for index, lane in enumerate(network.lanes)}
     places = [Vector(x, y, 0.0) for x, y in points]
     lanes = [network.laneAt(place) for place in places]
-    kinds = Counter(maneuver.type.name for each in network.intersections for maneuver in each.maneuvers)
+    maneuvers = [maneuver for each in network.intersections for maneuver in each.maneuvers]
+    kinds = Counter(each.type.name for each in maneuvers)
     return {
         "lanes": len(network.lanes),
         "intersections": len(network.intersections),
@@ -26,9 +29,10 @@ def found(path: str, points: list[list[float]]) -> dict:
         "types": dict(kinds),
         "ways": [
             [*(number[id(lane)] for lane in (each.startLane, each.connectingLane, each.endLane)), each.type.name]
-            for intersection in network.intersections
-            for each in intersection.maneuvers
+            for each in maneuvers
         ],
+        "conflicts": [_indices(maneuvers, each.conflictingManeuvers) for each in maneuvers],
+        "reverse": [_indices(maneuvers, each.reverseManeuvers) for each in maneuvers],
         "lines": [[list(point[:2]) for point in lane.centerline.points] for lane in network.lanes],
         "at": [-1 if lane is None else number[id(lane)] for lane in lanes],
         "inside": [network.intersectionAt(place) is not None for place in places],
@@ -37,6 +41,11 @@ def found(path: str, points: list[list[float]]) -> dict:
             for lane, place in zip(lanes, places, strict=True)
         ],
     }
+
+
+def _indices(maneuvers: list, chosen: tuple) -> list[int]:
+    places = {id(each): index for index, each in enumerate(maneuvers)}
+    return [places[id(each)] for each in chosen]
 
 
 if __name__ == "__main__":
