@@ -10,18 +10,21 @@ import os
 import signal
 import sys
 from pathlib import Path
+from types import FrameType
 
 INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes after a signal, as a shell counts them."""
 NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
+A_MOMENT = 0.001
+"""Until a signal is heard again that came at a bad time [s]."""
 
 
 def process() -> int:
     """Run the command line of this process and return its exit code."""
     _open_streams()
     _start_light()
-    asked = _hear_sigterm()
+    asked = _hear_stops()
     from cortex_dsl.cli import main
 
     code = main()
@@ -53,17 +56,37 @@ def _start_light() -> None:
     atexit.register(gc.freeze)
 
 
-def _hear_sigterm() -> list[int]:
-    """Let SIGTERM, by which schedulers stop a job, do what Ctrl-C does; the list says whether it came."""
+def _hear_stops() -> list[int]:
+    """Let SIGTERM, by which schedulers stop a job, do what Ctrl-C does; the list says whether it came.
+
+    Of either none is lost: an exception in a frame whose caller drops it would be.
+    """
     came: list[int] = []
 
-    def stop(number: int, _: object) -> None:
-        came.append(number)
+    def stop(number: int, frame: FrameType | None) -> None:
+        if _is_looking_up(frame):
+            signal.signal(signal.SIGALRM, lambda _, later: stop(number, later))
+            signal.setitimer(signal.ITIMER_REAL, A_MOMENT)
+            return
+        if number == signal.SIGTERM:
+            came.append(number)
         raise KeyboardInterrupt
 
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, stop)
+    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+        if signal.getsignal(number) is usual:
+            signal.signal(number, stop)
     return came
+
+
+def _is_looking_up(frame: FrameType | None) -> bool:
+    """Whether an attribute is being looked up, by `__getattr__` or by what that calls.
+
+    Until Python 3.11 the classes of enumerations have one in Python, and numpy, which asks every operand whether it is
+    an array, takes all that is raised there for a no: of a hundred interrupts of a search three were lost.
+    """
+    return frame is not None and any(
+        each is not None and each.f_code.co_name == "__getattr__" for each in (frame, frame.f_back)
+    )
 
 
 def _let_streams_end() -> None:

@@ -57,6 +57,41 @@ def test_ctrl_c_keeps_what_there_is(left_turn: Path, tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {"journal.sqlite", "evaluations.csv", "summary.json"}
 
 
+ASKED = """
+import os, signal, sys
+import numpy as np
+from cortex_dsl.__main__ import _hear_stops
+
+class Asked(type):
+    heard = False
+    def __getattr__(cls, name):
+        if not cls.heard:
+            cls.heard = True
+            os.kill(os.getpid(), int(sys.argv[1]))
+        raise AttributeError(name)
+
+class Operand(metaclass=Asked):
+    pass
+
+_hear_stops()
+try:
+    for _ in range(100_000):
+        np.arange(3) == Operand()
+except KeyboardInterrupt:
+    sys.exit(0)
+sys.exit(1)
+"""
+"""numpy looks at the type of an operand, which is interrupted in that moment."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_heard_also_while_numpy_looks_at_an_operand(number: int) -> None:
+    """Where what is raised is taken for a no, it is raised a moment later."""
+    words = [sys.executable, "-c", ASKED, str(int(number))]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, preexec_fn=hear_interrupts, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_reader_that_leaves(left_turn: Path) -> None:
     """`cortexc ... | head`: no traceback, no complaint."""
     with start(left_turn, "--emit", "program") as process:
