@@ -98,10 +98,12 @@ class Finds:
 
     many: str
     verb: str
+    goal: str
+    """What the search makes large."""
 
 
 def finds_of(objective: Sequence[str]) -> Finds:
     """Collisions, or finds of what else is sought."""
     if tuple(objective) == SOUGHT:
-        return Finds("collisions", "collide")
-    return Finds(f"finds of {objective[0]}", f"are finds of {objective[0]}")
+        return Finds("collisions", "collide", "risk")
+    return Finds(f"finds of {objective[0]}", f"are finds of {objective[0]}", objective[0])

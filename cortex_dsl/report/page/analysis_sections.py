@@ -235,8 +235,8 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
 # -- which params matter for what, and what the search made of them ----------------------------------------------------
 
 
-def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> Node:
-    """What each param does to the scenario, and what the search made of it."""
+def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations, goal: str) -> Node:
+    """What each param does to the scenario, and what the search made of it, which sought to make `goal` large."""
     if not len(space):
         return None
     hit = evaluations.simulated & evaluations.collided
@@ -257,11 +257,11 @@ def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> N
         rows.append(element("tr", last, *left, element("td", colspan=2)))
     titles = [f"for {title}" for title, _ in outputs]
     head = ("param", *titles, "trend in the search", "where collisions lie in its range")
-    note = list(_note(analysis.sensitivity))
+    note = list(_note(analysis.sensitivity, goal))
     return part("params", "Which params matter", note, table(head, rows, "genes"), _alone(space, outputs))
 
 
-def _note(found: Sensitivity | None) -> Iterator[str]:
+def _note(found: Sensitivity | None, goal: str) -> Iterator[str]:
     if found is not None:
         yield (
             "Bars: the share of the variance that is left when every other param is known (the total index of Sobol', "
@@ -271,8 +271,8 @@ def _note(found: Sensitivity | None) -> Iterator[str]:
             f"{percent(found.valid_share)} of the simulations were. "
         )
     yield (
-        "Trend: Spearman's rank correlation with risk among what the search simulated; it also shows what the search "
-        "bred for, and is no proof of cause."
+        f"Trend: Spearman's rank correlation with {goal} among what the search simulated; it also shows what the "
+        "search bred for, and is no proof of cause."
     )
 
 

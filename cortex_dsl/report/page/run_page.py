@@ -9,7 +9,7 @@ from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
-from cortex_dsl.report.findings.failures import APART
+from cortex_dsl.report.findings.failures import APART, finds_of
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
@@ -186,7 +186,8 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield analysis_sections.avoided(analysis)
     yield analysis_sections.grids(analysis)
     yield run_sections.likely(found.run)
-    yield analysis_sections.params(space, analysis, found.record.evaluations)
+    goal = finds_of(found.record.manifest.objective).goal
+    yield analysis_sections.params(space, analysis, found.record.evaluations, goal)
     yield run_sections.ends(found.run)
     yield run_sections.again(found.run)
 

@@ -228,7 +228,7 @@ ROOMY = 94
 LEGEND = """\
 effect: change of risk in points when this param moves half its range and what
 the file chooses (lanes, routes) stays; in: so many cases could be compared
-trend: rank correlation with risk, -1 to +1
+trend: rank correlation with {goal}, -1 to +1
 bad cases: where in the range they lie; worst tenth: where 90 % of it lies"""
 """What the columns mean; fits 80 columns."""
 FEW = 10
@@ -255,7 +255,8 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
     rows = [_gene_row(space, index, gene, genomes[:, index], most) for index, gene in enumerate(campaign.genes)]
     table = columns(*(head[i] for i in kept), rows=[[row[i] for i in kept] for row in rows], header=True)
     dead = [gene.name for gene in campaign.genes if gene.dead]
-    return Group(table, *([_dead_line(dead)] if dead else []), Text(), Text(LEGEND, "quiet"))
+    legend = LEGEND.format(goal=finds_of(campaign.objective).goal)
+    return Group(table, *([_dead_line(dead)] if dead else []), Text(), Text(legend, "quiet"))
 
 
 def effect_note(campaign: Campaign) -> str:

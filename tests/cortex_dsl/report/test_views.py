@@ -237,6 +237,13 @@ def test_search_names_what_each_gene_did(program: Program, report: SearchReport)
     assert genes["EGO_BRAKE"][3].startswith("-0.")
     assert genes["WEATHER"][0] == "none"
     assert "WEATHER changes nothing" in text
+    assert "trend: rank correlation with risk" in text
+
+
+def test_the_trend_is_that_of_what_is_sought(program: Program, report: SearchReport) -> None:
+    """A search for avoidable collisions correlates genes with what it makes large."""
+    aimed = replace(report, campaign=replace(report.campaign, objective=("avoidable",)))
+    assert "trend: rank correlation with avoidable" in render(search_view(program, aimed, "", 100), 100)
 
 
 @pytest.mark.parametrize("width", WIDTHS)
