@@ -4,6 +4,7 @@ The file is run once for every way of making its finite choices. A run leaves be
 rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
 """
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -170,7 +171,10 @@ def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None
     except TooManyVariants as too_many:
         if lanes_limit < VARIANT_LIMIT and any(decision.drawable for decision in too_many.decisions):
             raise
-        file.findings.add(_too_many(too_many))
+        # What is wrong in every variant comes first: mended, there may be fewer choices.
+        elaborate_variant(module, file, Oracle(lanes_limit=math.inf, limit=math.inf), observe)
+        if not file.findings.has_errors:
+            file.findings.add(_too_many(too_many))
     return drafts
 
 

@@ -165,6 +165,8 @@ NEIGHBOURLY = frozenset({"adjacentLanes", *NEIGHBOURS, *(f"_{name}" for name in 
 LIGHTS = frozenset({"signals", "isSignalized"})
 SPARE = 50.0
 """How much longer than a distance to the intersection that a `require` asks for the arms are [m]."""
+ROOM = 25.0
+"""How much of an arm is left to choose from, where objects `following` the road stand far ahead of others [m]."""
 LONGEST_ARM = LENGTHS["approach"][1]
 
 
@@ -175,7 +177,9 @@ def default_road(module: nodes.Module) -> RoadSpec:
     plain = RoadSpec()
     reachable = [distance for distance, _ in _distances_kept(module) if distance + SPARE <= LONGEST_ARM]
     farthest = max(reachable, default=0.0)
-    approach = max(plain.approach, 10.0 * math.ceil((farthest + SPARE) / 10.0)) if farthest else plain.approach
+    spare = max(SPARE, min(LONGEST_ARM, _farthest_ahead(module)) + ROOM)
+    longest = min(LONGEST_ARM, 10.0 * math.ceil((farthest + spare) / 10.0))
+    approach = max(plain.approach, longest) if farthest else plain.approach
     return RoadSpec(ways=ways, lanes=2 if _asks_for_neighbours(module) else 1, approach=approach)
 
 
@@ -259,3 +263,44 @@ def _distances_kept(module: nodes.Module) -> Iterator[tuple[float, Span]]:
 
 def _is_far_off(node: nodes.Expression) -> bool:
     return isinstance(node, nodes.Distance) and isinstance(node.target, nodes.Name) and "intersec" in node.target.id
+
+
+def _farthest_ahead(module: nodes.Module) -> float:
+    """How far `following` puts an object ahead of the first in its row, as far as the file's own numbers say [m]."""
+    largest: dict[str, float] = {}
+    ahead: dict[str, float] = {}
+    for statement in module.statements:
+        if isinstance(statement, nodes.Param):
+            largest |= {entry.name: _largest(entry.value, largest) for entry in statement.entries}
+        if isinstance(statement, nodes.Assign):
+            own = _largest(statement.value, largest)
+            places = (each for each in everything_in(statement) if isinstance(each, nodes.Following))
+            reach = max((_reach(each, largest, ahead) for each in places), default=0.0)
+            largest |= dict.fromkeys(statement.targets, own)
+            ahead |= dict.fromkeys(statement.targets, reach)
+    return max(ahead.values(), default=0.0)
+
+
+def _reach(place: nodes.Following, largest: Mapping[str, float], ahead: Mapping[str, float]) -> float:
+    origin = place.origin.id if isinstance(place.origin, nodes.Name) else ""
+    return ahead.get(origin, 0.0) + _largest(place.distance, largest)
+
+
+def _largest(node: nodes.Expression, known: Mapping[str, float]) -> float:
+    """The largest value of a sum of numbers, ranges and names; whatever else stands in it counts as 0."""
+    total, rest = 0.0, [node]
+    while rest:
+        match rest.pop():
+            case nodes.Number(value=value, unit=None | "m"):
+                total += value
+            case nodes.Name(id=name) | nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
+                total += known.get(name, 0.0)
+            case nodes.WithUnit(value=value, unit="m"):
+                rest.append(value)
+            case nodes.Call(function=nodes.Name(id="Range" | "VerifaiRange"), arguments=(_, high)):
+                rest.append(high.value)
+            case nodes.Binary(operator="+", left=left, right=right):
+                rest += (left, right)
+            case _:
+                pass
+    return total

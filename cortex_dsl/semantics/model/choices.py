@@ -58,8 +58,9 @@ class Oracle:
     """Answers the choices of one variant, in the order in which they are met."""
 
     script: tuple[int, ...] = ()
-    lanes_limit: int = VARIANT_LIMIT
-    """As `VARIANT_LIMIT`, of choices some of which are lanes."""
+    lanes_limit: float = VARIANT_LIMIT
+    """As `limit`, of choices some of which are lanes."""
+    limit: float = VARIANT_LIMIT
     decisions: list[Decision] = field(default_factory=list)
     ways: int = 1
 
@@ -77,7 +78,7 @@ class Oracle:
         taken = self.script[position] if position < len(self.script) else 0
         self.decisions.append(Decision(name, span, probabilities, taken, gene, drawable))
         self.ways *= len(probabilities)
-        limit = self.lanes_limit if any(each.drawable for each in self.decisions) else VARIANT_LIMIT
+        limit = self.lanes_limit if any(each.drawable for each in self.decisions) else self.limit
         if self.ways > limit:
             raise TooManyVariants(tuple(self.decisions))
         return taken

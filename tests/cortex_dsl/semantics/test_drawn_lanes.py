@@ -137,6 +137,14 @@ def test_too_many_lanes_that_must_be_known_are_still_refused() -> None:
     assert [each.code for each in error.value.diagnostics] == ["SCN505"]
 
 
+def test_what_is_wrong_in_every_variant_is_told_before_that_there_are_too_many() -> None:
+    """Mended, there may be fewer."""
+    cars = "for _ in range(9):\n    lane = Uniform(*network.lanes)\n    new Car on lane.centerline\n"
+    with pytest.raises(CompileError) as error:
+        compile_text(f"map intersection(lanes=2)\nego = new Car on road\n{cars}require network.sidewalks\n")
+    assert [each.code for each in error.value.diagnostics] == ["SCN450"]
+
+
 def test_choices_of_one_name_are_numbered(drawing: None) -> None:
     """In documents names are keys: each choice has its own."""
     cars = "\n".join(

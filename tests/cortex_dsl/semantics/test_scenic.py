@@ -101,6 +101,14 @@ def test_one_note_each_for_map_and_model() -> None:
     assert [d.code for d in findings(MODEL + "ego = new Car on road\n")] == ["SCN442", "SCN443"]
 
 
+ROW = (
+    "param near = Range(20, 25)\nparam far = globalParameters.near + VerifaiRange(10, 20)\n"
+    "a = new Car following roadDirection for globalParameters.far\n"
+    "b = new Car following roadDirection from a for 30\n"
+)
+"""Cars ahead of the ego, the last one by 75 m at most."""
+
+
 @pytest.mark.parametrize(
     ("text", "ways", "lanes", "approach"),
     [
@@ -112,10 +120,13 @@ def test_one_note_each_for_map_and_model() -> None:
         ("FAR = 50\nrequire (distance to intersection) > FAR\n", 4, 1, 100.0),
         ("require (distance from ego to intersection) > 75\n", 4, 1, 130.0),
         ("require (distance to intersection) < 75\n", 4, 1, 50.0),
+        (f"{ROW}require (distance to intersection) > 50\n", 4, 1, 150.0),
+        (f"{ROW}require (distance to intersection) > 99950\n", 4, 1, 100000.0),
+        (ROW, 4, 1, 50.0),
     ],
 )
 def test_the_default_map_suits_what_the_file_asks_for(text: str, ways: int, lanes: int, approach: float) -> None:
-    """T-junctions, neighbouring lanes, and room to be far from the intersection."""
+    """T-junctions, neighbouring lanes, and room to be far from the intersection, for a row of cars too."""
     road = scenario(MODEL + "ego = new Car on road\n" + text).road
     assert isinstance(road, RoadSpec)
     assert (road.ways, road.lanes, road.approach) == (ways, lanes, approach)
