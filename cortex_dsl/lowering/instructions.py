@@ -3,7 +3,8 @@
 Scene code and step code are written in the same way. Shared sub-expressions are computed once.
 """
 
-from collections.abc import Callable, Sequence
+from collections import ChainMap
+from collections.abc import Callable, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
@@ -154,15 +155,15 @@ class ExpressionWriter:
     constants: Constants
     hoist: Callable[[ir.Expr], Register | None] = lambda _: None
     """Where an expression already lies before this code runs (a scene value), or None."""
-    known: dict[int, Register] = field(default_factory=dict)
+    known: MutableMapping[int, Register] = field(default_factory=dict)
     monitor_blocks: Sequence[int] = ()
     """Block of each monitor."""
     shades: tuple[ir.Expr, ...] = ()
     """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
 
     def branch(self) -> "ExpressionWriter":
-        """A writer into the same buffer whose results the original will not rely on."""
-        return replace(self, known=dict(self.known))
+        """A writer into the same buffer whose results the original will not rely on; it writes nothing meanwhile."""
+        return replace(self, known=ChainMap({}, self.known))
 
     def register(self, expression: ir.Expr) -> Register:
         """The register that holds the expression, after writing whatever computes it."""
