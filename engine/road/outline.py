@@ -39,7 +39,7 @@ class Outline:
     lane_lines: tuple[Floats, ...]
     """Between lanes of one direction."""
     stop_lines: tuple[Floats, ...]
-    """Across the incoming lanes of each arm."""
+    """Across the incoming lanes of each arm; of a file, those whose ways others meet."""
     intersections: tuple[Floats, ...]
     """Closed rings: the first point is not repeated."""
     center_lines: tuple[Floats, ...]
@@ -98,13 +98,18 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
         kerbs=drawn.kerbs,
         middle_lines=drawn.middle,
         lane_lines=drawn.between,
-        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.ends_at_line),
+        stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.ends_at_line and _is_met(lane)),
         intersections=(),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=(),
     )
+
+
+def _is_met(lane: Lane) -> bool:
+    """Whether other ways meet those that lead on from it: at most junctions of a motorway none do."""
+    return any(each.conflicting_maneuvers for each in lane.maneuvers)
 
 
 def near(road: Outline, points: Floats, reach: float) -> Outline:

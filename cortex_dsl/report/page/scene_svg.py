@@ -16,6 +16,9 @@ from engine.road.outline import Outline
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
+SEAM = 0.05
+"""By which asphalt reaches below its neighbour's on all sides, so that no light shows between smoothed edges [m]."""
+
 
 def number(value: float, decimals: int = 2) -> str:
     """A coordinate, as short as it can be."""
@@ -50,13 +53,23 @@ def _view_box(frame: Frame) -> str:
     return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
 
 
+def _lengthened(line: Floats, by: float) -> Floats:
+    """A polyline that goes straight on at both ends [m]."""
+    ends, inner = line[[0, -1]], line[[1, -2]]
+    apart = np.hypot(*(ends - inner).T)[:, None]
+    if not apart.all():
+        return line
+    first, last = ends + by * (ends - inner) / apart
+    return np.concatenate([[first], line[1:-1], [last]])
+
+
 def road_layer(road: Outline, time: float = 0.0) -> Element:
     """Buildings, asphalt, lines and kerbs, and what the lights show at a time [s]."""
     return element(
         "g",
         [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
         [
-            _line(line, "asphalt", stroke_width=number(width + 0.1))
+            _line(_lengthened(line, SEAM), "asphalt", stroke_width=number(width + 2.0 * SEAM))
             for line, width in zip(road.center_lines, road.widths, strict=True)
         ],
         [element("polygon", points=points_text(ring), class_="junction") for ring in road.intersections],

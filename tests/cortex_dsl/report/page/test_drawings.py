@@ -15,7 +15,7 @@ from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.findings.case_replay import replay_case
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
 from cortex_dsl.report.page.player import packed, player
-from cortex_dsl.report.page.scene_svg import OVERVIEW, overview
+from cortex_dsl.report.page.scene_svg import OVERVIEW, overview, road_layer
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Column
 
@@ -114,6 +114,19 @@ def test_interval_of_a_share(hits: int, tries: int, low: float, high: float) -> 
 def shown(display: object, form: str) -> str:
     """Return what a notebook gets of a display, in one of its forms."""
     return getattr(display, form)()
+
+
+def test_asphalt_of_lanes_that_follow_each_other_overlaps() -> None:
+    """By a few centimetres at each end, as at their sides: smoothed edges side by side let the ground through."""
+    scenario = load(VILLAGE)
+    road = replay_case(scenario, scenario.sample(1, seed=2)).road
+    strips = ET.fromstring(str(road_layer(road))).findall(".//{*}polyline[@class='asphalt']")
+    drawn = [np.array([point.split(",") for point in strip.get("points", "").split()], float) for strip in strips]
+    assert len(drawn) == len(road.center_lines)
+    for points, line, width, strip in zip(drawn, road.center_lines, road.widths, strips, strict=True):
+        more = np.hypot(*np.diff(points, axis=0).T).sum() - np.hypot(*np.diff(line, axis=0).T).sum()
+        assert more == pytest.approx(float(strip.get("stroke-width", "")) - width, abs=0.05)
+        assert np.abs(points[0] - line[0]).max() < 0.1
 
 
 def test_scene_shows_everybody_where_they_start() -> None:

@@ -165,6 +165,13 @@ def test_surfaces_hold_the_lanes(village: Network) -> None:
     assert len(drawn.widths) == len(village.lanes)
 
 
+def test_nobody_stops_where_no_other_way_meets_theirs() -> None:
+    """On the motorway of the on-ramp all lead into lanes of their own."""
+    network = build_network(map_file(VILLAGE.with_name("on_ramp.xodr"), "on_ramp.xodr"))
+    assert sum(bool(lane.maneuvers) for lane in network.lanes) == 3
+    assert outline(network).stop_lines == ()
+
+
 @pytest.mark.parametrize("reach", [5.0, 30.0, 1000.0])
 def test_what_is_near_is_drawn_whole(village: Network, reach: float) -> None:
     """Every point of a line that lies there is still drawn, and no line that does not come there."""
