@@ -1,6 +1,7 @@
 """The network of an OpenDRIVE file, made of its plan element by element."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 
 from engine.maps import MapFile
@@ -54,7 +55,10 @@ class _Builder:
         network.speed_limits = {
             index: each.speed_limit for index, each in enumerate(plan.lanes) if each.speed_limit is not None
         }
-        roads = [self.road(road) for road in dict.fromkeys(each.lane.road for each in plan.lanes)]
+        by_road: dict[str, list[Lane]] = defaultdict(list)
+        for lane in network.lanes:
+            by_road[lane.road].append(lane)
+        roads = [self.road(name, lanes) for name, lanes in by_road.items()]
         network.roads = tuple(road for road in roads if road.lanes[0].role is not LaneRole.CONNECTING)
         network.connecting_roads = tuple(road for road in roads if road.lanes[0].role is LaneRole.CONNECTING)
         ways = [(number, way) for number, each in enumerate(plan.junctions.values()) for way in each]
@@ -95,9 +99,8 @@ class _Builder:
             return LaneRole.LINK if index in self.ends else LaneRole.INCOMING
         return LaneRole.OUTGOING if index in self.ends else LaneRole.THROUGH
 
-    def road(self, road: str) -> Road:
-        name = f"road{road}"
-        lanes = sorted((lane for lane in self.network.lanes if lane.road == name), key=lambda lane: lane.number)
+    def road(self, name: str, lanes: Sequence[Lane]) -> Road:
+        lanes = sorted(lanes, key=lambda lane: lane.number)
         forward, backward = (
             LaneGroup(self.network, name, way, tuple(lane for lane in lanes if lane.forward is way))
             for way in (True, False)

@@ -82,8 +82,10 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     """Everything that these outlines cover, and its closed outlines, each (n, 2)."""
     shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
     parts = [shapely.Polygon(ring).buffer(GAP, join_style="mitre") for ring in rings if len(ring) > 2]
-    whole = rounded(shapely.unary_union(parts).buffer(-GAP, join_style="mitre").simplify(SMOOTH))
-    polygons = [each for each in getattr(whole, "geoms", [whole]) if each.area > SPECK]
+    # what the union leaves apart goes on one by one, as GEOS would compare each with all others; in an order of its own
+    whole = sorted(_parts(shapely.disjoint_subset_union_all(parts)), key=lambda each: each.bounds)
+    apart = (each.buffer(-GAP, join_style="mitre").simplify(SMOOTH) for each in whole)
+    polygons = [each for part in apart for each in _parts(rounded(part)) if each.area > SPECK]
     if not polygons:
         raise NoSurface
     lines = [np.array(line.coords) for each in polygons for line in (each.exterior, *each.interiors)]
@@ -92,6 +94,10 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
     edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
     return shape_of_parts(edges, triangles[triangle_areas(triangles) > NOTHING]), tuple(lines)
+
+
+def _parts(surface: Any) -> Sequence[Any]:
+    return getattr(surface, "geoms", [surface])
 
 
 def rounded(surface: Any) -> Any:

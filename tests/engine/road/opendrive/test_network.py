@@ -5,7 +5,7 @@ opens, files that are wrong, and, where `CORTEXC_MAPS` names a folder of them, t
 import math
 import os
 import re
-from itertools import pairwise
+from itertools import pairwise, permutations
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +23,10 @@ from engine.opendrive.curves import Pose, clothoid
 from engine.road import Lane, LaneRole, Network, build_network
 from engine.road.opendrive.fitting import TOLERANCE, biarc
 from engine.road.opendrive.network import map_file
-from engine.road.opendrive.surfaces import PRECISION, rounded
+from engine.road.opendrive.surfaces import PRECISION, rounded, union
 from engine.road.outline import near, outline
 from engine.road.paths import PathBook
+from engine.road.regions import triangle_areas
 from engine.road.sections import faster, group_of, road_of, to_left, to_right
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs
@@ -265,6 +266,17 @@ def test_a_surface_whose_outline_meets_itself() -> None:
     with pytest.raises(shapely.errors.GEOSException):
         shapely.set_precision(crossed, PRECISION)
     assert rounded(crossed).area == pytest.approx(8.0)
+
+
+def test_surfaces_that_lie_apart_stand_in_the_order_of_their_places() -> None:
+    """Each is made by itself, whatever the order of the roads; those that overlap are one."""
+    square = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
+    rings = [square + np.array([x, 0.0]) for x in (30.0, 0.0, 60.0, 62.0)]
+    shape, lines = union(rings)
+    assert [float(line[:, 0].min()) for line in lines] == [0.0, 30.0, 60.0]
+    assert triangle_areas(shape.triangles).sum() == pytest.approx(16.0 + 16.0 + 24.0)
+    for other in permutations(rings):
+        assert np.array_equal(union(other)[0].edges, shape.edges)
 
 
 def again(text: str, dx: float) -> str:
