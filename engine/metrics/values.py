@@ -17,7 +17,7 @@ from engine.kernels.evasion import (
 from engine.kernels.safe_distance import Responsibility, is_dangerous, worst_time_to_collision
 from engine.metrics.bodies import Body
 from engine.metrics.encounters import Encounter
-from engine.metrics.injury import pedestrian_fatality, striking_car
+from engine.metrics.injury import before_a_front, pedestrian_fatality, serious_injury, striking_car
 from engine.tables import Floats
 
 CRITICAL_TTC = 3.0
@@ -124,6 +124,16 @@ def change_of_velocity(now: Snapshot, own: Body, other: Body) -> float:
 def fatality(pair: Encounter) -> float | None:
     car = striking_car(pair.nearest, pair.ego.kind, pair.other.kind) if pair.touched else None
     return None if car is None else pedestrian_fatality(pair.outcome(("ego_speed", "other_speed")[car]))
+
+
+def worst_injury(pair: Encounter) -> float | None:
+    """Of whom it is likelier for, by the relative speed at contact."""
+    if not pair.touched:
+        return None
+    ego, other, angle = (pair.outcome(name) for name in ("ego_speed", "other_speed", "approach_angle"))
+    speed = math.hypot(ego - other * math.cos(angle), other * math.sin(angle))
+    kinds = before_a_front(pair.nearest, pair.ego.kind, pair.other.kind)
+    return max((risk for kind in kinds if (risk := serious_injury(kind, speed)) is not None), default=None)
 
 
 def time_in_danger(pair: Encounter) -> float:

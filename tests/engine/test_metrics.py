@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.metrics import Metric, measure_trajectory
-from engine.metrics.bodies import usual_body
+from engine.metrics.bodies import Body, usual_body
 from engine.metrics.driving import hardest_braking, jerk, lateral_jerk, pedal_oscillation, steering_oscillation
-from engine.metrics.injury import pedestrian_fatality
+from engine.metrics.injury import SERIOUS, pedestrian_fatality, serious_injury
 from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats
@@ -213,6 +213,43 @@ def test_death_is_told_of_people_on_foot_before_a_car_alone() -> None:
     thirty, forty, fifty = (pedestrian_fatality(speed / 3.6) for speed in (30, 40, 50))
     assert fifty > 2 * forty
     assert fifty > 5 * thirty
+
+
+@pytest.mark.parametrize(
+    ("kind", "speed"), [(ActorKind.PEDESTRIAN, 29.0), (ActorKind.BICYCLE, 44.0), (ActorKind.CAR, 112.0)]
+)
+def test_serious_injuries_are_as_likely_as_their_source_says(kind: ActorKind, speed: float) -> None:
+    """10 % at the speed that its abstract prints to the km/h, as far as coefficients of three decimals can say."""
+    curve, half = SERIOUS[kind], 0.0005
+    without = math.log(0.1 / 0.9) - curve.constant - curve.per_year * curve.age
+    spread = half * (1.0 + curve.age)
+    assert (without - spread) / (curve.per_km_h + half) <= speed <= (without + spread) / (curve.per_km_h - half)
+    assert serious_injury(kind, speed / 3.6) == pytest.approx(0.1, abs=0.01)
+    assert serious_injury(ActorKind.TRUCK, speed / 3.6) is None
+
+
+def test_who_is_more_exposed_before_a_front_says_how_serious_it_is() -> None:
+    """Head-on both cars are at 20 m/s; who only runs into a car's side meets no front, and whom it strikes does."""
+    car, walker = usual_body(ActorKind.CAR, 4.0, 2.0), usual_body(ActorKind.PEDESTRIAN, 0.5, 0.6)
+    truck = usual_body(ActorKind.TRUCK, 4.0, 2.0)
+
+    def risk(other: Body, run: Trajectory, ego: float, speed: float, angle: float) -> float | None:
+        met = replace(
+            outcomes(0.0, 0.775, collided=True),
+            ego_speed=np.array([[ego]]),
+            other_speed=np.array([[speed]]),
+            approach_angle=np.array([[angle]]),
+        )
+        metrics = measure_trajectory(run, met, (car, other))
+        return next((m.value for m in metrics if m.name == "P_serious"), None)
+
+    head_on = trajectory(drive(0, 0, 0, 10), drive(19, 0, math.pi, 10), contact_sample=15)
+    assert risk(car, head_on, 10.0, 10.0, math.pi) == serious_injury(ActorKind.CAR, 20.0)
+    assert risk(truck, head_on, 10.0, 10.0, math.pi) is None  # its driver has no curve, and it is no car
+    across = trajectory(drive(0, 0, 0, 10), drive(10, 0.5, math.pi / 2, 1), contact_sample=15)
+    assert risk(walker, across, 10.0, 1.0, math.pi / 2) == serious_injury(ActorKind.PEDESTRIAN, math.hypot(10, 1))
+    beside = trajectory(drive(0, 0, 0, 10), drive(4, 1.3, -math.pi / 2, 1), contact_sample=15)
+    assert risk(walker, beside, 10.0, 1.0, -math.pi / 2) is None
 
 
 def test_jerk_is_the_change_of_acceleration() -> None:

@@ -57,7 +57,7 @@ def test_measures_beside_the_risk_are_in_the_document(cortexc: Command, left_tur
     names = [metric["name"] for metric in metrics]
     assert {"TTC", "PET", "DRAC", "THW", "delta-V", "steering oscillation"} <= set(names)
     assert all(metric["meaning"] for metric in metrics)
-    shares = {"BTN", "STN", "P_fatal", "lateral grip", "combined grip"}
+    shares = {"BTN", "STN", "P_fatal", "P_serious", "lateral grip", "combined grip"}
     assert {metric["name"] for metric in metrics if not metric["unit"]} <= shares
     assert [metric["actors"] for metric in metrics if metric["name"] == "delta-V"] == [["ego"], ["adversary"]]
 
