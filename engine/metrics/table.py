@@ -316,7 +316,8 @@ OF_PAIRS: tuple[Measure[[Encounter]], ...] = (
         "1 / (1 + exp(-(a + b v + c age))), v: relative speed at contact in km/h; on foot -6.190, 0.078, 0.038, 46 "
         "years; on a bicycle -7.467, 0.079, 0.047, 39; in a car -7.654, 0.041, 0.021, 39",
         'Lubbe, Wu and Jeppsson (2022), "Safe speeds: fatality and injury risks of pedestrians, cyclists, '
-        'motorcyclists, and car drivers impacting the front of another passenger car as a function of closing speed and age"',
+        "motorcyclists, and car drivers impacting the front of another passenger car as a function of closing speed "
+        'and age"',
         worst_injury,
         "Ages are the medians of its data, at which its 10 % are at 29, 44 and 112 km/h. Of motorcycles there is "
         "none, as no coefficients could be checked, and none of trucks and buses.",
