@@ -213,7 +213,7 @@ TOO_FAR = Problem(
     "SCN421",
     "{actual} {word} {region} is not on the trajectory",
     "it {bounds} {available} {word}",
-    "use a longer `approach` in `map`, or a shorter distance",
+    "use {remedy}, or a shorter distance",
     page=Page(
         "further away than the trajectory reaches",
         "The roads of the map are as long as its `approach` says, 50 m unless it says otherwise.",
@@ -239,7 +239,7 @@ EVERYTHING_TOO_FAR = warning(
     "SCN445",
     "some distances that this can take are not on the trajectory, which {bounds} {available} {word} {region}",
     "up to {actual} can be drawn; such scenes are rejected",
-    "narrow the range, or use a longer `approach` in `map`",
+    "narrow the range, or use {remedy}",
     page=Page(
         "sometimes further away than the trajectory reaches",
         "Scenes in which the object would stand beyond either end of its trajectory are rejected.",

@@ -33,6 +33,7 @@ from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.maps import MapFile
 from engine.road.network import Intersection, Lane
 
 CONTACT_TOLERANCE = 1e-4
@@ -173,7 +174,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
     way, region, trajectory_span = _way_through(ev, node)
     if (entry := way.entry(region)) is None:
         raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
-    by = _along(ev, node, entry)
+    by = _along(ev, node, entry, region)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
     return on_path(ev.algebra.literal(float(way.path)), entry - by, lane)
 
@@ -184,7 +185,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     if (leaving := way.leaving(region)) is None:
         raise NEVER_LEAVES.mistake(trajectory_span, region=option_name(region))
     rest = way.length - leaving
-    by = _along(ev, node, rest)
+    by = _along(ev, node, rest, region)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
     return on_path(ev.algebra.literal(float(way.path)), leaving + by, lane)
 
@@ -209,7 +210,7 @@ def _word(node: nodes.Before) -> str:
     return "after" if isinstance(node, nodes.After) else "before"
 
 
-def _along(ev: Evaluator, node: nodes.Before, available: float) -> Term:
+def _along(ev: Evaluator, node: nodes.Before, available: float, place: Intersection) -> Term:
     """The distance from the intersection: an error if the way surely is too short for it, else a requirement."""
     what = f"the distance {_word(node)} the intersection"
     span = node.distance.span
@@ -220,19 +221,21 @@ def _along(ev: Evaluator, node: nodes.Before, available: float) -> Term:
             region=ev.file.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
         )  # fmt: skip
     by = in_range(ev, by, 0.0, float("inf"), LENGTH, span, what)
-    _keep_on_way(ev, node, by, available)
+    _keep_on_way(ev, node, by, available, place)
     return by
 
 
-def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) -> None:
+def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float, place: Intersection) -> None:
     """There is no place beyond the trajectory: an error where it surely lies there, a requirement where it may."""
     region, limit, word = ev.file.source.slice(node.region.span), shown(available, LENGTH), _word(node)
-    bounds = "ends" if word == "after" else "starts"
+    bounds, sooner = ("ends", "later") if word == "after" else ("starts", "earlier")
+    of_file = isinstance(place.network.spec, MapFile)
+    remedy = f"a trajectory that {bounds} {sooner}" if of_file else "a longer `approach` in `map`"
     greatest, value = ev.interval(by)[1], closed_value(by)
     if value is not None and value > available:
         actual = shown(value, LENGTH)
         raise TOO_FAR.mistake(
-            node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
+            node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit, remedy=remedy
         )
     if value is not None or greatest <= available:
         return
@@ -240,7 +243,13 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) 
         actual = shown(greatest, LENGTH)
         ev.report(
             EVERYTHING_TOO_FAR.at(
-                node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
+                node.distance.span,
+                actual=actual,
+                word=word,
+                region=region,
+                bounds=bounds,
+                available=limit,
+                remedy=remedy,
             )
         )
     condition = by <= available

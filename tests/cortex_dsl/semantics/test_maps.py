@@ -152,6 +152,25 @@ def test_a_broken_map_of_scenic_is_an_error(tmp_path: Path) -> None:
     assert codes("param map = localPath('village.xodr')\n" + EGO, tmp_path) == ["SCN439"]
 
 
+@pytest.mark.parametrize(
+    ("road", "cure"),
+    [(VILLAGE, "a trajectory that starts earlier"), ("map intersection()\n", "a longer `approach` in `map`")],
+)
+@pytest.mark.parametrize(
+    ("distance", "word"), [("200 m", "a shorter distance"), ("Range(5, 200) m", "narrow the range")]
+)
+def test_what_helps_where_a_way_is_too_short(road: str, cure: str, distance: str, word: str) -> None:
+    """The roads of a file are as long as they are; those of a grid, as long as `map` says."""
+    text = f"{road}lane = intersection.incomingLanes[0]\nego = new Car before intersection by {distance} along [lane]\n"
+    try:
+        found = compiled(text).diagnostics
+    except CompileError as error:
+        found = error.diagnostics
+    (said,) = [each.cure for each in found if each.code in ("SCN421", "SCN445")]
+    assert cure in said
+    assert word in said
+
+
 def test_what_is_odd_about_a_file_is_said_once(tmp_path: Path) -> None:
     """However many variants there are."""
     text = (
