@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.maps import topology
-from benchmarks.maps.__main__ import _turns_apart, turn_of_chords
+from benchmarks.maps.__main__ import _turns_apart, jump, turn_of_chords
 from benchmarks.maps.relations import Relations, relations
 from benchmarks.maps.standard import ends
 from engine.road import build_network
@@ -70,6 +70,12 @@ def test_pairs_of_maneuvers_that_one_tool_alone_relates_are_named() -> None:
     assert reverse.only_scenic == (f"{ways[0].name} / {ways[0].name}",)
     assert conflicting.differ
     assert reverse.differ
+
+
+def test_how_far_a_way_jumps_is_that_of_its_worse_end() -> None:
+    here, there, far = (np.array([(x, 0.0), (x + 10.0, 0.0)]) for x in (0.0, 10.5, 40.0))
+    assert jump(here, there, far) == pytest.approx(19.5)
+    assert jump(here, there, there[1:]) == pytest.approx(0.5)
 
 
 def test_a_folder_without_files_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:

@@ -54,6 +54,9 @@ EDGE = 0.25
 TURNED = math.radians(2.0)
 """By which directions may differ beyond the turn from chord to chord of Scenic's line, whose directions are those of
 chords [rad]."""
+JUMP = 5.0
+"""A maneuver of Scenic's whose lanes lie further apart is none: in files that link the lanes of both directions, as
+some of esmini's do, Scenic lets traffic start from a lane that leads away [m]."""
 MOST = 1.3
 """Times a step on a grid that one on a file may cost."""
 SEED = 1
@@ -69,6 +72,8 @@ class Report:
     ours: tuple[int, int, int] = (0, 0, 0)
     """Lanes, intersections, maneuvers."""
     scenics: tuple[int, int, int] | None = None
+    jumping: int = 0
+    """Maneuvers of Scenic's, not counted, from or to a lane that ends elsewhere."""
     other_types: int = 0
     """By how many maneuvers the counts of types differ."""
     turns: list[tuple[float, float]] = field(default_factory=list)
@@ -163,6 +168,7 @@ def sentence(report: Report) -> str:
     turns = ", ".join(f"{ours:.1f} ({scenics:.1f})" for ours, scenics in report.turns)
     kinds = f"{report.other_types} of other types" if report.other_types else "the same types"
     kinds += f", turning by {turns} degrees" if turns else ""
+    kinds += f", {report.jumping} more in Scenic that jump" if report.jumping else ""
     return (
         f"{text}; {same}, {kinds}; pairs of maneuvers that conflict: {report.conflicting}, of reverse ones: "
         f"{report.reverse}; centre lines within {100.0 * report.line:.1f} cm, their ends within "
@@ -206,10 +212,12 @@ def scattered(network: Network, count: int) -> Floats:
 
 
 def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> None:
-    report.scenics = theirs["lanes"], theirs["intersections"], theirs["maneuvers"]
-    kinds, paths = Counter(each.type.name for each in network.maneuvers), network.paths
-    report.other_types = sum((kinds - Counter(theirs["types"])).values())
     lines = [np.array(line) for line in theirs["lines"]]
+    driven = [kind for *way, kind in theirs["ways"] if jump(*(lines[lane] for lane in way)) < JUMP]
+    report.scenics = theirs["lanes"], theirs["intersections"], len(driven)
+    report.jumping = len(theirs["ways"]) - len(driven)
+    kinds, paths = Counter(each.type.name for each in network.maneuvers), network.paths
+    report.other_types = sum((kinds - Counter(driven)).values())
     same = [_same_lane(network, line) for line in lines]
     apart = np.abs(np.concatenate([_beside(network, *each) for each in zip(same, lines, strict=True)]))
     ids = [lane.id for lane in same]
@@ -229,6 +237,11 @@ def _compare(report: Report, network: Network, places: Floats, theirs: dict) -> 
             pose = paths.pose(lane.path, paths.project(lane.path, x, y))
             allowed = TURNED + turn_of_chords(lines[at], x, y)
             report.other_ways += abs(math.remainder(pose.heading - heading, math.tau)) > allowed
+
+
+def jump(start: Floats, connecting: Floats, end: Floats) -> float:
+    """How far the ends of three centre lines lie apart that follow each other [m]."""
+    return max(math.dist(start[-1], connecting[0]), math.dist(connecting[-1], end[0]))
 
 
 def _turns_apart(

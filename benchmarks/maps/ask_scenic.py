@@ -6,7 +6,6 @@ python ask_scenic.py FILE.xodr < POINTS.json
 import json
 import math
 import sys
-from collections import Counter
 
 from scenic.core.vectors import Vector  # type: ignore[import-not-found]
 from scenic.domains.driving.roads import Network  # type: ignore[import-not-found]
@@ -21,12 +20,9 @@ def found(path: str, points: list[list[float]]) -> dict:
     places = [Vector(x, y, 0.0) for x, y in points]
     lanes = [network.laneAt(place) for place in places]
     maneuvers = [maneuver for each in network.intersections for maneuver in each.maneuvers]
-    kinds = Counter(each.type.name for each in maneuvers)
     return {
         "lanes": len(network.lanes),
         "intersections": len(network.intersections),
-        "maneuvers": sum(kinds.values()),
-        "types": dict(kinds),
         "ways": [
             [*(number[id(lane)] for lane in (each.startLane, each.connectingLane, each.endLane)), each.type.name]
             for each in maneuvers

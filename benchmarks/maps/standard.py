@@ -69,11 +69,11 @@ def _pose(road: Element, s: float) -> tuple[float, float, float] | None:
     """Of the reference line."""
     piece = [each for each in road.iter("geometry") if _number(each, "s") <= s + CLOSE][-1]
     ds, x, y, heading = s - _number(piece, "s"), _number(piece, "x"), _number(piece, "y"), _number(piece, "hdg")
-    if piece[0].tag == "line":
+    k = float(piece[0].get("curvature", "0"))
+    if piece[0].tag == "line" or (piece[0].tag == "arc" and k == 0.0):
         return x + ds * math.cos(heading), y + ds * math.sin(heading), heading
     if piece[0].tag != "arc":
         return None
-    k = _number(piece[0], "curvature")
     after = heading + k * ds
     return x + (math.sin(after) - math.sin(heading)) / k, y - (math.cos(after) - math.cos(heading)) / k, after
 

@@ -16,6 +16,9 @@ from engine.tables import Floats
 JOINT_TOLERANCE = 1e-6
 """How far apart two paths may lie, and how much their headings may differ, to be joined [m, rad]; files allow more."""
 
+STRAIGHT = 1e-3
+"""How far a line may leave the one that it is taken for a part of [m]."""
+
 
 class Pose(NamedTuple):
     x: float
@@ -90,7 +93,7 @@ class PathBook:
         return self
 
     def add(self, primitives: Sequence[Primitive]) -> int:
-        """A new path. Neighbouring primitives of one line or circle become one."""
+        """A new path. Neighbouring primitives of one line become one."""
         merged = _merge(primitives)
         self._paths.append(merged)
         self._starts.append(_starts(merged))
@@ -206,11 +209,17 @@ def _merge(primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:
     for primitive in primitives:
         last = merged[-1] if merged else None
         # Arcs are left as they are: a merged one could be longer than half a turn.
-        if last is not None and last.curvature == primitive.curvature == 0.0:
+        if last is not None and last.curvature == primitive.curvature == 0.0 and _goes_on(last, primitive):
             merged[-1] = last._replace(length=last.length + primitive.length)
         else:
             merged.append(primitive)
     return tuple(merged)
+
+
+def _goes_on(before: Primitive, after: Primitive) -> bool:
+    """Whether a line lies where an earlier one leads: what a file draws may have corners, and gaps."""
+    ends = ((before.pose(before.length + s), after.pose(s)) for s in (0.0, after.length))
+    return all(math.hypot(one.x - other.x, one.y - other.y) <= STRAIGHT for one, other in ends)
 
 
 def _feet(primitive: Primitive, x: Floats, y: Floats) -> Foot:

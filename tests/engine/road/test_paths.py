@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.road import PathBook, Pose, Primitive
+from engine.road.paths import STRAIGHT
 from tests.engine.road.conflict_areas import Strip, conflict_areas
 from tests.hurry import at_most
 
@@ -27,6 +28,23 @@ def chains(draw: Callable) -> list[Primitive]:
         chain.append(Primitive(*pose, curvature, draw(st.floats(0.5, longest))))
         pose = chain[-1].pose(chain[-1].length)
     return chain
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-0.5, 0.5), st.floats(1.0, 100.0))
+def test_lines_are_one_only_where_they_are_one_line(turn: float, aside: float, length: float) -> None:
+    """Files have corners and gaps: of a path that turns or jumps, each end stays where it was."""
+    first, then = Primitive(0.0, 0.0, 0.0, 0.0, 20.0), Primitive(20.0, aside, turn, 0.0, length)
+    book = PathBook(0.5, 0.2)
+    path = book.join([book.add([first]), book.add([then])])
+    end, wanted = book.pose(path, 20.0 + length), then.pose(length)
+    assert math.hypot(end.x - wanted.x, end.y - wanted.y) <= STRAIGHT
+    assert book.length(path) == pytest.approx(20.0 + length)
+
+
+def test_pieces_of_one_line_become_one() -> None:
+    pieces = [Primitive(10.0 * i, 1e-5 * i, 1e-6, 0.0, 10.0) for i in range(5)]
+    book = PathBook()
+    assert [each.length for each in book.primitives(book.add(pieces))] == [50.0]
 
 
 def book_of(chain: list[Primitive]) -> PathBook:
