@@ -1,5 +1,7 @@
 """Where does a driver stand? `python -m benchmarks.drivers [--scenes 2000] [--files A,B,cut_in] [--drivers NAMES]`
 
+`--list` names the scenes behind `avoidable` and `stood`: `driven(text_of(FILE, DRIVER), NUMBER, NUMBER + 1, 1)` is one.
+
 Each driver of the library drives the same fair scenes of the examples A to F and of `benchmarks.suite`. The ego of a
 file is replaced by the driver, who follows the same lanes. In A to F it wants to go as fast as it starts, but at least
 30 km/h, so that it can be through within the 20 s of a run; a run ends when the ego is 3 m behind the intersection.
@@ -83,6 +85,10 @@ class Row:
     stood: float
     through: float
     lost: float
+    avoided: tuple[int, ...] = ()
+    """The numbers of the scenes that count as avoidable …"""
+    stood_in: tuple[int, ...] = ()
+    """… and of those that count as stood."""
 
 
 def goes_there(file: str, driver: str) -> bool:
@@ -168,7 +174,7 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> D
 
 def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:
     """One row a driver, of at least so many fair scenes."""
-    counted = {name: np.zeros(8) for name in drivers}
+    counted, named = {name: np.zeros(8) for name in drivers}, {name: [] for name in drivers}
     first, done = 0, 0
     while done < scenes and first < 50 * scenes:
         last = first + min(BLOCK, max(500, 2 * (scenes - done)))
@@ -176,18 +182,23 @@ def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]
         for name in drivers:
             one = blind if name == "blind" else driven(text_of(file, name), first, last, jobs)
             assert np.array_equal(one.valid, blind.valid), f"{file}: other scenes with {name}"
-            counted[name] += _counts(one, blind)
+            counts, blots = _counts(one, blind)
+            counted[name] += counts
+            named[name].append([first + np.flatnonzero(each) for each in blots])
         done, first = done + int(blind.fair.sum()), last
-    return [_row(file, name, counts) for name, counts in counted.items()]
+    return [_row(file, name, counted[name], *map(np.concatenate, zip(*named[name], strict=True))) for name in drivers]
 
 
-def _counts(one: Driven, blind: Driven) -> np.ndarray:
-    """Scenes, collisions, avoidable, struck, stood, of how many it should get through, gets through, …"""
+def _counts(one: Driven, blind: Driven) -> tuple[np.ndarray, tuple[Bools, Bools]]:
+    """Scenes, collisions, avoidable, struck, stood, of how many it should get through, gets through, …; and which
+    collisions are avoidable, and in which it stood.
+    """
     outcomes, fair = one.outcomes, blind.fair
     every = np.arange(len(fair))
     pair = np.maximum(outcomes.contact_actors[:, 1] - 1, 0)
     hits = fair & outcomes.collided
     may_stand = outcomes.fault[every, pair] != Fault.EGO
+    avoidable = hits & (one.blamed == Blame.AVOIDABLE)
     stood = hits & (np.abs(outcomes.ego_speed[every, pair]) < STANDING) & ~may_stand
     free = fair & ~blind.outcomes.collided & (blind.outcomes.min_distance.min(axis=1) > NEAR)
     through, blinds = (each.outcomes.end_reason == EndReason.RULE for each in (one, blind))
@@ -196,7 +207,7 @@ def _counts(one: Driven, blind: Driven) -> np.ndarray:
     shares = [
         fair,
         hits,
-        hits & (one.blamed == Blame.AVOIDABLE),
+        avoidable,
         hits & (one.blamed == Blame.STRUCK),
         stood,
         free,
@@ -204,14 +215,15 @@ def _counts(one: Driven, blind: Driven) -> np.ndarray:
     ]
     # The mean of what is lost is weighed by the scenes of each block.
     mean = float(lost.mean()) if len(lost) else 0.0
-    return np.array([*(float(each.sum()) for each in shares), mean * fair.sum()])
+    return np.array([*(float(each.sum()) for each in shares), mean * fair.sum()]), (avoidable, stood)
 
 
-def _row(file: str, driver: str, counts: np.ndarray) -> Row:
+def _row(file: str, driver: str, counts: np.ndarray, avoided: np.ndarray, stood_in: np.ndarray) -> Row:
     scenes, hits, avoidable, struck, stood, free, through, lost = (float(number) for number in counts)
     hits, avoidable, struck, stood, lost = (each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood, lost))
     through = through / free if free else float("nan")
-    return Row(file, driver, int(scenes), hits, avoidable, struck, stood, through, lost)
+    which = tuple(avoided.tolist()), tuple(stood_in.tolist())
+    return Row(file, driver, int(scenes), hits, avoidable, struck, stood, through, lost, *which)
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -220,6 +232,12 @@ def _row(file: str, driver: str, counts: np.ndarray) -> Row:
 def table(made: Sequence[Row]) -> str:
     """As Markdown."""
     return "\n".join(_lines(made))
+
+
+def blots(made: Sequence[Row]) -> str:
+    """The scenes behind two of its columns, by number."""
+    lines = [(row, what, ids) for row in made for what, ids in (("avoidable", row.avoided), ("stood", row.stood_in))]
+    return "\n".join(f"{row.file}, {row.driver}, {what}: {', '.join(map(str, ids))}" for row, what, ids in lines if ids)
 
 
 def _lines(made: Sequence[Row]) -> Iterator[str]:
@@ -239,6 +257,7 @@ def main(arguments: list[str]) -> int:
     )
     parser.add_argument("--drivers", default=",".join(DRIVERS), help="names with commas between them")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--list", action="store_true", help="the numbers of the scenes that are avoidable, or stood in")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
@@ -247,6 +266,8 @@ def main(arguments: list[str]) -> int:
     drivers = {file: [each for each in options.drivers.split(",") if goes_there(file, each)] for file in files}
     made = [row for file in files for row in rows(file, drivers[file], options.scenes, options.jobs)]
     print(json.dumps([asdict(row) for row in made]) if options.json else table(made))
+    if options.list and not options.json:
+        print(blots(made))
     return 0
 
 
