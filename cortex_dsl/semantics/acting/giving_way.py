@@ -32,6 +32,7 @@ from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     cos,
+    hypot,
     maximum,
     minimum,
     path_distance,
@@ -43,6 +44,8 @@ from cortex_dsl.semantics.quantities.algebra import (
 )
 from engine.vocabulary import State
 
+BEND_RADIUS = 8.0
+"""Of the bends in which others come round [m]; *ours*: a turn to the near side."""
 JOINING_SPEED = 5.0
 """With which it is taken to turn into another's way [m/s]: that of a bend of 8 m radius."""
 STOP_PREVIEW = 0.25
@@ -123,7 +126,7 @@ def _kept_aside(job: Job, path: Term) -> Term:
         there, theirs = current_pose(job.ev, other), state(job.ev, other, State.SPEED)
         behind = s - path_project(path, there.x, there.y)
         long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length")) + LINE
-        wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
+        wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width")) + _swing(other)
         comes = (behind > -long) & (behind < long + theirs * RETURN)
         along, across = theirs * cos(there.heading), theirs * sin(there.heading)
         places = [(there.x + along * later, there.y + across * later) for later in LATER]
@@ -131,6 +134,12 @@ def _kept_aside(job: Job, path: Term) -> Term:
         near = is_present(job.ev, other) & comes & on_it & unhidden(job.ev, job.actor, other)
         aside = maximum(aside, where(near, wide, 0.0))
     return aside
+
+
+def _swing(other: Actor) -> Term:
+    """How far the front of another swings out of its way in a bend [m]."""
+    front, beside = 0.5 * size_of(other, "length") + size_of(other, "rearToCenter"), 0.5 * size_of(other, "width")
+    return hypot(BEND_RADIUS + beside, front) - (BEND_RADIUS + beside)
 
 
 def _approach(job: Job, room: Term) -> Term:
