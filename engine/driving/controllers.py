@@ -17,7 +17,7 @@ import numpy as np
 from engine.control import Control, turns
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import Named, names_of
-from engine.errors import ArgumentError, ControllerError, CortexError, LostError, nearest
+from engine.errors import ControllerError, CortexError, LostError, nearest
 from engine.kernels.orders import are_within
 from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
@@ -57,7 +57,7 @@ def controller_of(name: str, driver: object) -> Controller:
         return driver
     if callable(driver) and not isinstance(driver, type):
         return _Memoryless(cast("Callable[[Floats], Floats]", driver))
-    raise ArgumentError(
+    raise ControllerError(
         f"the controller `{name}` is no function and has not both `reset` and `act`, but is a {type(driver).__name__}",
         "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
         "`act(observations, active)`",
@@ -145,7 +145,7 @@ class Seat:
             return question()
         except CortexError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
             raise LostError(
                 f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
@@ -153,12 +153,14 @@ class Seat:
             ) from error
 
 
-def _place(error: Exception) -> str:
-    """Where it was raised."""
+def _place(error: BaseException) -> str:
+    """Where it was raised; "" where that is here, as by a function that takes nothing."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
-    return "" if trace is None else f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
+    if trace is None or trace.tb_frame.f_code.co_filename == __file__:
+        return ""
+    return f" ({trace.tb_frame.f_code.co_filename}, line {trace.tb_lineno})"
 
 
 def checked(control: Control, given: object, active: Bools, times: Floats) -> Floats:
@@ -187,6 +189,8 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
         actions = np.asarray(_bare(given), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise LostError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
+    if given is None:
+        raise LostError(f"{who} gave nothing: it returns None", _wanted(control))
     if actions.shape != shape:
         raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
     return actions

@@ -7,13 +7,14 @@ anything run: what they keep is a name and a digest, to be compared with what is
 import importlib
 import sys
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from hashlib import sha256
 from inspect import getsourcefile, unwrap
 from pathlib import Path
 from typing import Any, cast
 
-from engine.driving.blocks import BLOCK, Driver
+from engine.driving.blocks import BLOCK, Driven, Driver
 from engine.driving.stacks import file_of, stack_of
 from engine.errors import ControllerError, nearest
 
@@ -23,6 +24,13 @@ FORMS = "`python:package.module:function` or `process:COMMAND`"
 @dataclass(frozen=True, eq=False)
 class NamedDriver(Driver):
     """One that can be loaded again, in another process too."""
+
+    def drive(self, *given: Any, **named: Any) -> Driven:
+        """Drive all valid scenes (`Driver.drive`). What a function prints is no output of the command: it goes to
+        stderr.
+        """
+        with redirect_stdout(sys.stderr):
+            return super().drive(*given, **named)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return named_driver, (self.name, self.block)
@@ -50,18 +58,19 @@ def _module(name: str) -> Any:
     if here not in sys.path and "" not in sys.path:
         sys.path.insert(0, here)
     try:
-        return importlib.import_module(name)
+        with redirect_stdout(sys.stderr):
+            return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
             raise ControllerError(
                 f"there is no module `{name}` here", f"name one that `python -c 'import {name}'` finds"
             ) from error
         raise _unloaded(name, error) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _unloaded(name, error) from error
 
 
-def _unloaded(name: str, error: Exception) -> ControllerError:
+def _unloaded(name: str, error: BaseException) -> ControllerError:
     return ControllerError(
         f"the module `{name}` cannot be imported: {type(error).__name__}: {error}",
         f"`python -c 'import {name}'` shows where",

@@ -12,7 +12,8 @@ The command is started as it stands, without a shell. It gets two pipes by their
 4. It answers with its actions (n x a float64); rows of lanes that are not asked are left.
 5. We close the pipe when there is nothing more to ask. It ends.
 
-A stack that dies, hangs up or takes longer than `LATE` over an answer is killed with all that it has started.
+A stack that dies, hangs up, takes longer than `LATE` over an answer, or answers more than it was asked is killed with
+all that it has started.
 """
 
 import json
@@ -119,6 +120,7 @@ class Stack:
             observations.astype("<f8", copy=False),
         )
         size = (count, len(self._header["actions"]))
+        self._nothing_left(running, 8 * size[0] * size[1])
         answer = self._exchange(running, [_bytes(each) for each in question], 8 * size[0] * size[1], LATE)
         running.questions += 1
         self._starts, self._fresh[:] = 0, False
@@ -203,10 +205,31 @@ class Stack:
             with suppress(subprocess.TimeoutExpired):
                 running.process.wait(0.0 if late else 1.0)
             code = running.process.poll()
-            what = f"took longer than {limit:g} s over an answer" if late else _ending(code)
-            self._log_of(running)
-            self.close()
-            raise LostError(f"`{shlex.join(self.command)}` {what}{self._said}", "see what it printed") from error
+            what = f"took longer than {limit:g} s over {_asked_for(size, error)}" if late else _ending(code)
+            raise self._lost(
+                running, what, self._whole(size) if late and size >= 0 else "see what it printed"
+            ) from error
+
+    def _lost(self, running: _Running, what: str, cure: str) -> LostError:
+        """End a stack; what is to be told of it."""
+        self._log_of(running)
+        self.close()
+        return LostError(f"`{shlex.join(self.command)}` {what}{self._said}", cure)
+
+    def _nothing_left(self, running: _Running, size: int) -> None:
+        """Nothing is in the pipe before a question: what is there would be taken for the answer.
+
+        Raises:
+            LostError: it has answered more than it was asked.
+        """
+        poll = select.poll()
+        poll.register(running.read, select.POLLIN)
+        if any(event & select.POLLIN for _, event in poll.poll(0)):
+            raise self._lost(running, f"gave more than the {size:,} bytes of an answer", self._whole(size))
+
+    def _whole(self, size: int) -> str:
+        rows, columns = self._header["lanes"], len(self._header["actions"])
+        return f"write {size:,} bytes for each question, {rows} rows of {columns} float64, and flush them"
 
     def _send(self, running: _Running, question: list[memoryview], end: float) -> None:
         while question:
@@ -221,7 +244,7 @@ class Stack:
         parts: list[bytes] = []
         there = 0
         while there < size or (size < 0 and not (parts and parts[-1].endswith(b"\n"))):
-            self._wait(running.read, select.POLLIN, end)
+            self._wait(running.read, select.POLLIN, end, there)
             part = os.read(running.read, size - there if size >= 0 else 1)
             if not part:
                 raise EOFError
@@ -229,11 +252,11 @@ class Stack:
             there += len(part)
         return b"".join(parts)
 
-    def _wait(self, pipe: int, event: int, end: float) -> None:
+    def _wait(self, pipe: int, event: int, end: float, there: int = 0) -> None:
         poll = select.poll()
         poll.register(pipe, event)
         if not poll.poll(max(0.0, 1000.0 * (end - time.monotonic()))):
-            raise TimeoutError
+            raise TimeoutError(there)
 
     # -- what it printed ---------------------------------------------------------------------------------------------
 
@@ -242,12 +265,24 @@ class Stack:
     def _log_of(self, running: _Running) -> None:
         running.log.seek(0)
         text = running.log.read().decode(errors="replace").strip()
-        self._said = f"; it printed: …{text[-TAIL:]}" if len(text) > TAIL else f"; it printed: {text}" if text else ""
+        self._said = (
+            f"; it printed: …{text[-TAIL:]}"
+            if len(text) > TAIL
+            else f"; it printed: {text}"
+            if text
+            else "; it printed nothing"
+        )
 
 
 def _bytes(array: NDArray[Any]) -> memoryview:
     """An array as the bytes that it holds, without a copy."""
     return np.ascontiguousarray(array).data.cast("B")
+
+
+def _asked_for(size: int, error: Exception) -> str:
+    """What did not come in time; -1 is a line."""
+    there = error.args[0] if error.args else 0
+    return "the first line" if size < 0 else f"an answer, of which {there:,} of {size:,} bytes came"
 
 
 def _widen(pipe: int) -> None:

@@ -257,9 +257,9 @@ def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
 def _half_width(primitives: Floats, way: Way, s: float, left: bool) -> float:
     """How far to one side of its way an outline reaches that comes by an arc length [m].
 
-    The rear axle keeps to the way, and the front, `front` ahead of it, swings out of a bend of radius R: its outer corner
-    goes about the bend's centre at a distance of hypot(R + width / 2, front). It comes out to there on its way into the
-    bend, and back in behind its end.
+    The rear axle keeps to the way, and the front, `front` ahead of it, swings out of a bend of radius R: its outer
+    corner goes about the bend's centre at a distance of hypot(R + width / 2, front). It comes out to there on its way
+    into the bend, and back in behind its end.
     """
     half, front = 0.5 * way.width, way.to_center + 0.5 * way.length
     if way.last == way.first:

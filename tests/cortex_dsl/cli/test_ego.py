@@ -1,5 +1,6 @@
 """`--ego`: who drives is named on the command line, kept with the run, and never started by a file."""
 
+import json
 import sqlite3
 import sys
 from pathlib import Path
@@ -22,6 +23,8 @@ terminate after 2 s
 """
 PLANNER = """
 import numpy as np
+print("loads weights")
+SPEED = 5
 
 def drive(seen):
     return np.tile([0.5, 0.0, 0.0], (len(seen), 1))
@@ -71,11 +74,21 @@ def test_nobody_is_named(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         ("python:nowhere:drive", "there is no module `nowhere` here"),
         ("planner_of_mine", "`planner_of_mine` names no driver"),
         ("process:./nowhere", "`./nowhere` cannot be started"),
+        ("python:planner_of_mine:SPEED", "the controller `ego` is no function and has not both `reset` and `act`"),
     ],
 )
 def test_a_name_that_is_none(home: Path, capsys: pytest.CaptureFixture[str], name: str, message: str) -> None:
     assert main(["mine.scn", "--ego", name]) == 2
     assert message in capsys.readouterr().err.replace("\n", " ")
+
+
+def test_what_a_planner_prints_is_no_output(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Who reads the JSON of a command reads JSON alone."""
+    (home / "planner_of_mine.py").write_text(PLANNER.replace("    return np", "    print('here')\n    return np"))
+    assert main(["mine.scn", "--seed", "1", "--engine", "batch", "--json", *EGO]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["schema"] == "cortexc/run"
+    assert said.err.startswith("loads weights\nhere\n")
 
 
 def test_what_nobody_needs_is_refused(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

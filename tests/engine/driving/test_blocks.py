@@ -368,6 +368,25 @@ def test_what_a_controller_raises_is_told() -> None:
     assert Path(__file__).name in error.message
 
 
+def test_a_controller_that_exits_ends_no_command() -> None:
+    """`sys.exit` within a planner is a failure of the planner."""
+
+    def quits(seen: Floats) -> Floats:
+        raise SystemExit(3)
+
+    assert refused(quits).message.startswith("the controller `ego` raised SystemExit in `act`: 3 (")
+
+
+def test_a_forgotten_return_is_told() -> None:
+    assert refused(lambda seen: None).message == "the controller `ego` gave nothing: it returns None"
+
+
+def test_a_function_that_takes_nothing_is_told_without_a_place_in_our_files() -> None:
+    message = refused(lambda: None).message
+    assert "takes 0 positional arguments but 1 was given" in message
+    assert "line" not in message
+
+
 # -- one scene, and not the command ------------------------------------------------------------------------------------
 
 

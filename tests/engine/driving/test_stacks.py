@@ -3,6 +3,7 @@
 import hashlib
 import os
 import random
+import select
 import shutil
 import sqlite3
 import subprocess
@@ -20,7 +21,7 @@ from engine.driving import stacks
 from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
 from engine.driving.stacks import stack_of
-from engine.errors import ControllerError
+from engine.errors import ControllerError, LostError
 from engine.vocabulary import Verdict
 from tests.engine.driving.test_blocks import same
 
@@ -186,6 +187,29 @@ def test_a_late_stack_is_killed(scenario: cx.Scenario, tmp_path: Path, monkeypat
     for pid in pids.read_text().split():
         with pytest.raises(ProcessLookupError):
             os.kill(int(pid), 0)
+
+
+@pytest.mark.parametrize(
+    ("hook", "message"),
+    [
+        ("write.write(bytes(48)); write.flush(); continue", "over an answer, of which 48 of 96 bytes came"),
+        ("write.write(bytes(96))", "gave more than the 96 bytes of an answer"),
+    ],
+)
+def test_an_answer_of_another_size_is_told(
+    scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hook: str, message: str
+) -> None:
+    """As one of float32, or one of each lane twice: with the size that is expected."""
+    monkeypatch.setattr(stacks, "LATE", 0.5)
+    seen = np.zeros((4, 1))
+    stack = stack_of(client(tmp_path, hook).removeprefix("process:"))
+    stack.meet({"version": 1, "lanes": 4, "observations": [{}], "actions": [{}] * 3})
+    if "more" in message:
+        stack.act(seen, np.ones(4, dtype=bool))
+        select.select([stack._running.read], [], [], 30.0)  # pyright: ignore[reportOptionalMemberAccess]
+    with pytest.raises(LostError, match=message) as told:
+        stack.act(seen, np.ones(4, dtype=bool))
+    assert told.value.cure == "write 96 bytes for each question, 4 rows of 3 float64, and flush them"
 
 
 def test_another_version_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
