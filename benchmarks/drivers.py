@@ -68,8 +68,10 @@ STANDING = 0.1
 """[m/s]"""
 SEED = 4_000
 BLOCK = 20_000
-THROUGH = "ego in egoManeuver.endLane and (distance from ego to intersection) > 3 m"
-PASSED = "(distance from ego to intersection) > 3 m and ego.position.y > 0"
+BEHIND = "(distance from ego to intersection) > 3 m"
+THROUGH = f"ego in egoManeuver.endLane and {BEHIND}"
+PASSED = f"{BEHIND} and ego.position.y > 0"
+"""In files whose ego follows its lane, from the south."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,8 @@ def text_of(file: str, driver: str) -> str:
     if file in EXAMPLES:
         return _example(file, driver)
     text, start, end, way = _of_suite(file)
-    return _ended(text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:], PASSED)
+    passed = PASSED if way is None else f"ego in {way}.endLane and {BEHIND}"
+    return _ended(text[:start] + _driver(driver, "EGO_SPEED", way) + text[end:], passed)
 
 
 def _of_suite(file: str) -> tuple[str, int, int, str | None]:
