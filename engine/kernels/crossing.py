@@ -20,7 +20,7 @@ from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import Leg
 from engine.kernels.noticing import look_past
-from engine.kernels.path import CURVATURE, LENGTH, S0, chain_pose, chain_project, chain_row, chain_speed_limit
+from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
 from engine.kernels.region import lane_nearest
 from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, column_of, outline_of
@@ -247,33 +247,10 @@ def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
     foot += (box.x - x) * cos + (box.y - y) * sin
     left = (box.y - y) * cos - (box.x - x) * sin - other.offset
     ahead, half = shadow(box, cos, sin), 0.5 * other.length
-    aside = abs(left) - _half_width(primitives, other, foot, left > 0.0) - shadow(box, -sin, cos)
+    aside = abs(left) - 0.5 * other.width - shadow(box, -sin, cos)
     behind = other.start + other.to_center - half - (foot + ahead)
     beyond = foot - ahead - (end + other.to_center + half)
     return max(aside, behind, beyond) - CLEARANCE
-
-
-@kernel
-def _half_width(primitives: Floats, way: Way, s: float, left: bool) -> float:
-    """How far to one side of its way an outline reaches that comes by an arc length [m].
-
-    The rear axle keeps to the way, and the front, `front` ahead of it, swings out of a bend of radius R: its outer
-    corner goes about the bend's centre at a distance of hypot(R + width / 2, front). It comes out to there on its way
-    into the bend, and back in behind its end.
-    """
-    half, front = 0.5 * way.width, way.to_center + 0.5 * way.length
-    if way.last == way.first:
-        return half
-    here = chain_row(primitives, way.first, way.last, s)
-    behind = chain_row(primitives, way.first, way.last, s - front)
-    row = here if primitives[here, CURVATURE] != 0.0 else behind
-    curvature = primitives[row, CURVATURE]
-    if curvature == 0.0 or (curvature > 0.0) == left:
-        return half
-    out = min(front, s - primitives[row, S0]) if primitives[behind, CURVATURE] == 0.0 else front
-    past = max(0.0, s - primitives[row, S0] - primitives[row, LENGTH])
-    radius = max(1.0 / abs(curvature) + way.offset * (1.0 if left else -1.0), half)
-    return max(half, math.sqrt(max((radius + half) ** 2 + out * out - past * past, 0.0)) - radius)
 
 
 @kernel

@@ -48,7 +48,7 @@ def path_pose(road: RoadTables, path: int, s: float) -> PathPose:
 @inlined
 def path_curvature(road: RoadTables, path: int, s: float) -> float:
     """Curvature at arc length `s`; at a joint that of the primitive that starts there."""
-    return road.primitives[chain_row(road.primitives, road.path_start[path], road.path_start[path + 1], s), CURVATURE]
+    return road.primitives[_find(road.primitives, road.path_start[path], road.path_start[path + 1], s), CURVATURE]
 
 
 @inlined
@@ -84,7 +84,7 @@ def speed_limit_ahead(road: RoadTables, path: int, s: float, max_lateral: float,
 
 
 @kernel
-def chain_row(primitives: Floats, start: int, end: int, s: float) -> int:
+def _find(primitives: Floats, start: int, end: int, s: float) -> int:
     """Row of the primitive at arc length `s`: by halves while there are many, as on the lanes of a town."""
     row, beyond = start, end
     while beyond - row > MANY:
@@ -100,7 +100,7 @@ def chain_row(primitives: Floats, start: int, end: int, s: float) -> int:
 
 @kernel
 def chain_pose(primitives: Floats, start: int, end: int, s: float) -> PathPose:
-    row = chain_row(primitives, start, end, s)
+    row = _find(primitives, start, end, s)
     along = min(max(s - primitives[row, S0], 0.0), primitives[row, LENGTH])
     return _primitive_pose(primitives, row, along)
 
@@ -180,7 +180,7 @@ def _primitive_foot(primitives: Floats, row: int, x: float, y: float) -> tuple[f
 
 @kernel
 def _project_near(primitives: Floats, start: int, end: int, x: float, y: float, s_guess: float) -> PathPoint:
-    row = chain_row(primitives, start, end, s_guess)
+    row = _find(primitives, start, end, s_guess)
     direction = 0
     while True:
         ahead, left = _local(primitives, row, x, y)
@@ -218,7 +218,7 @@ def chain_speed_limit(
     primitives: Floats, start: int, end: int, s: float, max_lateral: float, deceleration: float
 ) -> float:
     squared = math.inf
-    for row in range(chain_row(primitives, start, end, s), end):
+    for row in range(_find(primitives, start, end, s), end):
         allowance = 2.0 * deceleration * max(primitives[row, S0] - s, 0.0)
         if allowance >= squared:
             break

@@ -9,8 +9,7 @@ from cortex_dsl import Scenario, compile_text
 from engine.host import memory, plan, requested
 from engine.kernels.crossing import CLEARANCE, Crossing, Foresight, crossing
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.path import CURVATURE, S0, chain_pose
-from engine.kernels.path import LENGTH as LONG
+from engine.kernels.path import chain_pose
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import RUNNING, Status
 
@@ -128,33 +127,6 @@ def test_ways_that_bend(ego: str, other: str, away: float) -> None:
     assert found.their_enter == pytest.approx(0.5 * theirs[0], abs=0.75)
     if mine[-1] + 1 < len(sweeps[0]):
         assert found.leave == pytest.approx(0.5 * mine[-1], abs=1.0)
-
-
-BESIDE_A_BEND = """
-map intersection(approach=60 m)
-turn = filter(lambda m: m.type is ManeuverType.LEFT_TURN, intersection.maneuvers)[0]
-ego = new Obstacle at ({x}, {y}), with width 0.5, with length 0.5, with regionContainedIn None
-other = new Car before intersection by 20 m along turn, with speed 5 m/s,
-    with behavior FollowTrajectoryBehavior(5 m/s, turn)
-terminate after 6 s
-"""
-
-
-@pytest.mark.parametrize(("beyond", "meets"), [(0.25, True), (0.9, False)])
-def test_the_front_swings_out_of_a_bend(beyond: float, meets: bool) -> None:
-    """A thing beside the strip that is as wide as the car: the outer corner of the front comes 0.55 m beyond it."""
-    scenario = compile_text(BESIDE_A_BEND.format(x=60, y=60))
-    road, path = scenario.program.road, _path_of(scenario, 1)
-    first, last = int(road.path_start[path]), int(road.path_start[path + 1])
-    bend = next(row for row in range(first, last) if road.primitives[row, CURVATURE] > 0.0)
-    radius, half = 1.0 / road.primitives[bend, CURVATURE], 0.5 * WIDTH
-    corner = math.hypot(radius + half, TO_CENTER + 0.5 * LENGTH) - radius
-    assert 0.5 < corner - half < 0.6
-    pose = chain_pose(road.primitives, first, last, road.primitives[bend, S0] + 0.5 * road.primitives[bend, LONG])
-    away = half + math.hypot(0.25, 0.25) + beyond
-    place = {"x": pose.x + away * math.sin(pose.heading), "y": pose.y - away * math.cos(pose.heading)}
-    found = foreseen(compile_text(BESIDE_A_BEND.format(**place)), sample=1)
-    assert (found.enter == 0.0) == meets
 
 
 def _path_of(scenario: Scenario, actor: int) -> int:
