@@ -70,8 +70,8 @@ SEED = 4_000
 BLOCK = 20_000
 BEHIND = "(distance from ego to intersection) > 3 m"
 THROUGH = f"ego in egoManeuver.endLane and {BEHIND}"
-PASSED = f"{BEHIND} and ego.position.y > 0"
-"""In files whose ego follows its lane, from the south."""
+PASSED = f"{BEHIND} and ego.position.y * cos(ego.heading) > ego.position.x * sin(ego.heading)"
+"""In files whose ego follows its lane: it drives away from the middle of the intersection."""
 
 
 @dataclass(frozen=True)
