@@ -19,6 +19,7 @@ from cortex_dsl.semantics.acting.rules import temporal_requirements
 from cortex_dsl.semantics.advice import with_advice
 from cortex_dsl.semantics.composition import setting_up
 from cortex_dsl.semantics.errors.chance import NO_OPTIONS, TOO_MANY_VARIANTS
+from cortex_dsl.semantics.errors.compile_time import EMPTY_REGION
 from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
 from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
 from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
@@ -283,6 +284,9 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
     for span, weight in file.weights.items():
         if not weight.possible:
             file.findings.add(ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes)))
+    for span, possible_there in file.places.items():
+        if not possible_there:
+            file.findings.add(EMPTY_REGION.at(span, text=file.source.words(span)))
     objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:

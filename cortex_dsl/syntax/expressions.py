@@ -126,7 +126,11 @@ class ExpressionBuilder:
         if math.isinf(value):
             self.report(
                 errors.WRONG_LITERAL.at(
-                    span_of(literal), "this number is too large", "more than 1.8e308", reason=errors.WRONG_LITERAL.why
+                    span_of(literal),
+                    "this number is too large",
+                    "more than 1.8e308",
+                    reason=errors.WRONG_LITERAL.why,
+                    cure="write a smaller one",
                 )
             )
             value = 0.0

@@ -1,5 +1,5 @@
-"""SCN55x: words of Scenic that the compiler works out: fields at places, overrides of a file's own properties, texts
-made of values.
+"""SCN55x, SCN681 to SCN683: words of Scenic that the compiler works out: fields at places, overrides of a file's own
+properties, texts made of values, and what regions and lists are made of.
 """
 
 from cortex_dsl.diagnostics import Page
@@ -99,5 +99,43 @@ LAST_ACTIONS = Problem(
         "ego = new Car on road, with behavior BrakeBehavior()\nrecord ego.lastActions as actions\n"
         "terminate after 2 s\n",
         "ego = new Car on road, with behavior BrakeBehavior()\nrecord ego.brake as brake\nterminate after 2 s\n",
+    ),
+)
+MANY_REGIONS = Problem(
+    "SCN681",
+    "this region is made of more than {limit} others",
+    "each is asked about wherever the region is asked about, one within another as often as it stands there",
+    "join fewer, or write one `PolygonalRegion` around them",
+    page=Page(
+        "region made of too many",
+        "`union`, `intersect` and `difference` make a region of two; one that is joined with itself again and again "
+        "would double each time.",
+        "r = CircularRegion((0, 0), 10)\nfor i in range(20):\n    r = r.union(r)\nego = new Object in r\n",
+        "r = CircularRegion((0, 0), 10)\nfor i in range(2):\n    r = r.union(r)\nego = new Object in r\n",
+    ),
+)
+EMPTY_REGION = Problem(
+    "SCN682",
+    "no place lies in `{text}`",
+    "it is empty, whatever is drawn",
+    "move its parts so that they overlap, or name another region",
+    page=Page(
+        "empty region",
+        "Two regions that do not meet have an empty intersection, and a region that lies within another an empty "
+        "difference from it.",
+        "r = CircularRegion((0, 0), 3).intersect(CircularRegion((100, 0), 3))\nego = new Object in r\n",
+        "r = CircularRegion((0, 0), 3).intersect(CircularRegion((4, 0), 3))\nego = new Object in r\n",
+    ),
+)
+DEEP_LIST = Problem(
+    "SCN683",
+    "lists lie more than {limit} deep in one another",
+    "lists are compared and printed from the inside out, so their depth is limited",
+    "put items beside one another: `xs + [x]`",
+    page=Page(
+        "list too deep",
+        "A loop that puts a list into a list each time makes one that is as deep as the loop is long.",
+        "x = [1]\nfor i in range(200):\n    x = [x]\nego = new Car on road, with speed len(x)\n",
+        "x = [1]\nfor i in range(20):\n    x = [x]\nego = new Car on road, with speed len(x)\n",
     ),
 )

@@ -233,8 +233,14 @@ def _combination(of: Callable[[Term, Term], Term], *, empty: bool) -> Meaning:
 
 
 def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
-    bounds = [whole_number(ev, g.value, g.span, "the end of a `range`") for g in given]
-    if not 1 <= len(bounds) <= 3 or (len(bounds) == 3 and bounds[2] == 0):
+    parts = ("the end",) if len(given) == 1 else ("the start", "the end", "the step")
+    bounds = [whole_number(ev, g.value, g.span, f"{part} of a `range`") for g, part in zip(given, parts, strict=False)]
+    if len(bounds) == 3 and bounds[2] == 0:
+        what, cure = "the step of a `range`", "write -1 to count down"
+        raise OUT_OF_RANGE.mistake(
+            given[2].span, what=what, actual=0, expected="a whole number other than 0", cure=cure
+        )
+    if not 1 <= len(given) <= 3:
         raise TOO_FEW_ARGUMENTS.mistake(
             span, function="range", missing="an end, or a start and an end", signature="range(start, end)"
         )
@@ -242,7 +248,11 @@ def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
     count = max(0, -((within.start - within.stop) // within.step))  # `len` refuses what no memory could hold
     if count > RANGE_LIMIT:
         raise OUT_OF_RANGE.mistake(
-            span, what="the length of a `range`", actual=count, expected=f"at most {RANGE_LIMIT}", cure=""
+            span,
+            what="the length of a `range`",
+            actual=count,
+            expected=f"at most {RANGE_LIMIT}",
+            cure="use a shorter one",
         )
     ev.file.budget.spend(span, count)
     return tuple(_count(ev, n) for n in within)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG
 from cortex_dsl.semantics.evaluation import lanes
@@ -23,6 +24,9 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 
+DEEPEST = 50
+"""How deep lists may lie in one another."""
+
 
 def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
     values: list[Value] = []
@@ -35,7 +39,18 @@ def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Valu
             values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
     if any(value is POISON for value in values):
         raise Mistake
-    return Items(values) if isinstance(node, nodes.ListDisplay) else tuple(values)
+    return _shallow(ev, Items(values) if isinstance(node, nodes.ListDisplay) else tuple(values), node.span)
+
+
+def _shallow(ev: Evaluator, values: tuple[Value, ...], span: Span) -> Value:
+    """A list in which lists lie at most `DEEPEST` deep, which whatever goes through them may count on."""
+    level: dict[int, tuple[Value, ...]] = {0: values}
+    for _ in range(DEEPEST):
+        level = {id(item): item for each in level.values() for item in each if isinstance(item, tuple)}
+        if not level:
+            return values
+        ev.file.budget.copy(span, sum(map(len, level.values())))
+    raise DEEP_LIST.mistake(span, limit=DEEPEST)
 
 
 def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
@@ -44,7 +59,7 @@ def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
 
 
 def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
-    return Items(_generated(ev, node, node.clauses))
+    return _shallow(ev, Items(_generated(ev, node, node.clauses)), node.span)
 
 
 def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:

@@ -75,7 +75,8 @@ def _bases(ev: Evaluator, node: nodes.ClassDefinition) -> tuple[ClassValue, ...]
         raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
     if node.base not in ACTOR_KINDS:
         known = {*ACTOR_KINDS, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
-        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known))
+        cure = did_you_mean(node.base, known) or f"define it above this one, with `class {node.base}:`"
+        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=cure)
     return ()
 
 

@@ -93,6 +93,7 @@ def in_area(ev: Evaluator, area: Area, span: Span) -> Placement:
 
 def require_place(ev: Evaluator, condition: Term, span: Span) -> None:
     words = ev.file.source.words(span)
+    ev.file.places[span] = ev.file.places.get(span, False) or ev.interval(condition)[1] > 0.0
     ev.run.built.requirements.append(ir.Requirement(condition, 1.0, f"the place lies in `{words}`", ev.file.line(span)))
 
 

@@ -21,6 +21,8 @@ from cortex_dsl.source import Span
 
 MOST_CORNERS = 100
 """Corners of a polygon, and points of a line: each costs some ten operations wherever the region is asked for."""
+FARTHEST = 1e9
+"""How far from the origin a region may reach [m]: beyond, areas are no numbers."""
 ON_A_LINE = 1e-6
 """How near a line a point lies that lies on it [m]."""
 
@@ -32,6 +34,8 @@ def _points(ev: Evaluator, given: Given, least: int, what: str) -> list[Known]:
     for item in items_of(given.value, given.span, "the points"):
         place = geometry.position(ev, item, given.span)
         x, y = (ev.constant(Quantity(each, LENGTH), given.span, "a point of a region") for each in (place.x, place.y))
+        if max(abs(x), abs(y)) > FARTHEST:
+            raise BAD_REGION.mistake(given.span, what=what, reason=f"a point of it lies beyond {FARTHEST:g} m")
         if not found or (x, y) != found[-1]:
             found.append((x, y))
     if not least <= len(found) <= MOST_CORNERS:

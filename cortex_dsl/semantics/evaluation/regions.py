@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from cortex_dsl.semantics.errors.compile_time import MANY_REGIONS
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, polygons
 from cortex_dsl.semantics.evaluation.arguments import Given
@@ -47,7 +48,7 @@ from cortex_dsl.source import Span
 
 def _length(ev: Evaluator, given: Given, what: str) -> Term:
     value = adopt(ev, given.value, LENGTH, given.span, what)
-    return in_range(ev, value, 0.0, math.inf, LENGTH, given.span, what, above=True)
+    return in_range(ev, value, 0.0, polygons.FARTHEST, LENGTH, given.span, what, above=True)
 
 
 def _circle(ev: Evaluator, center: Given, radius: Given, _span: Span) -> Value:
@@ -129,6 +130,9 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
     return convex(Area("a rectangle", contains, draw=draw, weight=across * along, distance=distance, attributes=known))
 
 
+MOST_PARTS = 64
+"""Regions that one may be made of."""
+
 # -- of several --------------------------------------------------------------------------------------------------------
 
 
@@ -136,6 +140,7 @@ def _union(one: Area, other: Area) -> Area:
     joined = Area(
         "a union of regions",
         lambda point: one.contains(point) | other.contains(point),
+        parts=one.parts + other.parts,
         distance=_least(one.distance, other.distance),
     )
     first, second, first_weight, second_weight = one.draw, other.draw, one.weight, other.weight
@@ -182,7 +187,9 @@ def _within(one: Area, other: Area, *, inside: bool) -> Area:
     first, second = one.holds, other.holds
     both = None if first is None or second is None else lambda outline: first(outline) & second(outline)
     name = "an intersection of regions" if inside else "a difference of regions"
-    return Area(name, contains, both if inside else None, draw if one.draw else None, one.weight)
+    return Area(
+        name, contains, both if inside else None, draw if one.draw else None, one.weight, parts=one.parts + other.parts
+    )
 
 
 _JOINED: Mapping[str, Callable[[Area, Area], Area]] = {
@@ -199,7 +206,10 @@ def attribute(ev: Evaluator, area: Area, name: str) -> Value | None:
     if name in _JOINED:
 
         def join(other: Value) -> Value:
-            return _JOINED[name](area, _area(other, ev.algebra.span))
+            joined = _JOINED[name](area, _area(other, ev.algebra.span))
+            if joined.parts > MOST_PARTS:
+                raise MANY_REGIONS.mistake(ev.algebra.span, limit=MOST_PARTS)
+            return joined
 
         return Closure(("other",), join)
     return area.attributes.get(name)

@@ -51,6 +51,8 @@ class Area:
     distance: Callable[[Vector], Term] | None = None
     """From a point, 0 inside [m]."""
     attributes: Mapping[str, Value] = field(default_factory=dict)
+    parts: int = 1
+    """How many regions it is made of, each as often as it stands there."""
     is_workspace: bool = False
     """Whether all objects must lie in it."""
 

@@ -148,6 +148,8 @@ class FileContext:
     """Every attribute that the run may change."""
     weights: dict[Span, Weight] = field(default_factory=dict)
     """What is certain of each `require`, by the place of its condition."""
+    places: dict[Span, bool] = field(default_factory=dict)
+    """Of each region in which something is placed, whether a place may lie in it."""
     temporals: dict[Span, nodes.Require] = field(default_factory=dict)
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)

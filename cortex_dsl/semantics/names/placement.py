@@ -111,8 +111,9 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
     if isinstance(statement, nodes.SetAttribute) and (not around.behaviour or around.compose):
         findings.add(no_target(statement.target.span, ATTRIBUTE_CURE))
     elif around.compiled and (kind not in COMPILED or _speaks_of_time(statement)):
-        word = {**TOP_LEVEL, **INSIDE}.get(kind, "require")
-        there = "in a behavior" if kind in INSIDE else "at the top level, outside of it"
+        word = {**TOP_LEVEL, **INSIDE, nodes.Override: "override"}.get(kind, "require")
+        outside = f"{'in the setup of a scenario' if kind is nodes.Override else 'at the top level'}, outside of it"
+        there = "in a behavior" if kind in INSIDE else outside
         _report(findings, statement, word, around.compiled, there)
     elif kind is nodes.Override and not around.setup:
         here = "in a `compose`" if around.compose else "in a behavior" if around.behaviour else "at the top level"

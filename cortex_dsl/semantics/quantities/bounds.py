@@ -200,6 +200,18 @@ def _truth(always: bool, never: bool) -> Interval:
     return (float(always), float(not never))
 
 
+def _magnitude(a: Interval) -> Interval:
+    return (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a)))
+
+
+ROUNDED = 1e-12
+"""More than by which two ways to round a square root differ, in parts of it."""
+
+
+def _lengths(a: Interval, b: Interval) -> Interval:
+    return (math.hypot(a[0], b[0]) * (1.0 - ROUNDED), math.hypot(a[1], b[1]) * (1.0 + ROUNDED))
+
+
 def _never_zero(a: Interval) -> bool:
     return a[0] > 0.0 or a[1] < 0.0
 
@@ -213,7 +225,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
     Op.SIN: lambda _: (-1.0, 1.0),
     Op.COS: lambda _: (-1.0, 1.0),
     Op.NEG: lambda a: (-a[1], -a[0]),
-    Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
+    Op.ABS: _magnitude,
     Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
     Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
     Op.FLOOR: lambda a: (_floor(a[0]), _floor(a[1])),
@@ -226,7 +238,8 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
     Op.OR: lambda a, b: _truth(_never_zero(a) or _never_zero(b), a == b == (0.0, 0.0)),
     Op.NOT: lambda a: _truth(a == (0.0, 0.0), _never_zero(a)),
     Op.RANDOM: lambda: (0.0, 1.0),
-    **dict.fromkeys((Op.HYPOT, Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE),
+    Op.HYPOT: lambda a, b: _lengths(_magnitude(a), _magnitude(b)),
+    **dict.fromkeys((Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE),
                     lambda *_: (0.0, math.inf)),
 }  # fmt: skip
 

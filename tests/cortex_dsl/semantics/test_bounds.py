@@ -63,6 +63,13 @@ def test_the_compiler_holds_what_the_engine_computes(op: Op, data: st.DataObject
         assert high >= least - slack, (values, within)
 
 
+def test_a_length_is_at_least_that_of_its_least_sides_and_at_most_that_of_its_largest() -> None:
+    """Sides of 3 to 5 and of -4 to 12; of any, 0 or more."""
+    assert held(Op.HYPOT, [(3.0, 5.0), (4.0, 12.0)]) == pytest.approx((5.0, 13.0), rel=1e-9)
+    assert held(Op.HYPOT, [(3.0, 5.0), (-4.0, 12.0)]) == pytest.approx((3.0, 13.0), rel=1e-9)
+    assert held(Op.HYPOT, [(-math.inf, math.inf), (-1.0, 1.0)]) == (0.0, math.inf)
+
+
 @pytest.mark.parametrize("ends", [(0.5, math.inf), (-math.inf, 0.5), (-0.5, 2.5)])
 def test_the_floor_of_an_end_is_rounded_even_if_the_other_is_infinite(ends: tuple[float, float]) -> None:
     """Half a metre is zero whole metres, however long the rest may be."""
