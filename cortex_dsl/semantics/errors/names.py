@@ -82,6 +82,7 @@ UNKNOWN_CLASS = Problem(
         "ego = new Car on road\n",
     ),
 )
+CLASS_ABOVE = "define it above this class, with `class NAME:`"
 UNKNOWN_OVERRIDE = Problem(
     "SCN208",
     "`-p` names a param that this file does not have: `{name}`",

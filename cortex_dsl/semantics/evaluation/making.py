@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
-from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.names import CLASS_ABOVE, UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.objects import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
@@ -75,8 +75,7 @@ def _bases(ev: Evaluator, node: nodes.ClassDefinition) -> tuple[ClassValue, ...]
         raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
     if node.base not in ACTOR_KINDS:
         known = {*ACTOR_KINDS, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
-        cure = did_you_mean(node.base, known) or f"define it above this one, with `class {node.base}:`"
-        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=cure)
+        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known) or CLASS_ABOVE)
     return ()
 
 
