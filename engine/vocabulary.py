@@ -275,7 +275,7 @@ class State(IntEnum):
 
 class Command(IntEnum):
     """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
-    and a gear stay until the next.
+    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step.
     """
 
     THROTTLE = 0
@@ -284,3 +284,4 @@ class Command(IntEnum):
     SPEED = 3
     REVERSE = 4
     OFFSET = 5
+    STOP = 6

@@ -140,3 +140,48 @@ def test_a_pedal_lies_between_before_and_asked(asked: float, before: float, buil
 def test_a_pedal_that_is_no_number_stays_none() -> None:
     """NaN breaks a run; it is never hidden."""
     assert all(map(math.isnan, plain_built_up(math.nan, 0.5, 0.8, 0.05)))
+
+
+STAYING = """
+model scenic.simulators.newtonian.driving_model
+behavior Pushes():
+    while True:
+        take SetThrottleAction(0.4)
+behavior Once():
+    take SetThrottleAction(0.4)
+    do BrakeBehavior() for 1 seconds
+    while True:
+        wait
+ego = new Car at (-1.75, 46), facing 180 deg, with speed 10, with behavior {behavior}
+other = new Car at (-1.75, 30), facing 180 deg, with speed 8, with behavior FollowLaneBehavior(target_speed=9)
+terminate after 8 seconds
+"""
+
+
+def of_ego(behavior: str) -> Floats:
+    """(samples, State) of a file with a `model` line; both hosts agree on it up to contact."""
+    scenario = compile_text(STAYING.format(behavior=behavior))
+    scenes = scenario.sample(1, seed=5)
+    assert scenes.valid[0]
+    fast = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    slow = world.run(scenario.program, scenes, 0, scenario.config).trajectory
+    np.testing.assert_allclose(slow.states[: len(fast.states)], fast.states, rtol=0.0, atol=1e-9)
+    return fast.states[:, 0]
+
+
+@pytest.mark.parametrize("driver", ["EmergencyBrakeBehavior", "RSSBehavior", "FuzzySafetyBehavior"])
+def test_who_brakes_for_somebody_lets_go_again_where_pedals_stay(driver: str) -> None:
+    """It brakes and eases off again, over the throttle that the driver below it holds."""
+    states = of_ego(f"{driver}(Pushes())")
+    hardest = int(np.argmax(states[:, State.BRAKE]))
+    assert states[hardest:, State.BRAKE].min() < 0.1 * states[hardest, State.BRAKE]
+    assert states[-1, State.THROTTLE] == 0.4
+    assert states[-1, State.SPEED] > 4.0
+
+
+def test_what_braked_for_a_time_lets_go_of_the_brake_alone() -> None:
+    """The throttle that was taken before stays, as in Scenic."""
+    states = of_ego("Once()")
+    assert states[:, State.BRAKE].max() == 1.0
+    assert states[-1, State.BRAKE] == 0.0
+    assert states[-1, State.THROTTLE] == 0.4

@@ -107,7 +107,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("do", "do BEHAVIOR", "Runs a behavior until it ends."),
         ("do choose", "do choose BEHAVIORS", "Runs one of several behaviors, drawn at random."),
         ("do shuffle", "do shuffle BEHAVIORS", "Runs all of several behaviors one after the other, in random order."),
-        ("take", "take ACTIONS", "Acts for one step: pedals, steering, speed."),
+        ("take", "take ACTIONS", "Presses pedals, steers or sets a speed, and ends the step."),
         ("wait", "wait", "Does nothing for one step."),
         ("wait until", "wait until CONDITION", "Does nothing until a condition holds."),
         ("wait for", "wait for 5 s", "Does nothing for a time, or for a number of steps."),

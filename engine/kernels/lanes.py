@@ -131,7 +131,7 @@ def note_commands(plan: Plan, run: Run) -> None:
             run.told[turn + at], run.told[turn + at + 1] = throttle - brake if goes else math.nan, steer
             known = leaves or (goes and (brake == 0.0 or throttle == 0.0) and throttle >= 0.0 and brake >= 0.0)
         other = slots[Slot.FREE] != 0.0 or slots[Slot.TRACK] != 0.0 or slots[Slot.REVERSE] != 0.0
-        if not known or other or slots[Slot.SET_SPEED] != NO_SPEED:
+        if not known or other or slots[Slot.SET_SPEED] != NO_SPEED or slots[Slot.STOP] != 0.0:
             run.status[Status.UNTOLD] = 1
 
 

@@ -47,7 +47,10 @@ def push(plan: Plan, run: Run, sample: int, actor: int, vehicle: Vehicle, speed:
     """Pedals to acceleration; `speed` is along the way, which is -1 backwards. A throttle of the other gear slows."""
     states, slots, step = run.states, run.actors, plan.layout.time_step
     build_up = column_of(plan, run, actor, Column.PEDAL_TIME)
-    asked = clip(slots[actor, Slot.THROTTLE], 0.0, 1.0), clip(slots[actor, Slot.BRAKE], 0.0, 1.0)
+    pressing, stop = slots[actor, Slot.BRAKE], slots[actor, Slot.STOP]
+    if not (stop == 0.0 or stop < pressing):
+        pressing = stop
+    asked = clip(slots[actor, Slot.THROTTLE], 0.0, 1.0), clip(pressing, 0.0, 1.0)
     throttle, open_throttle = built_up(asked[0], states[sample, actor, State.THROTTLE], build_up, step)
     brake, pressed = built_up(asked[1], states[sample, actor, State.BRAKE], build_up, step)
     # Not `brake > 0`: a pedal that is NaN must break the run.

@@ -209,6 +209,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
     run.actors[actor, Slot.SET_SPEED] = NO_SPEED
     run.actors[actor, Slot.OFFSET] = 0.0
     run.actors[actor, Slot.TRACK] = 0.0
+    run.actors[actor, Slot.STOP] = 0.0
     if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
         return -1
     return int(run.resume[plan.main_blocks[template, actor]])

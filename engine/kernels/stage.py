@@ -146,6 +146,8 @@ class Slot(IntEnum):
     TRACK_TIME = 22
     """… the time of the track at the beginning of the turn [s], and how many times as fast that passes."""
     PACE = 23
+    STOP = 24
+    """Brake pedal of this step alone, where pedals stay; what was asked for before holds beside it."""
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0

@@ -36,7 +36,7 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, sin, where
-from engine.vocabulary import Command, State
+from engine.vocabulary import State
 
 REFERENCE_DECELERATION = 6.0
 REFERENCE_DELAY = 0.35
@@ -180,8 +180,7 @@ def moves(job: Job) -> Term:
 
 
 def _full_brake(job: Job, while_: Term) -> ir.Act:
-    pedal = job.number("brake", 1.0)
-    return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
+    return ir.Loop(job.call.span, while_, (job.braking(job.number("brake", 1.0)),))
 
 
 def _relative_speed(job: Job, other: Actor) -> Term:

@@ -47,7 +47,7 @@ def drive_avoiding(job: Job) -> ir.Block:
     vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
     limit = job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
     near = job.ev.algebra.any_of([_noticed_near(job, each, limit) for each in vehicles])
-    brake = ir.Take(job.call.span, ((Command.BRAKE, job.ev.algebra.literal(1.0)),))
+    brake = job.braking(job.ev.algebra.literal(1.0))
     return (ir.TryInterrupt(job.call.span, follow_lane(job), ((near, (brake,)),)),)
 
 

@@ -322,7 +322,7 @@ def constant_throttle(job: Job) -> ir.Block:
 
 
 def brake(job: Job) -> ir.Block:
-    return (job.forever(ir.Take(job.call.span, ((Command.BRAKE, job.number("pedal", 1.0)),))),)
+    return (job.forever(job.braking(job.number("pedal", 1.0))),)
 
 
 def idle(job: Job) -> ir.Block:

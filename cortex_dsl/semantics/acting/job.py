@@ -152,6 +152,11 @@ class Job:
             (Command.REVERSE, self.ev.algebra.truth(False)),
         )
 
+    def braking(self, pedal: Term) -> ir.Take:
+        """Brake for one step, also where pedals stay: who brakes when he has to lets go of the pedal again."""
+        command = Command.STOP if self.ev.file.settings.pedals_stay else Command.BRAKE
+        return ir.Take(self.call.span, ((command, pedal),))
+
     def abort_unless(self, condition: Term, name: str) -> ir.Block:
         """Make the run invalid where a condition fails; nothing to do where it is known to hold."""
         if isinstance(condition, ir.Literal) and condition.value:

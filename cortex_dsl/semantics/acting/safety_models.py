@@ -46,7 +46,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     where,
 )
 from engine.frozen import frozen
-from engine.vocabulary import Command, State
+from engine.vocabulary import State
 
 GRAVITY = 9.81
 JERK = 12.65
@@ -143,7 +143,7 @@ def _partners(job: Job) -> list[_Seen]:
 
 def _brake(job: Job, while_: Term, deceleration: Term) -> ir.Act:
     pedal = minimum(1.0, deceleration / size_of(job.actor, "maxBraking"))
-    return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
+    return ir.Loop(job.call.span, while_, (job.braking(pedal),))
 
 
 def _must_wait(job: Job) -> Term:
