@@ -57,7 +57,9 @@ class StandIn:
 
 STAND_INS: Mapping[str, StandIn] = {
     "IdleBehavior": StandIn((), ("while True:", "    wait")),
-    "BrakeBehavior": StandIn(("pedal=1",), ("while True:", "    take SetBrakeAction(pedal)")),
+    "BrakeBehavior": StandIn(
+        ("pedal=1",), ("while True:", "    take SetBrakeAction(pedal)"), "the pedal stays pressed when it is over"
+    ),
     "ConstantSpeedBehavior": StandIn(("speed",), ("while True:", "    take SetSpeedAction(speed)")),
     "CarFollowingBehavior": StandIn(
         ("target_speed=10", "trajectory=None"),

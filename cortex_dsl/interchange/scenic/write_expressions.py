@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
 from cortex_dsl import ir
+from cortex_dsl.interchange.scenic.given import by_position, left_out, the_one
 from cortex_dsl.interchange.scenic.scenic_names import (
     ALIASES,
     BEHAVIOURS,
@@ -59,7 +60,7 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
     if name == "SetSteerAction":
         return _steer(to, node)
     if name == "SetWalkingDirectionAction":
-        (heading,) = node.arguments
+        heading = the_one(node)
         turned = heading_from_north(to, heading.value)
         return replace(node, arguments=(replace(heading, value=turned, name=None),))
     if name in BEHAVIOURS or name in STAND_INS:
@@ -68,7 +69,7 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
         to.sheet.mathematics.add(name)
     elif name not in SHARED_FUNCTIONS:
         raise Unsaid(f"`{name}`", node.span)
-    return replace(to.parts(node), arguments=tuple(_unnamed(to.parts(each)) for each in node.arguments))
+    return to.parts(replace(node, arguments=by_position(node, name)))
 
 
 def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
@@ -81,11 +82,6 @@ def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
     return None
 
 
-def _unnamed(argument: nodes.Argument) -> nodes.Argument:
-    """Our other spelling of a parameter is not known there."""
-    return replace(argument, name=ALIASES.get(argument.name or "", argument.name))
-
-
 def _fixed(to: "Expressions", node: nodes.Call) -> nodes.Expression:
     """One value after the other, as often as the place is evaluated."""
     values = ", ".join(to.text(argument.value) for argument in node.arguments)
@@ -96,9 +92,9 @@ def _fixed(to: "Expressions", node: nodes.Call) -> nodes.Expression:
 
 def _steer(to: "Expressions", node: nodes.Call) -> nodes.Expression:
     """Scenic steers from -1 to 1 of the full angle, positive to the right; so do files with a `model` line."""
-    (argument,) = node.arguments
+    argument = the_one(node)
     if to.from_north:
-        return to.parts(node)
+        return replace(node, arguments=(replace(argument, value=to(argument.value), name=None),))
     full = nodes.Number(MODELS[ActorKind.CAR].max_steer, None, span=NOWHERE)
     turned = nodes.Unary("-", nodes.Binary("/", to(argument.value), full, span=NOWHERE), span=NOWHERE)
     to.sheet.remark("a steering angle is written as a share of the full angle of a car", node.span)
@@ -119,16 +115,9 @@ def _behaviour(to: "Expressions", node: nodes.Call, name: str) -> nodes.Expressi
         if here:
             kept.append(replace(argument, name=known, value=to(argument.value)))
         else:
-            to.sheet.remark(f"`{name}` is written without {_left_out(argument, number, name)}", argument.span)
+            to.sheet.remark(f"`{name}` is written without {left_out(argument, number, name)}", argument.span)
     return replace(node, arguments=tuple(kept))
 
-
-def _left_out(argument: nodes.Argument, number: int, name: str) -> str:
-    parameters = BUILTINS[name].parameters
-    return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
-
-
-# -- expressions -------------------------------------------------------------------------------------------------------
 
 N = TypeVar("N", bound=nodes.Node)
 Worth = Callable[[Span], list[Value]]

@@ -255,3 +255,33 @@ def test_golden(path: Path) -> None:
         GOLDEN.mkdir(exist_ok=True)
         golden.write_text(text, encoding="utf-8")
     assert text == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("action", "there"),
+    [
+        ("SetSpeedAction(speed=3 m/s)", "SetSpeedAction(3)"),
+        ("SetBrakeAction(brake=0.5)", "SetBrakeAction(0.5)"),
+        ("SetSteerAction(steer=0)", "SetSteerAction(-(0 / 0.551))"),
+        ("SetWalkingSpeedAction(speed=1 m/s)", "SetWalkingSpeedAction(1)"),
+    ],
+)
+def test_actions_are_given_what_they_take_by_place(action: str, there: str) -> None:
+    """What we call `speed` is not called so there in all of them."""
+    text = f"behavior Acts():\n    while True:\n        take {action}\n"
+    assert f"take {there}\n" in body(text)
+
+
+def test_named_arguments_come_in_their_order() -> None:
+    """`thresholdDistance` before `vehicle` is written behind it."""
+    condition = "withinDistanceToAnyObjs(thresholdDistance=5 m, vehicle=self)"
+    text = f"behavior Acts():\n    while {condition}:\n        wait\n"
+    assert "while withinDistanceToAnyObjs(self, 5):\n" in body(text)
+
+
+def test_a_heading_out_of_a_list_is_left_out() -> None:
+    """Turned to the north it cannot be while it is not known which number of the list it is."""
+    text = "behavior Acts():\n    way = [30 deg]\n    while True:\n        take SetWalkingDirectionAction(*way)\n"
+    statements, remarks = written(f"{ROAD}{EGO}\n{text}")
+    assert "# take SetWalkingDirectionAction(*way)" in statements
+    assert any("arguments of an action in a list" in each for each in remarks)
