@@ -5,7 +5,7 @@ pedals stay as they were set, as in Scenic.
 # scenario: walking.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: e733007d4527ac80b6007a4965cf57f4
+# digest: 814209b4aa414cbda19df0a11de35c73
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
