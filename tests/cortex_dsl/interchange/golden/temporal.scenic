@@ -3,7 +3,7 @@
 # scenario: temporal.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 59d4c455ebeb19d482fae7dcf3bc3574
+# digest: 602f7b284561588a283fd0b8ed858646
 # risk: none, the run was aborted
 # version: cortexc 0.2.0
 #
