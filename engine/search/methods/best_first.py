@@ -45,6 +45,8 @@ SECTORS = 8
 """From which another may come."""
 LIKE = 2.0
 """Speeds [m/s] that a kind spans."""
+NONE = -1
+"""In place of the row of a second parent."""
 
 Kind = tuple[int, int, int]
 
@@ -58,6 +60,7 @@ class BestFirst(InCube):
         super().__init__(box, population, streams)
         self._points, self._steps = np.empty((0, len(box))), np.empty(0)
         self._stepped_from = np.empty(0, dtype=np.int64)
+        self._second = np.empty(0, dtype=np.int64)
         self._archive, self._archived_steps = np.empty((0, len(box))), np.empty(0)
         self._value, self._tries = np.empty(0), np.empty(0)
         self._births: list[Birth] = []
@@ -72,6 +75,7 @@ class BestFirst(InCube):
         if len(self._value) and self._cube.size:
             count = self._population - round(self.exploring * self._population)
             self._stepped_from = self._chosen(count)
+            self._second = np.full(count, NONE)
             self._points[:count], self._steps[:count] = self._children(stream)
         return [self._proposal(slot, point) for slot, point in enumerate(self._points)]
 
@@ -79,7 +83,10 @@ class BestFirst(InCube):
         genome, born = self._cube.genome(point), Birth(self._generation, slot)
         if slot >= len(self._stepped_from):
             return Proposal(genome, Operator.RANDOM, born)
-        return Proposal(genome, Operator.MUTATION, born, (self._births[int(self._stepped_from[slot])],))
+        first, second = int(self._stepped_from[slot]), int(self._second[slot])
+        if second == NONE:
+            return Proposal(genome, Operator.MUTATION, born, (self._births[first],))
+        return Proposal(genome, Operator.CROSSOVER, born, (self._births[first], self._births[second]))
 
     def _chosen(self, count: int) -> Ints:
         """(count,) rows of the archive to step from, one after the other; each counts as a try before the next."""
@@ -92,7 +99,7 @@ class BestFirst(InCube):
         return rows
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
-        """(n, d) a child of each row that is stepped from, and (n,) the steps."""
+        """(n, d) a child of each row that is stepped from, and (n,) steps: near them its own children draw theirs."""
         rows, size = self._stepped_from, self._cube.size
         varied = self._archived_steps[rows] * np.exp(VARIED * stream.standard_normal(len(rows)))
         steps = np.clip(varied, NARROWEST, WIDEST)

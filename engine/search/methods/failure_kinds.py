@@ -32,7 +32,7 @@ import numpy as np
 from numpy.random import Generator
 
 from engine.search.insight.kinds import EDGES
-from engine.search.methods.best_first import BestFirst, sector_of
+from engine.search.methods.best_first import NONE, BestFirst, sector_of
 from engine.search.methods.cube import reflected
 from engine.search.protocol import Box, Result, StreamAt, measure
 from engine.tables import Floats, Ints
@@ -69,7 +69,7 @@ class FailureKinds(BestFirst):
         known = self._fails if self._fails.sum() >= FEW else self._fails | self._touched
         sources = np.flatnonzero(known)
         bred = round((BRED if self._fails.any() else BRED / 2.0) * count) if len(sources) else 0
-        rows = self._bred_from(sources, bred, self._streams(self._generation, 1)) if bred else sources
+        rows = self._bred_from(sources, bred, self._streams(self._generation, 1))
         return np.concatenate([rows, super()._chosen(count - bred)])
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
@@ -77,7 +77,9 @@ class FailureKinds(BestFirst):
         met = self._fails | self._touched
         along = met[self._stepped_from] & (stream.random(len(points)) < ALONG)
         parents = self._archive[self._stepped_from[along]]
-        ways = self._archive[stream.choice(np.flatnonzero(met), size=len(parents))] - parents
+        others = stream.choice(np.flatnonzero(met), size=len(parents))
+        self._second[along] = np.where(others == self._stepped_from[along], NONE, others)
+        ways = self._archive[others] - parents
         where = STRETCH * stream.standard_normal((len(parents), 1))
         points[along] = reflected(parents + where * ways + ASIDE * stream.standard_normal(parents.shape))
         return points, steps

@@ -27,7 +27,7 @@ from engine.search.methods.optimizers import Annealing, CrossEntropy, Differenti
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
 from engine.search.methods.trust_regions import TrustRegions, fitted, likelihood, normal_scores, predicted
-from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
+from engine.search.protocol import MEASURES, Box, Operator, Result, Searcher, Status, StreamAt
 from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import operator_generator
@@ -343,6 +343,39 @@ def test_failures_of_other_kinds_are_found_on_lines(
     on_lines = places()
     monkeypatch.setattr(failure_kinds, "ALONG", 0.0)
     assert on_lines > 1.5 * places()
+
+
+def test_who_lies_on_a_line_has_two_parents(spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]) -> None:
+    """They are those whose line it is, but for a little aside; a single parent has a mutant."""
+    space = spaces([0.0] * 4, [1.0] * 4)
+
+    def half(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        return rows(np.zeros(len(keys), dtype=np.int32), np.where(genomes[:, 0] < 0.3, 0.0, 9.0))
+
+    runs = search("failure_kinds", space, half, SearchConfig(generations=8, population=60, probes=0), 1).evaluations
+    crossed = runs.operator == Operator.CROSSOVER
+    assert crossed.sum() > 20
+    assert (runs.parents[crossed] >= 0).all()
+    assert (runs.parents[runs.operator == Operator.MUTATION, 1] == -1).all()
+    births = {tuple(birth): genome for birth, genome in zip(runs.births.tolist(), runs.genomes, strict=True)}
+    aside = []
+    for genome, parents in zip(runs.genomes[crossed], runs.parents[crossed].tolist(), strict=True):
+        first, second = (births[tuple(parent)] for parent in parents)
+        way = (second - first) / np.linalg.norm(second - first)
+        away = genome - first
+        if (genome > 0.0).all() and (genome < 1.0).all():
+            aside.append(np.linalg.norm(away - (away @ way) * way))
+    assert np.median(aside) < 4.0 * failure_kinds.ASIDE
+
+
+def test_failure_kinds_one_at_a_time() -> None:
+    """A generation of one is all at random or all bred."""
+    box = Box(("a", "b"), (0.0, 0.0), (1.0, 1.0), (GeneKind.CONTINUOUS,) * 2)
+    searcher = FailureKinds(box, 1, lambda *address: np.random.default_rng(address))
+    touched = Result(Status.VALID, 1.0, Verdict.VALID, 1.0, False, (0.0,) * len(MEASURES))
+    for _ in range(4):
+        assert len(searcher.ask()) == 1
+        searcher.tell([touched])
 
 
 # -- trust regions -----------------------------------------------------------------------------------------------------
