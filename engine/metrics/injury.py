@@ -8,10 +8,10 @@ than five times that at 30 km/h, which holds of these coefficients.
 Lubbe, Wu and Jeppsson (2022), "Safe speeds: fatality and injury risks of pedestrians, cyclists, motorcyclists, and car
 drivers impacting the front of another passenger car as a function of closing speed and age", Traffic Safety Research 2,
 000006: accidents in Germany from 1999 to 2020 give the risk of an injury of AIS 3 or more, or of death (MAIS3+F), 1 /
-(1 + exp(-(a + b v + c age))), v the relative speed of the two in km/h; tables 2, 3 and 5, to three decimals. By its
-abstract the risk is 10 % at 29 km/h on foot, at 44 km/h on a bicycle and at 112 km/h in a car, which holds of these
-coefficients, within their rounding, at the median ages of those in the data: 46, 39 and 39 years. The coefficients of
-motorcyclists could not be checked, and of trucks, buses and who strikes an obstacle there are none.
+(1 + exp(-(a + b v + c age))), v the relative speed of the two in km/h; tables 2, 3 and 5, to three decimals, as others
+have copied them. By its abstract the risk is 10 % at 29 km/h on foot, at 44 km/h on a bicycle and at 112 km/h in a car,
+which holds of these coefficients, within their rounding, at the median ages of those in the data: 46, 39 and 39 years.
+The coefficients of motorcyclists could not be checked, and of trucks, buses and who strikes an obstacle there are none.
 """
 
 import math

@@ -307,11 +307,12 @@ TOO_MUCH_WORK = Problem(
 )
 ENDLESS_LAMBDA = Problem(
     "SCN435",
-    "this function calls itself without end",
+    "this function calls itself too deep, or without end",
     cure="use a list instead of recursion",
     page=Page(
         "lambda without end",
-        "A lambda that calls itself is worked out at once, whatever its condition says about values that are drawn.",
+        "A function that calls itself is worked out at once, whatever its condition says about values that are drawn. "
+        "Thirty calls within each other are the limit, fewer where each holds many loops and lists.",
         "f = lambda n: f(n + 1)\nego = new Car on road, with speed f(1)\n",
         "f = lambda n: n + 1\nego = new Car on road, with speed f(1)\n",
     ),

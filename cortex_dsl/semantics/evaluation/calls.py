@@ -80,24 +80,21 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
     if isinstance(callee, ScenarioValue):
         return scenario_call(ev, callee, node)
     given = evaluate_arguments(ev, node.arguments)
-    return ev.file.budget.repeating(node.span, lambda: _called(ev, callee, given, node))
-
-
-def _called(ev: Evaluator, callee: Value, given: Sequence[Given], node: nodes.Call) -> Value:
-    match callee:
-        case BuiltinValue(name):
-            return _builtin(ev, BUILTINS[name], given, node)
-        case BehaviourValue():
-            return behaviour_call(callee, given, node.span)
-        case MonitorValue():
-            return monitor_call(callee, given, node.span)
-        case Closure():
-            slots = [Slot(name) for name in callee.parameters]
-            signature = f"lambda {', '.join(callee.parameters)}"
-            bound = bind("lambda", signature, slots, given, node.span)
-            return callee.apply(*(bound[name].value for name in callee.parameters))
-        case Function():
-            return callee.apply(ev.moment, _function_arguments(callee, given, node.span))
+    with ev.file.budget.repeating(node.span):
+        match callee:
+            case BuiltinValue(name):
+                return _builtin(ev, BUILTINS[name], given, node)
+            case BehaviourValue():
+                return behaviour_call(callee, given, node.span)
+            case MonitorValue():
+                return monitor_call(callee, given, node.span)
+            case Closure():
+                slots = [Slot(name) for name in callee.parameters]
+                signature = f"lambda {', '.join(callee.parameters)}"
+                bound = bind("lambda", signature, slots, given, node.span)
+                return callee.apply(*(bound[name].value for name in callee.parameters))
+            case Function():
+                return callee.apply(ev.moment, _function_arguments(callee, given, node.span))
     raise NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
 
 

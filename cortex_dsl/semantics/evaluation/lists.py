@@ -65,17 +65,13 @@ def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
 def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
     if not clauses:
         return [ev.evaluate(node.element)]
-    return ev.file.budget.repeating(clauses[0].iterable.span, lambda: _each(ev, node, clauses[0], clauses[1:]))
-
-
-def _each(
-    ev: Evaluator, node: nodes.Comprehension, clause: nodes.ForClause, rest: Sequence[nodes.ForClause]
-) -> list[Value]:
+    clause, rest = clauses[0], clauses[1:]
     results: list[Value] = []
-    for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
-        inner = ev.inside(unpack(clause.targets, item, clause.span))
-        if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
-            results += _generated(inner, node, rest)
+    with ev.file.budget.repeating(clause.iterable.span):
+        for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
+            inner = ev.inside(unpack(clause.targets, item, clause.span))
+            if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
+                results += _generated(inner, node, rest)
     return results
 
 

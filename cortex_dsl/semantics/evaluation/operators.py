@@ -111,6 +111,8 @@ def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
         ev.run.depth.calls += 1
         try:
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
+        except RecursionError:
+            raise ENDLESS_LAMBDA.mistake(node.span) from None
         finally:
             ev.run.depth.calls -= 1
 

@@ -51,25 +51,19 @@ def branch(ev: Evaluator, node: nodes.If, run: Run) -> None:
 
 def loop_over(ev: Evaluator, node: nodes.For, run: Run) -> None:
     """Once for each item of a list; after mistakes no further round would say anything new."""
-    ev.file.budget.repeating(node.iterable.span, lambda: _rounds(ev, node, run))
-
-
-def _rounds(ev: Evaluator, node: nodes.For, run: Run) -> None:
-    for item in items_of(ev.evaluate(node.iterable), node.iterable.span, "what `for` runs over"):
-        ev.scope.update(unpack(node.targets, item, node.span))
-        if _round(ev, node, run) or ev.file.findings.has_errors:
-            return
+    with ev.file.budget.repeating(node.iterable.span):
+        for item in items_of(ev.evaluate(node.iterable), node.iterable.span, "what `for` runs over"):
+            ev.scope.update(unpack(node.targets, item, node.span))
+            if _round(ev, node, run) or ev.file.findings.has_errors:
+                return
 
 
 def loop_while(ev: Evaluator, node: nodes.While, run: Run) -> None:
-    ev.file.budget.repeating(node.condition.span, lambda: _while_it_holds(ev, node, run))
-
-
-def _while_it_holds(ev: Evaluator, node: nodes.While, run: Run) -> None:
     condition = node.condition
-    while known_truth(ev, ev.evaluate(condition), condition.span, "the condition of a `while`"):
-        if _round(ev, node, run) or ev.file.findings.has_errors:
-            return
+    with ev.file.budget.repeating(condition.span):
+        while known_truth(ev, ev.evaluate(condition), condition.span, "the condition of a `while`"):
+            if _round(ev, node, run) or ev.file.findings.has_errors:
+                return
 
 
 def _round(ev: Evaluator, node: nodes.For | nodes.While, run: Run) -> bool:

@@ -41,6 +41,8 @@ def function(ev: Evaluator, node: nodes.FunctionDefinition, run: Run) -> Functio
             block(here, node.body, run)
         except Leaving as leaving:
             return leaving.value if isinstance(leaving, Returned) else None
+        except RecursionError:
+            raise ENDLESS_LAMBDA.mistake(node.name_span) from None
         finally:
             ev.run.depth.calls -= 1
         return None

@@ -3,9 +3,9 @@
 It is counted in expressions and never in seconds, so that a file compiles everywhere or nowhere.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
@@ -17,8 +17,6 @@ COPIES = 64
 """Items or characters that are copied for what evaluating an expression costs."""
 MUCH = 20
 """A place that takes less than this part of all work is not what is too much."""
-
-Result = TypeVar("Result")
 
 
 @dataclass
@@ -48,13 +46,15 @@ class Budget:
         """`spend` for so many items or characters that are copied, before they are."""
         self.spend(span, count // COPIES)
 
-    def repeating(self, span: Span, work: Callable[[], Result]) -> Result:
-        """What `work` gives: a loop, a list or a call, which is what the place stands for."""
+    @contextmanager
+    def repeating(self, span: Span) -> Iterator[None]:
+        """While a loop, a list or a call is worked out, which is what the place stands for."""
         if span in self._under_way:  # a function that calls itself
-            return work()
+            yield
+            return
         before = self._under_way[span] = self.evaluations
         try:
-            return work()
+            yield
         finally:
             del self._under_way[span]
             self._most[span] = max(self.evaluations - before, self._most.get(span, 0))
