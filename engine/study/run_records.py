@@ -158,7 +158,7 @@ class RunFigures:
     avoidable_kinds: int
     """… and of how many kinds these are."""
     failing_cells: int
-    """Cells with a collision, over all descriptor grids."""
+    """Cells with a collision, over the descriptor grids that runs have in common; those of drawn lanes are left out."""
     first_collision: float
     """Distinct simulations up to and with the first that collided; NaN where none did."""
 

@@ -72,7 +72,7 @@ def _bases(ev: Evaluator, node: nodes.ClassDefinition) -> tuple[ClassValue, ...]
     span = node.base_span or node.span
     if node.base in PLACES:
         what = f"a class cannot be made from `{node.base}`"
-        raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
+        raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no sizes", cure="use `Object`")
     if node.base not in ACTOR_KINDS:
         known = {*ACTOR_KINDS, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
         raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known) or CLASS_ABOVE)
