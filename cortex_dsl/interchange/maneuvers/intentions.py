@@ -180,7 +180,8 @@ class Reader:
         if set(commands) not in ({Command.BRAKE}, {Command.STOP}):
             names = ", ".join(sorted(command.name.lower() for command in commands))
             raise UnsayableError(f"an action other than a brake ({names})", act.span)
-        pedal = self._number(*commands.values(), act, "a pedal")
+        (command,) = commands.values()
+        pedal = self._number(command, act, "a pedal")
         most = formula_of(self.case, self.case.actors[self.actor].columns[Column.MAX_BRAKING])
         return Change(formula.ZERO, formula.add(formula.multiply(pedal, most), formula.number(LEAST_RATE)))
 
