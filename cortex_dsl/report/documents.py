@@ -5,7 +5,6 @@ Numbers that do not exist are null.
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from engine.feasibility import Cut, Feasibility
     from engine.program import Program
 
-ACTING = re.compile("[\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufff9-\ufffb]")
-"""Characters that act on a terminal, or turn the direction of writing: JSON has another way to write them."""
 SCHEMA_VERSION = 1
 """Rises when a field changes its meaning or goes away; new fields may come at any time."""
 
@@ -30,7 +27,12 @@ def document(kind: str, content: Mapping[str, Any]) -> str:
     """One document of `kind`, such as `run` or `search`, indented for people too."""
     head = {"schema": f"cortexc/{kind}", "schema_version": SCHEMA_VERSION, "cortexc": VERSION}
     text = json.dumps({**head, **plain(content)}, indent=2, allow_nan=False, ensure_ascii=False)
-    return text if text.isascii() else ACTING.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return "".join(sign if sign.isprintable() or sign == "\n" else _escaped(sign) for sign in text)
+
+
+def _escaped(sign: str) -> str:
+    """A character that might act on a terminal, or turn the direction of writing, as JSON can also write it."""
+    return f"\\u{ord(sign):04x}" if ord(sign) <= 0xFFFF else json.dumps(sign)[1:-1]
 
 
 def plain(value: Any) -> Any:

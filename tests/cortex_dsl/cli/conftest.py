@@ -37,6 +37,11 @@ class Result:
     def document(self) -> Any:
         return json.loads(self.out)
 
+    @property
+    def said(self) -> str:
+        """stderr in one line: where its lines break depends on how long the paths of this machine are."""
+        return " ".join(self.err.split())
+
 
 @pytest.fixture(scope="session")
 def left_turn() -> Path:

@@ -23,8 +23,8 @@ def test_check_of_a_bad_file(cortexc: Command, scenario: Scenario) -> None:
     result = cortexc(path, "--check")
     assert result.code == 1
     assert result.out == ""
-    assert f"{path}:" in result.err
-    assert "error[SCN" in result.err
+    assert f"{path}:" in result.said
+    assert "error[SCN" in result.said
 
 
 def test_check_as_a_document(cortexc: Command, scenario: Scenario, left_turn: Path) -> None:
@@ -68,7 +68,7 @@ def test_a_param_held_fixed(cortexc: Command, left_turn: Path) -> None:
     for wrong in ("EGO_SPED=50 km/h", "EGO_SPEED=50 m", "EGO_SPEED=nan"):
         result = cortexc(left_turn, "--check", "-p", wrong)
         assert result.code == 1, wrong
-        assert "error[SCN" in result.err
+        assert "error[SCN" in result.said
 
 
 def test_the_scenario_to_run_can_be_named(cortexc: Command, tmp_path: Path) -> None:

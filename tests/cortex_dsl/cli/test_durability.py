@@ -195,8 +195,8 @@ def test_killed_before_there_is_a_journal(cortexc: Command, left_turn: Path, tmp
     (run / ".lock").touch()
     result = cortexc("resume", run)
     assert result.code == 2
-    assert "there is no journal" in result.err
-    assert "start that search again" in result.err
+    assert "there is no journal" in result.said
+    assert "start that search again" in result.said
     assert cortexc(left_turn, "--random", *SMALL, "--out", run).code == 0
     assert not list(run.glob("*.new*"))
 
@@ -214,7 +214,7 @@ def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, tmp_path: Path
     longer = ("--generations", written(run) + 3)
     result = cortexc("resume", run, "--jobs", 2, *longer)
     assert result.code == 0
-    assert "going on after generation" in result.err
+    assert "going on after generation" in result.said
     cortexc(left_turn, *size, *longer, "--out", tmp_path / "whole")
     assert tables(run) == tables(tmp_path / "whole")
 
@@ -227,7 +227,7 @@ def test_a_finished_run_shows_its_report_again(cortexc: Command, left_turn: Path
     again = cortexc("resume", run)
     assert again.code == 0
     assert again.out == first.out
-    assert "finished already" in again.err
+    assert "finished already" in again.said
     assert {path: path.stat().st_mtime_ns for path in run.rglob("*")} == before
     (search,) = cortexc("resume", run, "--json").document["searches"]
     assert (search["method"], search["generations"], search["stopped"]) == ("ga", 4, False)
@@ -251,13 +251,13 @@ def test_what_cannot_become_longer(cortexc: Command, left_turn: Path, tmp_path: 
     cortexc(left_turn, "--method", "sa", *SMALL, "--out", tmp_path / "sa")
     refused = cortexc("resume", tmp_path / "sa", "--generations", 9)
     assert refused.code == 2
-    assert "paces itself by the number of its generations" in refused.err
-    assert "going on" not in refused.err
+    assert "paces itself by the number of its generations" in refused.said
+    assert "going on" not in refused.said
     assert cortexc("resume", tmp_path / "sa", "--generations", 4).code == 0
     cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "random")
     refused = cortexc("resume", tmp_path / "random", "--generations", 3)
     assert refused.code == 2
-    assert "has 4 generations already" in refused.err
+    assert "has 4 generations already" in refused.said
 
 
 def test_an_edited_scenario(cortexc: Command, scenario: Callable[..., Path], tmp_path: Path) -> None:
@@ -272,7 +272,7 @@ def test_an_edited_scenario(cortexc: Command, scenario: Callable[..., Path], tmp
     (path.parent / "beside.scn").unlink()
     result = cortexc("resume", run, "--generations", 4)
     assert result.code == 0
-    assert "was edited since" in result.err
+    assert "was edited since" in result.said
     assert tables(run) == tables(tmp_path / "whole")
 
 
@@ -318,8 +318,8 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
             time.sleep(0.01)
         refused = cortexc("resume", tmp_path / "busy")
         assert refused.code == 2
-        assert "being written by another process" in refused.err
-        assert "going on" not in refused.err
+        assert "being written by another process" in refused.said
+        assert "going on" not in refused.said
     with killed_in_the_end("resume", killed, "--generations", 60000) as process:
         before = written(killed)
         while written(killed) <= before:
@@ -352,8 +352,8 @@ def test_journals_that_are_none_of_ours(killed: Path, cortexc: Command, damage: 
     before = tables(killed)
     result = cortexc("resume", killed)
     assert result.code == 2
-    assert message in result.err
-    assert "help:" in result.err
+    assert message in result.said
+    assert "help:" in result.said
     assert tables(killed) == before
 
 
@@ -368,7 +368,7 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     assert f"did you mean `{killed}`?" in cortexc("resume", killed.with_name("kiled")).err
     assert "is no folder" in cortexc("resume", __file__).err
     result = cortexc("resume")
-    assert (result.code, "no run given" in result.err) == (2, True)
+    assert (result.code, "no run given" in result.said) == (2, True)
     assert cortexc("resume", killed, "--json").document["exit_code"] == 2
 
 
@@ -443,7 +443,7 @@ def test_a_journal_that_was_changed_by_hand(
             assert connection.execute(change).rowcount > 0
         result = cortexc(command[0], run, *command[1:])
         assert result.code == 2
-        assert message in result.err
+        assert message in result.said
 
 
 def test_a_journal_of_another_version_is_reported_with_a_warning(
@@ -459,4 +459,4 @@ def test_a_journal_of_another_version_is_reported_with_a_warning(
         connection.execute("UPDATE manifest SET value = ? WHERE field = 'versions'", (other,))
     result = cortexc("analyse", run, "--budget", 0)
     assert result.code == 0
-    assert "numpy" in result.err
+    assert "numpy" in result.said

@@ -59,7 +59,7 @@ def test_a_file_that_comes_with_cortexc(cortexc: Command, tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     done = cortexc("examples/left_turn.scn", "--check")
     assert done.code == 2
-    assert "help: it comes with cortexc: `cortexc examples left_turn --copy examples` writes it" in done.err
+    assert "help: it comes with cortexc: `cortexc examples left_turn --copy examples` writes it" in done.said
     assert cortexc("examples", "left_turn", "--copy", "examples").code == 0
     assert cortexc("examples/left_turn.scn", "--check").code == 0
 
@@ -70,14 +70,14 @@ def test_copies_over_nothing(cortexc: Command, tmp_path: Path) -> None:
     mine.write_text("mine")
     done = cortexc("examples", "--copy", tmp_path)
     assert (done.code, mine.read_text(), len(list(tmp_path.iterdir()))) == (2, "mine", 1)
-    assert "is there already" in done.err
+    assert "is there already" in done.said
 
 
 def test_an_unknown_example(cortexc: Command) -> None:
     """The nearest one is named."""
     done = cortexc("examples", "lft_turn")
     assert done.code == 2
-    assert "did you mean `left_turn`?" in done.err
+    assert "did you mean `left_turn`?" in done.said
 
 
 def test_new_begins_a_scenario(cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,5 +119,5 @@ def test_new_needs_a_name(
     monkeypatch.chdir(tmp_path)
     done = cortexc("new", *words)
     assert done.code == 2
-    assert "help: " in done.err or "no such file" in done.err
+    assert "help: " in done.said or "no such file" in done.said
     assert not list(tmp_path.iterdir())

@@ -57,8 +57,8 @@ def test_an_unknown_code(cortexc: Command) -> None:
     """A slip of the user, with the nearest codes."""
     result = cortexc("explain", "SCN299")
     assert result.code == 2
-    assert "there is no code `SCN299`" in result.err
-    assert "SCN301" in result.err
+    assert "there is no code `SCN299`" in result.said
+    assert "SCN301" in result.said
 
 
 def test_help_names_the_command(cortexc: Command) -> None:

@@ -122,8 +122,8 @@ def test_nothing_is_overwritten(cortexc: Command, run: Path, tmp_path: Path) -> 
     file.write_text("mine")
     result = cortexc(*words)
     assert result.code == Exit.USAGE
-    assert "holds something else" in result.err
-    assert "--force" in result.err
+    assert "holds something else" in result.said
+    assert "--force" in result.said
     assert file.read_text() == "mine"
     assert cortexc(*words, "--force").code == Exit.FINE
     assert file.read_text() != "mine"
@@ -192,8 +192,8 @@ def test_slips_have_a_cure(cortexc: Command, run: Path, left_turn: Path, slip: s
     words, message, cure = WRONG[slip]
     result = cortexc("export", *(word.replace("{run}", str(run)).replace("{scn}", str(left_turn)) for word in words))
     assert result.code == Exit.USAGE
-    assert message in result.err
-    assert cure in result.err
+    assert message in result.said
+    assert cure in result.said
     assert result.out == ""
 
 
@@ -201,7 +201,7 @@ def test_a_folder_in_a_files_place(cortexc: Command, run: Path, tmp_path: Path) 
     (tmp_path / "left_turn-case01.csv").mkdir()
     result = cortexc("export", run, "--to", "csv", "--out", tmp_path)
     assert result.code == Exit.USAGE
-    assert "take that folder away" in result.err
+    assert "take that folder away" in result.said
 
 
 def test_a_full_disk(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,8 +213,8 @@ def test_a_full_disk(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(os, "fsync", full)
     result = cortexc("export", run, "--to", "xosc", "--out", tmp_path / "new")
     assert result.code == Exit.USAGE
-    assert "the disk is full" in result.err
-    assert "free some space" in result.err
+    assert "the disk is full" in result.said
+    assert "free some space" in result.said
     assert list(tmp_path.iterdir()) == []
 
 
@@ -224,7 +224,7 @@ def test_a_file_with_errors(cortexc: Command, tmp_path: Path) -> None:
     file.write_text("ego = new Carr on road\n")
     result = cortexc("export", file, "--to", "csv", "--out", tmp_path)
     assert result.code == Exit.DIAGNOSTICS
-    assert "did you mean `Car`?" in result.err
+    assert "did you mean `Car`?" in result.said
 
 
 def test_json_of_a_file_with_errors_is_a_document(cortexc: Command, tmp_path: Path) -> None:
@@ -267,7 +267,7 @@ def test_what_stands_in_the_way_is_reported_and_replaced(cortexc: Command, run: 
     words = ("export", run, "--to", "csv,scn", "--out", tmp_path)
     result = cortexc(*words)
     assert result.code == Exit.USAGE
-    assert "and 1 more holds something else" in result.err
+    assert "and 1 more holds something else" in result.said
     assert cortexc(*words, "--force").code == Exit.FINE
     assert all(path.is_file() and not path.is_symlink() for path in tmp_path.iterdir())
 
@@ -277,7 +277,7 @@ def test_a_file_without_a_scene(cortexc: Command, tmp_path: Path) -> None:
     file.write_text("ego = new Car on road\nrequire ego.position.x > 1000 m\n")
     result = cortexc("export", file, "--to", "csv", "--out", tmp_path / "out")
     assert result.code == Exit.USAGE
-    assert "no scene of" in result.err
+    assert "no scene of" in result.said
     assert not (tmp_path / "out").exists()
 
 
@@ -286,7 +286,7 @@ def test_a_folder_of_runs(cortexc: Command, run: Path, tmp_path: Path) -> None:
     shutil.copytree(run, tmp_path / "runs" / "one")
     result = cortexc("export", tmp_path / "runs", "--to", "csv")
     assert result.code == Exit.USAGE
-    assert "name one of them" in result.err
+    assert "name one of them" in result.said
 
 
 def test_json_of_a_slip_is_a_document(cortexc: Command, run: Path) -> None:
@@ -308,8 +308,8 @@ def test_what_a_format_cannot_carry(
     monkeypatch.setattr("engine.interchange.tables.write_csv", refused)
     result = cortexc("export", run, "--to", "scn,csv", "--out", tmp_path / "out")
     assert result.code == Exit.USAGE
-    assert "left_turn-case01 as csv: a lorry that flies" in result.err
-    assert "keep it on the ground" in result.err
+    assert "left_turn-case01 as csv: a lorry that flies" in result.said
+    assert "keep it on the ground" in result.said
     assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".scn"}
 
 
@@ -319,8 +319,8 @@ def test_formats_that_can_are_written_beside_one_that_cannot(cortexc: Command, t
     file.write_text("map intersection(left_hand=True)\nego = new Car in road\nterminate after 1 s\n", encoding="utf-8")
     result = cortexc("export", file, "--to", "xosc,scenic,csv,scn", "--check", "--out", tmp_path / "out")
     assert result.code == Exit.USAGE
-    assert "right-hand traffic" in result.err
-    assert "leave scenic out" in result.err
+    assert "right-hand traffic" in result.said
+    assert "leave scenic out" in result.said
     assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".xosc", ".xodr", ".csv", ".scn"}
     assert "checked: no finding" in result.out
     document = cortexc("export", file, "--to", "scenic,csv", "--out", tmp_path / "two", "--json").document
@@ -340,7 +340,7 @@ def test_a_player_is_named(cortexc: Command, run: Path, tmp_path: Path, monkeypa
     ):
         result = cortexc(*words, *flags)
         assert result.code == Exit.USAGE
-        assert message in " ".join(result.err.split())
+        assert message in result.said
     assert not (tmp_path / "files").exists()
 
 

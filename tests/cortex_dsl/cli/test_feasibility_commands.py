@@ -43,8 +43,8 @@ def test_check_of_an_infeasible_file(cortexc: Command, scenario: Scenario) -> No
     path = scenario(*NEVER)
     result = cortexc(path, "--check")
     assert result.code == 1
-    assert "error[SCN530]" in result.err
-    assert "`ego starts where it should` and `far off` exclude each other" in " ".join(result.err.split())
+    assert "error[SCN530]" in result.said
+    assert "`ego starts where it should` and `far off` exclude each other" in result.said
     document = cortexc(path, "--check", "--json").document
     assert document["errors"] == 1
     assert document["diagnostics"][-1]["code"] == "SCN530"
@@ -71,7 +71,7 @@ def test_sample_of_what_is_proved_impossible(cortexc: Command, tmp_path: Path) -
         'require (distance to other) < 10 m as "near"\n'
     )
     result = cortexc(path, "--sample", "1000000")
-    words = " ".join(result.err.split())
+    words = result.said
     assert result.code == 3
     assert words.startswith("no valid scene can be drawn from this file; that is proved")
     assert "help: relax `near` (line 5) by" in words
@@ -96,7 +96,7 @@ def test_a_target_needs_a_sample(cortexc: Command, left_turn: Path) -> None:
     """It would do nothing in a search."""
     result = cortexc(left_turn, "--ga", "--target", "5%")
     assert result.code == 2
-    assert "--target has no effect" in result.err
+    assert "--target has no effect" in result.said
 
 
 def test_pruned_sample(cortexc: Command, left_turn: Path) -> None:

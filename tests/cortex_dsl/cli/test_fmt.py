@@ -73,7 +73,7 @@ def test_a_broken_file_does_not_stop_the_others(cortexc: Command, ugly: Path) ->
     broken.write_text("x = (1\n")
     result = cortexc("fmt", ugly.parent)
     assert result.code == 1
-    assert "SCN102" in result.err
+    assert "SCN102" in result.said
     assert broken.read_text() == "x = (1\n"
     assert ugly.read_text() == FINE
 
@@ -121,7 +121,7 @@ def test_what_cannot_be_written_is_left_as_it_was(
     monkeypatch.setattr(Path, "replace", refuse)
     result = cortexc("fmt", ugly)
     assert result.code == 2
-    assert "permission denied" in result.err
+    assert "permission denied" in result.said
     assert list(ugly.parent.iterdir()) == [ugly]
     monkeypatch.setattr(os, "access", lambda *_: False)
     assert cortexc("fmt", ugly).code == 2

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from rich.table import Table
 from rich.text import Text
@@ -42,6 +42,7 @@ def test_every_text_is_harmless(text: str) -> None:
 
 
 @given(st.text())
+@example("\x7f\u0600\u202e\U000e0001 \u00e4")
 def test_a_document_is_harmless_and_says_the_same(text: str) -> None:
     """What JSON reads is what was written."""
     written = document("run", {"text": text})
@@ -95,8 +96,8 @@ def test_links_that_lead_nowhere(cortexc: Command, left_turn: Path, tmp_path: Pa
     for words in ((left_turn, *small), ("export", left_turn, "--to", "csv")):
         result = cortexc(*words, "--out", link)
         assert result.code == 2
-        assert f"`{link}` is a link that leads nowhere" in result.err.replace("\n", " ")
-        assert "remove it, or name another" in result.err.replace("\n", " ")
+        assert f"`{link}` is a link that leads nowhere" in result.said
+        assert "remove it, or name another" in result.said
     assert link.is_symlink()
 
 
@@ -109,8 +110,8 @@ def test_memory_that_is_not_there(cortexc: Command, left_turn: Path, monkeypatch
     monkeypatch.setattr("cortex_dsl.cli.draw_modes._warm_up", too_much)
     result = cortexc(left_turn, "--sample", 5)
     assert result.code == 2
-    assert "this takes more memory than there is: 15.6 GiB at once" in result.err
-    assert "help: fewer actors" in result.err
+    assert "this takes more memory than there is: 15.6 GiB at once" in result.said
+    assert "help: fewer actors" in result.said
 
 
 def test_many_actors_are_drawn_few_at_a_time(left_turn: Path) -> None:

@@ -146,8 +146,8 @@ def test_it_is_turned_into_other_formats(cortexc: Cortexc, head_on: Path, tmp_pa
     )
     refused = cortexc("measure", head_on, "--to", "csv")
     assert refused.code == Exit.USAGE
-    assert "holds something else" in refused.err
-    assert "--force" in refused.err
+    assert "holds something else" in refused.said
+    assert "--force" in refused.said
     assert head_on.read_text() == HEAD_ON
     assert cortexc("measure", head_on, "--to", "csv", "--out", out, "--force").code == Exit.FINE
 
@@ -167,7 +167,7 @@ def test_places_that_cannot_be_written_are_reported(cortexc: Cortexc, head_on: P
     """A file where a folder should be."""
     result = cortexc("measure", head_on, "--to", "csv", "--out", head_on / "deeper")
     assert result.code == Exit.USAGE
-    assert "cannot write" in result.err
+    assert "cannot write" in result.said
 
 
 def test_a_missing_package_is_reported_with_its_extra(
@@ -178,7 +178,7 @@ def test_a_missing_package_is_reported_with_its_extra(
     monkeypatch.setitem(__import__("sys").modules, "pyarrow.parquet", None)
     result = cortexc("measure", head_on, "--to", "parquet", "--out", tmp_path / "out")
     assert result.code == Exit.DIAGNOSTICS
-    assert "[export]" in result.err
+    assert "[export]" in result.said
     assert not (tmp_path / "out").exists()
 
 
@@ -223,9 +223,9 @@ def test_mistakes_are_reported_with_a_cure(
     monkeypatch.chdir(head_on.parent)
     Path("bad.csv").write_text("time,id,x,y\n0,a,one,0\n")
     result = cortexc("measure", *arguments)
-    assert (result.code, words in result.err) == (code, True)
+    assert (result.code, words in result.said) == (code, True)
     if code is not Exit.FINE:
-        assert "help:" in result.err
+        assert "help:" in result.said
         assert result.out == ""
         document = cortexc("measure", *arguments, "--json").document
         assert document["schema"] == "cortexc/error"
@@ -287,15 +287,15 @@ def test_what_the_reader_refuses_is_reported(cortexc: Cortexc, monkeypatch: pyte
     (tmp_path / "case.xosc").write_text("<OpenSCENARIO/>")
     result = cortexc("import", tmp_path / "case.xosc")
     assert result.code == Exit.DIAGNOSTICS
-    assert "case.xosc, line 12: there is no road `7`" in result.err
-    assert "did you mean `1`?" in result.err
+    assert "case.xosc, line 12: there is no road `7`" in result.said
+    assert "did you mean `1`?" in result.said
 
 
 def test_import_leaves_tables_to_measure(cortexc: Cortexc, head_on: Path) -> None:
     """And says so."""
     result = cortexc("import", head_on)
     assert result.code == Exit.USAGE
-    assert f"`cortexc measure {head_on}`" in result.err
+    assert f"`cortexc measure {head_on}`" in result.said
 
 
 @pytest.mark.parametrize("command", ["measure", "import"])

@@ -91,7 +91,7 @@ def test_slips(cortexc: Command, left_turn: Path, tmp_path: Path, arguments: lis
     out = ("--out", tmp_path / "run") if "--dask" in arguments and "--method" in arguments else ()
     result = cortexc(left_turn, *arguments, *out)
     assert result.code == 2
-    assert message in result.err
+    assert message in result.said
 
 
 def test_a_package_that_is_missing(cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +99,7 @@ def test_a_package_that_is_missing(cortexc: Command, left_turn: Path, monkeypatc
     monkeypatch.setitem(__import__("sys").modules, "cma", None)
     result = cortexc(left_turn, "--method", "cmaes", "--out", "never")
     assert result.code == 2
-    assert installing("search") in result.err
+    assert installing("search") in result.said
     assert not Path("never").exists()
 
 
@@ -111,7 +111,7 @@ def test_a_broken_searcher_of_another_package(
     monkeypatch.setattr("engine.search.searchers.entry_points", lambda **_: [point])
     result = cortexc(left_turn, "--method", "shaky", "--out", "never")
     assert result.code == 2
-    assert "the searcher `shaky` cannot be loaded" in result.err
+    assert "the searcher `shaky` cannot be loaded" in result.said
 
 
 def test_from_python(tmp_path: Path, left_turn: Path) -> None:

@@ -29,8 +29,8 @@ def test_a_mistake_is_answered(path: Path, cortexc: Command, monkeypatch: pytest
     if os.environ.get("UPDATE_GOLDEN"):
         expected.write_text(found, encoding="utf-8")
     assert found == expected.read_text(encoding="utf-8")
-    assert result.code == 1 or "warning[" in result.err
-    assert "= help: " in result.err
+    assert result.code == 1 or "warning[" in result.said
+    assert "= help: " in result.said
 
 
 @pytest.mark.parametrize("path", FILES, ids=name)

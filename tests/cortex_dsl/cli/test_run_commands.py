@@ -90,8 +90,8 @@ def test_no_valid_scene(cortexc: Command, scenario: Scenario) -> None:
     result = cortexc(path, "--max-attempts", "20")
     assert result.code == 3
     assert result.out == ""
-    assert "no valid scene" in result.err
-    assert "first culprit: ego starts where it should (line 41) never held" in " ".join(result.err.split())
+    assert "no valid scene" in result.said
+    assert "first culprit: ego starts where it should (line 41) never held" in result.said
     document = cortexc(path, "--max-attempts", "20", "--json").document
     assert document["verdict"] == "exhausted"
     assert document["requirements"][0]["pass_rate"] == 0.0
@@ -102,7 +102,7 @@ def test_a_behaviour_that_never_acts(cortexc: Command, scenario: Scenario) -> No
     path = scenario("        take SetBrakeAction(EGO_BRAKE)", "        while True:\n            x = 1")
     result = cortexc(path, "-p", "SAFETY_DIST=50 m", "-p", "EGO_INIT_DIST=10 m", "-p", "ADV_INIT_DIST=10 m")
     assert result.code == 1
-    assert "never acts" in result.err
+    assert "never acts" in result.said
 
 
 def test_sample(cortexc: Command, left_turn: Path) -> None:
@@ -168,7 +168,7 @@ def test_a_run_is_never_overwritten(cortexc: Command, left_turn: Path, tmp_path:
     cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
     refused = cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
     assert refused.code == 2
-    assert "already holds a run" in refused.err
+    assert "already holds a run" in refused.said
     (tmp_path / "file").write_text("")
     assert cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "file").code == 2
     assert cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "file" / "below").code == 2
@@ -186,7 +186,7 @@ def test_results_that_cannot_be_put_away_are_still_shown(
     result = cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
     assert result.code == 2
     assert "among 36 individuals" in result.out
-    assert "no space left" in result.err
+    assert "no space left" in result.said
 
 
 def test_rollouts(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:

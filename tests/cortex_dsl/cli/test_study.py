@@ -55,10 +55,10 @@ def test_a_number_that_does_not_exist_is_a_mistake_of_the_file(cortexc: Callable
     )
     result = cortexc("study", file, "--methods", "random", *TINY, "--objective", "root", "--out", tmp_path / "s")
     assert result.code == Exit.DIAGNOSTICS
-    assert "has a mistake" in result.err
-    assert "--random` shows it" in result.err
+    assert "has a mistake" in result.said
+    assert "--random` shows it" in result.said
     unknown = cortexc("study", file, *TINY, "--objective", "rood", "--out", tmp_path / "t")
-    assert "did you mean `root`?" in unknown.err
+    assert "did you mean `root`?" in unknown.said
 
 
 def test_what_the_last_ten_of_three_are(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_a_folder_is_its_scenarios(cortexc: Callable[..., Any], left_turn: Path,
     (tmp_path / "none").mkdir()
     result = cortexc("study", tmp_path / "none")
     assert result.code == Exit.USAGE
-    assert "no scenario" in result.err
+    assert "no scenario" in result.said
 
 
 def test_runs_on_a_cluster_are_the_same(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_a_scheduler_that_is_not_there(cortexc: Callable[..., Any], left_turn: P
     pytest.importorskip("distributed")
     result = cortexc("study", left_turn, *TINY, "--dask", "nowhere", "--out", tmp_path / "s")
     assert result.code == Exit.USAGE
-    assert "no Dask scheduler at `nowhere`" in result.err
+    assert "no Dask scheduler at `nowhere`" in result.said
 
 
 def test_json_is_one_document(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_three_methods_stand_under_one_another(cortexc: Callable[..., Any], left
 def test_without_files_the_six_are_named(cortexc: Callable[..., Any], tmp_path: Path) -> None:
     """And stand beside the paper only with its budget."""
     result = cortexc("study", "--runs", 1, "--generations", 1, "--population", 4, "--jobs", 1, "--out", tmp_path / "s")
-    assert "no FILES: the paper's six scenarios" in result.err
+    assert "no FILES: the paper's six scenarios" in result.said
     assert "three_way_left" in result.out
     assert "Beside the paper" not in result.out
 
@@ -152,7 +152,7 @@ def test_slips_are_answered(
     files = () if "--resume" in arguments else (left_turn,)
     result = cortexc("study", *files, *arguments)
     assert result.code == Exit.USAGE
-    assert said in result.err
+    assert said in result.said
 
 
 def test_a_file_with_errors_ends_it_before_anything_is_written(
@@ -169,7 +169,7 @@ def test_a_folder_that_is_taken_is_refused(cortexc: Callable[..., Any], left_tur
     assert cortexc("study", left_turn, *TINY, "--out", tmp_path / "s").code == Exit.FINE
     again = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert again.code == Exit.USAGE
-    assert "not empty" in again.err or "already" in again.err
+    assert "not empty" in again.said or "already" in again.said
 
 
 def test_a_complete_study_is_shown_again(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_an_edited_file_is_said_and_passed_over(
     first = cortexc("study", file, *TINY, "--out", tmp_path / "s")
     file.write_text("ego = nothing that compiles")
     again = cortexc("study", "--resume", tmp_path / "s")
-    assert "was edited since" in again.err
+    assert "was edited since" in again.said
     assert again.out == first.out
 
 
@@ -218,7 +218,7 @@ def test_a_folder_that_cannot_be_written_is_reported(
     (tmp_path / "file").write_text("")
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "file" / "s")
     assert result.code == Exit.USAGE
-    assert "help:" in result.err
+    assert "help:" in result.said
 
 
 def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -231,7 +231,7 @@ def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Pa
         reseal(connection)
     result = cortexc("study", "--resume", tmp_path / "s")
     assert result.code == Exit.USAGE
-    assert "another version of the engine" in result.err
+    assert "another version of the engine" in result.said
 
 
 HALTING = """
@@ -355,4 +355,4 @@ def test_one_process_at_a_time(cortexc: Callable[..., Any], left_turn: Path, tmp
     process.kill()
     process.communicate(timeout=PATIENCE)
     assert result.code == Exit.USAGE
-    assert "another process" in result.err
+    assert "another process" in result.said

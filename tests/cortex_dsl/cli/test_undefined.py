@@ -32,9 +32,9 @@ def test_a_scene_without_a_number(speed: str, why: str, tmp_path: Path, cortexc:
     path = written(tmp_path / "a.scn", f"ego = new Car in lane.centerline, with speed {speed}\n")
     result = cortexc(path)
     assert result.code == 1
-    assert f"a.scn:4:{len('ego = new Car in lane.centerline, with speed ') + 1}: error[SCN691]" in result.err
-    assert why in result.err
-    assert "it happened with W = 0." in result.err
+    assert f"a.scn:4:{len('ego = new Car in lane.centerline, with speed ') + 1}: error[SCN691]" in result.said
+    assert why in result.said
+    assert "it happened with W = 0." in result.said
 
 
 def test_a_sample_without_a_number(tmp_path: Path, cortexc: Command) -> None:
@@ -64,7 +64,7 @@ def test_a_run_without_a_number(engine: str, tmp_path: Path, cortexc: Command) -
     path = written(tmp_path / "a.scn", behaviour + "ego = new Car in lane.centerline, with behavior B()\n")
     result = cortexc(path, "--engine", engine)
     assert result.code == 1
-    assert "a.scn:6:32: error[SCN691]" in result.err
+    assert "a.scn:6:32: error[SCN691]" in result.said
 
 
 def test_guarded_arithmetic_is_fine(tmp_path: Path, cortexc: Command) -> None:
@@ -79,6 +79,6 @@ def test_a_search_without_a_number(tmp_path: Path, cortexc: Command) -> None:
     path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(W - 0.5)\n")
     result = cortexc(path, "--random", "--generations", 2, "--population", 10, "--out", tmp_path / "run")
     assert result.code == 1
-    assert "a.scn:4:46: error[SCN691]" in result.err
-    assert "report it" not in result.err + result.out
+    assert "a.scn:4:46: error[SCN691]" in result.said
+    assert "report it" not in result.said + result.out
     assert (tmp_path / "run" / "evaluations.csv").exists()

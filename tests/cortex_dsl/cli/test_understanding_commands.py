@@ -72,7 +72,7 @@ def test_analyse_needs_a_run(cortexc: Command, tmp_path: Path) -> None:
     for arguments in (("analyse",), ("analyse", tmp_path)):
         result = cortexc(*arguments)
         assert result.code == 2
-        assert "help:" in result.err
+        assert "help:" in result.said
 
 
 def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None:
@@ -104,7 +104,7 @@ def test_probability_under_the_joint_condition(cortexc: Command, left_turn: Path
     assert "draws" in text
     wrong = cortexc("probability", left_turn, "--condition", "joint", "--method", "subset")
     assert wrong.code == 2
-    assert "--method mc" in wrong.err
+    assert "--method mc" in wrong.said
 
 
 def test_probability_gives_a_reason_instead_of_an_interval(cortexc: Command, tmp_path: Path) -> None:
@@ -156,12 +156,12 @@ def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path, tmp_pa
     assert "6 params" in cortexc(left_turn, "--freeze", "EGO_BRAKE", "--check").out
     wrong = cortexc(left_turn, "--freeze", "EGO_BRAK", "--check")
     assert wrong.code == 2
-    assert "did you mean `EGO_BRAKE`?" in wrong.err
+    assert "did you mean `EGO_BRAKE`?" in wrong.said
     file = tmp_path / "silent.scn"
     file.write_text(left_turn.read_text(encoding="utf-8").replace(SYSTEM, ""), encoding="utf-8")
     silent = cortexc(file, "--freeze", "--check")
     assert silent.code == 2
-    assert "simulation(system=" in silent.err
+    assert "simulation(system=" in silent.said
 
 
 def test_the_manifest_knows_whose_the_params_are(run: Path) -> None:
@@ -227,7 +227,7 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
     """It would have no effect."""
     result = cortexc("replay", run, "--seed", "3")
     assert result.code == 2
-    assert "--case" in result.err
+    assert "--case" in result.said
 
 
 def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
@@ -238,7 +238,7 @@ def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) ->
     for name in ("analyse", "replay"):
         result = cortexc(name, folder)
         assert result.code == 2
-        assert "`cortexc report" in result.err
+        assert "`cortexc report" in result.said
 
 
 def test_conditions_are_said_to_be_judged_on_fresh_draws(cortexc: Command, run: Path) -> None:
@@ -255,7 +255,7 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     assert f"cortexc probability {run}" in page
     assert cortexc("probability", run, "--samples", 1000).code == 0
     result = cortexc("probability", run, "--samples", 2000, "--json")
-    assert "kept in" in result.err
+    assert "kept in" in result.said
     assert cortexc("probability", run, "--method", "subset", "--samples", 1000).code == 0
     rows = json.loads((run / "probability.json").read_text())
     assert [row["method"] for row in rows] == ["mc", "subset"]
@@ -285,12 +285,12 @@ def test_a_damaged_probability_is_reported(cortexc: Command, run: Path, content:
     (run / "probability.json").write_text(content)
     result = cortexc("report", run, "--cases", 0)
     assert result.code == (0 if content.startswith('[{"method') else 2)  # of another program: passed over
-    assert "Traceback" not in result.err
+    assert "Traceback" not in result.said
 
 
 def test_the_probability_of_a_run_takes_no_other_scenario(cortexc: Command, run: Path, tmp_path: Path) -> None:
     for words in (("-p", "EGO_SPEED=50 km/h"), ("--scenario", "Main")):
         result = cortexc("probability", run, *words)
         assert result.code == 2
-        assert "no effect on a run" in result.err
+        assert "no effect on a run" in result.said
     assert cortexc("probability", tmp_path / "run" / "worst").code == 2

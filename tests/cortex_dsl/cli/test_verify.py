@@ -64,13 +64,13 @@ def test_an_old_journal_is_unproved_and_its_simulations_tell(cortexc: Command, r
     result = cortexc("verify", old)
     assert result.code == 0
     assert ", unproved" in result.out
-    assert "unproved: an earlier version wrote this journal" in result.err
+    assert "unproved: an earlier version wrote this journal" in result.said
     assert "unproved" in repr(cx.prove(old, 5))
     worst = "UPDATE simulation SET lateral_grip = lateral_grip + 1e-9 WHERE score >= 10"
     result = cortexc("verify", copied(run, tmp_path, worst, chained=False), "--sample", 10**9)
     assert result.code == 2
-    assert "comes to something else again" in result.err
-    assert "help: restore it from a copy" in result.err
+    assert "comes to something else again" in result.said
+    assert "help: restore it from a copy" in result.said
     version = "UPDATE manifest SET value = json_set(value, '$.numba', '9.0') WHERE field = 'versions'"
     result = cortexc("verify", copied(run, tmp_path, worst, version, chained=False), "--sample", 10**9)
     assert result.code == 0
@@ -81,7 +81,7 @@ def test_a_changed_journal_is_no_journal(cortexc: Command, run: Path, tmp_path: 
     """The generation that was changed is named."""
     result = cortexc("verify", copied(run, tmp_path, "UPDATE simulation SET end_time = 1.0 WHERE place = 3"))
     assert result.code == 2
-    assert "is damaged: generation 0 is not what was written" in result.err
+    assert "is damaged: generation 0 is not what was written" in result.said
 
 
 def test_every_case_has_an_answer_on_screens_of_any_width(cortexc: Command, run: Path) -> None:
@@ -137,7 +137,7 @@ def test_slips_have_a_cure(cortexc: Command, run: Path, tmp_path: Path) -> None:
     ):
         result = cortexc(*words)
         assert result.code == 2
-        assert "help:" in result.err
+        assert "help:" in result.said
     with pytest.raises(CortexError):
         cx.verify(run, 0)
     with pytest.raises(CortexError):

@@ -1,5 +1,6 @@
 """One small search whose names are as hostile as the language lets them be, and a browser to look at its page."""
 
+import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Sequence
@@ -71,14 +72,16 @@ def page_file(page_text: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """A headless browser."""
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A headless browser, whose home is a folder of the tests."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     binary = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if binary is None:
         pytest.skip("there is no Chromium on this machine to open the page with")
     with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=binary, args=["--no-sandbox"])
+        home = {**os.environ, "HOME": str(tmp_path_factory.mktemp("home"))}
+        home = {name: value for name, value in home.items() if not name.startswith("XDG_")}
+        browser = started.chromium.launch(executable_path=binary, args=["--no-sandbox"], env=home)
         yield browser
         browser.close()
 
