@@ -39,7 +39,7 @@ class Result:
 
     @property
     def said(self) -> str:
-        """stderr in one line: where its lines break depends on how long the paths of this machine are."""
+        """What stderr says, in one line: where its lines break depends on how long the paths of this machine are."""
         return " ".join(self.err.split())
 
 
