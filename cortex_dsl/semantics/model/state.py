@@ -301,6 +301,14 @@ class VariantState:
     outlived: bool = False
     """Whether a list of a function has grown, which may be seen where its call is over."""
 
+    def close(self) -> None:
+        """Forget what holds on to the variant in a circle, once it is done: terms their algebra, functions the names
+        that they know. Reference counts then free all of it, without a look of Python's collector.
+        """
+        self.algebra.known.clear()
+        for names in (self.names, *self.imported.values()):
+            names.clear()
+
     def new_draw(self) -> Term:
         self.decisions.draw_count += 1
         return self.algebra.draw(self.decisions.draw_count - 1)
