@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG
+from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG, OUT_OF_RANGE
 from cortex_dsl.semantics.evaluation import lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
@@ -104,8 +104,11 @@ def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
     items = items_of(ev.evaluate(node.value), node.value.span, "what is sliced")
     bounds = (part.start, part.stop, part.step)
     at = [None if each is None else whole_number(ev, ev.evaluate(each), each.span, "a slice") for each in bounds]
-    if at[2] == 0:
-        raise BAD_INDEX.mistake(part.span, index=0, count=len(items), cure="the step of a slice is not 0")
+    if part.step is not None and at[2] == 0:
+        what, cure = "the step of a slice", "write -1 to go backwards"
+        raise OUT_OF_RANGE.mistake(
+            part.step.span, what=what, actual=0, expected="a whole number other than 0", cure=cure
+        )
     ev.file.budget.copy(node.span, len(items))
     return Items(items[slice(*at)])
 
