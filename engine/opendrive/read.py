@@ -207,7 +207,7 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
                 unread.append(place.attributes.get("name") or place.attributes.get("id", ""))
         if road.id in roads:
             other = roads[road.id].place
-            raise node.error(f"two roads have the id `{road.id}`", f"give each an id of its own; the other is at {other}")
+            raise node.error(f"two roads have the id `{road.id}`", f"give each its own id; the other is at {other}")
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
