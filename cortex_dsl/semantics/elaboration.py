@@ -176,6 +176,9 @@ def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None
         elaborate_variant(module, file, Oracle(lanes_limit=math.inf, limit=math.inf), observe)
         if not file.findings.has_errors:
             file.findings.add(_too_many(too_many))
+    finally:
+        if marks is not None:
+            marks.close()
     return drafts
 
 

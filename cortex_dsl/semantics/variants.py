@@ -126,7 +126,16 @@ def elaborate_variant(
     before.
     """
     run, first = (marks and marks.back(oracle)) or (VariantState(file, Decisions(oracle)), 0)
-    ev = Evaluator(run, HANDLERS, observe=observe)
+    try:
+        return _elaborated(Evaluator(run, HANDLERS, observe=observe), module, first, marks)
+    finally:
+        if marks is None or marks.run is not run:
+            run.close()
+
+
+def _elaborated(ev: Evaluator, module: nodes.Module, first: int, marks: Marks | None) -> Draft | None:
+    """The variant whose state is new, or goes on at a statement."""
+    run, oracle = ev.run, ev.run.decisions.oracle
     try:
         run_module(ev, module.statements, first, marks)
         composer = set_up_run(ev)
@@ -139,7 +148,7 @@ def elaborate_variant(
         behaviours = [_behaviour(ev, actor) for actor in actors]
     except Rejection as rejection:
         return Draft(_rejected(run, rejection), {}, rejection.span, {})
-    if file.findings.has_errors:
+    if ev.file.findings.has_errors:
         return None
     network_of(ev)
     variant = ir.Variant(

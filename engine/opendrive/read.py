@@ -206,7 +206,8 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
             except InterchangeError:
                 unread.append(place.attributes.get("name") or place.attributes.get("id", ""))
         if road.id in roads:
-            raise node.error(f"two roads have the id `{road.id}`", f"see {roads[road.id].place}")
+            other = roads[road.id].place
+            raise node.error(f"two roads have the id `{road.id}`", f"give each its own id; the other is at {other}")
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")

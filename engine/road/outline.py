@@ -10,6 +10,8 @@ from engine.road.lights import lit_arms
 from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
 
+KEPT = 0.05
+"""A lane whose width changes by less is drawn as one that keeps it [m]."""
 Shown = Callable[[int, float], str]
 """What the lights of a phase show at a time [s]: green, yellow or red; nothing where that is not known."""
 
@@ -40,16 +42,16 @@ class Outline:
     """Between lanes of one direction."""
     stop_lines: tuple[Floats, ...]
     """Across the incoming lanes of each arm; of a file, those whose ways others meet."""
-    intersections: tuple[Floats, ...]
-    """Closed rings: the first point is not repeated."""
+    areas: tuple[Floats, ...]
+    """Closed rings, whose first point is not repeated: intersections; of a file, lanes that do not keep their width."""
     center_lines: tuple[Floats, ...]
     """Of all lanes, connecting ones too, in the order of `network.lanes`."""
     widths: tuple[float, ...] = ()
-    """Of the lanes that have these centre lines [m]."""
+    """Of the lanes that have these centre lines; 0 where the lane is one of the areas [m]."""
     reach: float = 0.0
     """Of the widest road, from its middle line to its kerb [m]."""
     buildings: tuple[Floats, ...] = ()
-    """Closed rings, as of intersections."""
+    """Closed rings, as of areas."""
     signals: tuple[SignalLine, ...] = ()
     """Across each lane whose traffic waits for a light."""
 
@@ -84,7 +86,7 @@ def _of_grid(network: Network) -> Outline:
         ),
         lane_lines=tuple(_border(lane, kerb=True) for lane in road_lanes if lane.number > 1),
         stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.ends_at_line),
-        intersections=tuple(network.regions.shape(each.region).edges[:, :2] for each in network.intersections),
+        areas=tuple(network.regions.shape(each.region).edges[:, :2] for each in network.intersections),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
         widths=tuple(lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
@@ -94,14 +96,19 @@ def _of_grid(network: Network) -> Outline:
 
 def _of_lines(network: Network, drawn: Lines) -> Outline:
     """Of a network whose lanes do not keep their width."""
+    changing = {
+        lane: np.vstack([left, right[::-1]])
+        for lane, (left, right) in network.bounds.items()
+        if np.ptp(np.hypot(*(left - right).T)) > KEPT
+    }
     return Outline(
         kerbs=drawn.kerbs,
         middle_lines=drawn.middle,
         lane_lines=drawn.between,
         stop_lines=tuple(_stop_line(lane) for lane in network.lanes if lane.ends_at_line and _is_met(lane)),
-        intersections=(),
+        areas=tuple(changing.values()),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
-        widths=tuple(lane.width for lane in network.lanes),
+        widths=tuple(0.0 if lane.id in changing else lane.width for lane in network.lanes),
         reach=max(sum(lane.width for lane in group.lanes) for road in network.roads for group in road.groups),
         buildings=(),
     )
@@ -122,6 +129,7 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
         middle_lines=_parts(road.middle_lines, low, high),
         lane_lines=_parts(road.lane_lines, low, high),
         stop_lines=_parts(road.stop_lines, low, high),
+        areas=tuple(ring for ring in road.areas if _passing(ring, low, high).any()),
         center_lines=tuple(road.center_lines[i] for i in kept),
         widths=tuple(road.widths[i] for i in kept),
         signals=tuple(each for each in road.signals if _passing(each.line, low, high).any()),

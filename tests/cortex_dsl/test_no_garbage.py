@@ -2,6 +2,7 @@
 
 import gc
 from collections.abc import Iterator
+from contextlib import suppress
 from threading import Event, Thread
 
 import pytest
@@ -52,3 +53,31 @@ def test_the_collector_is_off_until_the_last_compilation_is_done() -> None:
     go.set()
     thread.join()
     assert gc.isenabled()
+
+
+def circles_after(text: str) -> int:
+    """How many objects only the collector can free, once a text was compiled."""
+    gc.collect()
+    gc.disable()
+    with suppress(CompileError):
+        compile_source(Source("a.scn", text))
+    return gc.collect()
+
+
+PARTS = {
+    "draws": "x{0} = Normal({0}, 1)\n",
+    "objects": "c{0} = new Car at ({0}00, 0), facing 10 deg, with regionContainedIn None\n",
+    "functions": "def f{0}(x):\n    return x + {0}\ny{0} = f{0}({0})\n",
+    "behaviors": "behavior B{0}(v):\n    do FollowLaneBehavior(v) for {0} s\nb{0} = B{0}(9)\n",
+    "requirements": "require always ego.speed < {0} + 40 m/s\n",
+    "choices": "z{0} = Uniform(1, {0}.5)\nrequire z{0} > 0\n",
+    "mistakes": "w{0} = Range(unknown{0}, 1)\n",
+}
+
+
+@pytest.mark.parametrize("part", PARTS.values(), ids=PARTS)
+def test_what_a_compilation_leaves_is_freed_by_reference_counts(part: str) -> None:
+    """Else a large file costs a look at all of it once it is compiled, and many variants keep all that each made."""
+    file = "ego = new Car at (0, 0)\n{}".format
+    few, many = (circles_after(file("".join(part.format(i) for i in range(1, n)))) for n in (2, 9))
+    assert many <= few + 3

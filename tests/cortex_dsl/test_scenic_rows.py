@@ -198,7 +198,8 @@ TABLES: dict[str, tuple[Row, ...]] = {
         _same("`network.laneAt`, `roadAt`, `laneGroupAt`, `intersectionAt`", "x = network.laneAt(ego)\n"),
         _missing("`sidewalk`, `curb`, `shoulder`, `crossing`", "roads have lanes alone",
                  "a = new Pedestrian on sidewalk\n"),
-        _missing("`network.elements`", "lanes have names in reports alone", 'x = network.elements["r"]\n'),
+        _same("`network.elements`", 'x = network.elements["south"]\n',
+              "roads and intersections by Scenic's names, lanes by those that they have in reports"),
         _same("`FollowLaneBehavior`, `FollowTrajectoryBehavior`, `LaneChangeBehavior`",
               "a = new Car on road, with behavior FollowLaneBehavior(9)\n", "a precise follower instead of a PID"),
         _same("`TurnBehavior`", "m = network.maneuvers[0]\nway = [m.startLane, m.connectingLane, m.endLane]\n"

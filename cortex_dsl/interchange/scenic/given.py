@@ -29,6 +29,3 @@ def the_one(node: nodes.Call) -> nodes.Argument:
 def left_out(argument: nodes.Argument, number: int, name: str) -> str:
     parameters = BUILTINS[name].parameters
     return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
-
-
-# -- expressions -------------------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ def road_outline(road: OdrNetwork | None) -> Outline:
         middle_lines=tuple(middle for _, middle in lines),
         lane_lines=(),
         stop_lines=(),
-        intersections=(),
+        areas=(),
         center_lines=(),
     )
 

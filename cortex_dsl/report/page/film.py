@@ -4,7 +4,7 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ WIDTHS = {CARD: 720, BAND: 1080}
 FINE = 2
 """Times as fine as it is shown, so that edges are smooth."""
 FRAMES_PER_SECOND = 20
+DASH, GAP = 1.6, 2.4
+"""Of the lines between lanes of one direction, as `drawing.css` has them [m]."""
 HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
@@ -108,10 +110,10 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     for ring in road.buildings:
         draw.polygon(lens(ring), fill=BUILDING)
     for line, width in zip(road.center_lines, road.widths, strict=True):
-        draw.line(lens(line), fill=ASPHALT, width=round((width + 0.1) * lens.scale))
-    for ring in road.intersections:
+        draw.line(lens(line), fill=ASPHALT, width=round((width + 0.1) * lens.scale), joint="curve")
+    for ring in road.areas:
         draw.polygon(lens(ring), fill=ASPHALT)
-    for line in (*road.lane_lines, *road.middle_lines):
+    for line in (*chain.from_iterable(map(dashes, road.lane_lines)), *road.middle_lines):
         draw.line(lens(line), fill=MARKING, width=max(1, round(0.16 * lens.scale)))
     for line in road.stop_lines:
         draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
@@ -122,6 +124,15 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])
     _compass(draw, lens)
     return ground
+
+
+def dashes(line: Floats) -> Iterator[Floats]:
+    """The painted pieces of a broken line."""
+    along = np.concatenate([[0.0], np.hypot(*np.diff(line, axis=0).T).cumsum()])
+    for start in np.arange(0.0, along[-1], DASH + GAP):
+        end = min(start + DASH, along[-1])
+        at = [start, *along[(start < along) & (along < end)], end]
+        yield np.column_stack([np.interp(at, along, line[:, axis]) for axis in (0, 1)])
 
 
 def _compass(draw: Any, lens: Lens) -> None:

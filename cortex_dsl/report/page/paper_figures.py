@@ -125,7 +125,7 @@ def _scene(replay: CaseReplay, frame: Frame) -> Any:
     axes = figure.subplots()
     for ring in replay.road.buildings:
         axes.fill(*frame.turned(ring).T, color=BUILDING, linewidth=0)
-    for ring in replay.road.intersections:
+    for ring in replay.road.areas:
         axes.fill(*frame.turned(ring).T, color=ASPHALT, linewidth=0)
     for line in replay.road.kerbs:
         axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.8)

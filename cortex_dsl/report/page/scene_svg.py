@@ -72,7 +72,7 @@ def road_layer(road: Outline, time: float = 0.0) -> Element:
             _line(_lengthened(line, SEAM), "asphalt", stroke_width=number(width + 2.0 * SEAM))
             for line, width in zip(road.center_lines, road.widths, strict=True)
         ],
-        [element("polygon", points=points_text(ring), class_="junction") for ring in road.intersections],
+        [element("polygon", points=points_text(ring), class_="junction") for ring in road.areas],
         [_line(line, "kerb") for line in road.kerbs],
         [_line(line, "lane-line") for line in road.lane_lines],
         [_line(line, "middle-line") for line in road.middle_lines],

@@ -295,12 +295,12 @@ TOO_DEEP = Problem(
 TOO_MUCH_WORK = Problem(
     "SCN434",
     "this file takes too long to work out",
-    "lists, lambdas and behaviors multiply to more than {limit} evaluations",
-    "use shorter lists and ranges",
+    "loops, lists, functions and behaviors come to more than {limit} evaluations",
+    "end loops sooner, and use shorter lists and ranges",
     page=Page(
         "too much to work out",
-        "Lists, lambdas and behaviors are worked out when the file is compiled; the limit ends what would take for "
-        "ever.",
+        "Loops, lists, functions and behaviors are worked out when the file is compiled; the limit ends what would "
+        "take for ever.",
         "big = range(5000)\nx = len([a for a in big for b in big])\nego = new Car on road, with speed x / 1e9\n",
         "big = range(50)\nx = len([a for a in big for b in big])\nego = new Car on road, with speed x / 1e9\n",
     ),

@@ -16,6 +16,7 @@ from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, 
 from cortex_dsl.semantics.evaluation.roads import ROAD, region_of_intersections
 from cortex_dsl.semantics.model.areas import Area, Coordinates, Velocity
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.elements import Elements, RoadSection
 from cortex_dsl.semantics.model.values import (
     Actor,
     Centerline,
@@ -100,6 +101,7 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     "roads": lambda _, network: network.roads,
     "laneGroups": lambda _, network: tuple(group for road in network.roads for group in road.groups),
     "laneSections": lambda _, network: lanes.all_sections(network),
+    "elements": lambda _, network: Elements(network),
     **AT_POINTS,
 }
 
@@ -150,6 +152,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (LaneSection, lanes.OF_SECTION),
     (LaneGroup, lanes.OF_GROUP),
     (Road, lanes.OF_ROAD),
+    (RoadSection, lanes.OF_ROAD_SECTION),
     (Signal, _SIGNAL),
     (RoadSign, _SIGN),
     (Lane, _LANE),
@@ -196,7 +199,7 @@ _OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
 _NOT_ON_A_GRID = frozenset(
     {
         "sidewalk", "sidewalks", "sidewalkRegion", "walkableRegion", "curb", "curbRegion", "shoulder", "shoulders",
-        "shoulderRegion", "crossings", "crossingRegion", "bikeLane", "elements", "openDriveID", "connectingRoads",
+        "shoulderRegion", "crossings", "crossingRegion", "bikeLane", "openDriveID", "connectingRoads",
     }
 )  # fmt: skip
 """What Scenic's networks have and a grid of lanes has not."""

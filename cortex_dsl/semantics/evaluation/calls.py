@@ -105,8 +105,9 @@ def _function_arguments(function: Function, given: Sequence[Given], span: Span) 
     before = next((i for i, p in enumerate(function.parameters) if p.rest), len(slots))
     positional = [g for g in given if g.name is None]
     further = positional[before:] if rest is not None else []
+    left_over = set(map(id, further))
     signature = f"{function.name}({', '.join(p.name for p in function.parameters)})"
-    bound = bind(function.name, signature, slots, [g for g in given if g not in further], span)
+    bound = bind(function.name, signature, slots, [g for g in given if id(g) not in left_over], span)
     values = {name: argument.value for name, argument in bound.items()}
     return values if rest is None else {**values, rest: tuple(g.value for g in further)}
 

@@ -13,6 +13,7 @@ from cortex_dsl.semantics.errors.problems import NeedsExpansion, Rejection
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.elements import RoadSection
 from cortex_dsl.semantics.model.values import (
     Centerline,
     Closure,
@@ -126,10 +127,18 @@ OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
     "forwardLanes": lambda _, road: road.forward,
     "backwardLanes": lambda _, road: road.backward if road.backward.lanes else None,
     "laneGroups": lambda _, road: road.groups,
+    "sections": lambda _, road: (RoadSection(road),),
     "speedLimit": lambda ev, road: _speed_limit(ev, road.lanes[0]),
     "is1Way": lambda ev, road: Truth(ev.algebra.truth(len(road.groups) == 1)),
     "name": lambda _, road: road.name,
     "signals": lambda _, road: tuple(sign for sign in road.network.signs if sign.road == road.name),
+}
+
+OF_ROAD_SECTION: Mapping[str, Callable[[Evaluator, RoadSection], Value]] = {
+    "road": lambda _, section: section.road,
+    "lanes": lambda _, section: tuple(map(LaneSection, section.road.lanes)),
+    "forwardLanes": lambda _, section: tuple(map(LaneSection, section.road.forward.lanes)),
+    "backwardLanes": lambda _, section: tuple(map(LaneSection, section.road.backward.lanes)),
 }
 
 OF_SECTION_BESIDE: Mapping[str, Getter] = _neighbour_getters()

@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 
 from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
+from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG
+from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG, OUT_OF_RANGE, WRONG_KIND
 from cortex_dsl.semantics.evaluation import lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.elements import Elements
 from cortex_dsl.semantics.model.values import (
     POISON,
     Centerline,
@@ -20,8 +22,10 @@ from cortex_dsl.semantics.model.values import (
     Vector,
     Weights,
 )
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 
 DEEPEST = 50
@@ -89,6 +93,8 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     if isinstance(node.index, nodes.Slice):
         return _slice(ev, node, node.index)
     value, at = ev.evaluate_all((node.value, node.index))
+    if isinstance(value, Elements):
+        return _element(value, at, node.index.span)
     if isinstance(value, Centerline):
         value = lanes.ends(ev, value)
     if isinstance(value, Vector):
@@ -100,12 +106,28 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     return items[position]
 
 
+def _element(elements: Elements, name: Value, span: Span) -> Value:
+    if not isinstance(name, str):
+        cure = 'as in `network.elements["road5"]`'
+        raise WRONG_KIND.mistake(
+            span, what="the name of an element", expected="text", actual=kind_name(name), cure=cure
+        )
+    if (found := elements.by_name().get(name)) is None:
+        raise UNKNOWN_ATTRIBUTE.mistake(
+            span, kind="this map", name=name, suggestion=did_you_mean(name, elements.by_name())
+        )
+    return found
+
+
 def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
     items = items_of(ev.evaluate(node.value), node.value.span, "what is sliced")
     bounds = (part.start, part.stop, part.step)
     at = [None if each is None else whole_number(ev, ev.evaluate(each), each.span, "a slice") for each in bounds]
-    if at[2] == 0:
-        raise BAD_INDEX.mistake(part.span, index=0, count=len(items), cure="the step of a slice is not 0")
+    if part.step is not None and at[2] == 0:
+        what, cure = "the step of a slice", "write -1 to go backwards"
+        raise OUT_OF_RANGE.mistake(
+            part.step.span, what=what, actual=0, expected="a whole number other than 0", cure=cure
+        )
     ev.file.budget.copy(node.span, len(items))
     return Items(items[slice(*at)])
 

@@ -185,10 +185,11 @@ class Making:
     # -- where it is -------------------------------------------------------------------------------------------------
 
     def pose(self, span: Span) -> Pose:
-        assert self.posed is not None
         if self._pose is None:
+            assert self.posed is not None
             with self._asking("position", span):
                 self._pose = self.posed()
+            self.posed = None  # which knows this object in turn
         return self._pose
 
     def default_place(self) -> Placement:

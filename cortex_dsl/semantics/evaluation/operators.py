@@ -6,7 +6,6 @@ from operator import add, and_, or_, sub
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED, TEMPORAL_PLACE
 from cortex_dsl.semantics.errors.values import (
-    ENDLESS_LAMBDA,
     LIST_TOO_LONG,
     NEVER_EQUAL,
     NO_OPERATOR,
@@ -37,9 +36,6 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import ManeuverType
-
-CALL_LIMIT = 30
-"""How deep lambdas may call one another."""
 
 # -- literals and names -----------------------------------------------------------------------------------------------
 
@@ -106,15 +102,8 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
-        if ev.run.depth.calls >= CALL_LIMIT:
-            raise ENDLESS_LAMBDA.mistake(node.span)
-        ev.run.depth.calls += 1
-        try:
+        with ev.run.depth.call(node.span):
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
-        except RecursionError:
-            raise ENDLESS_LAMBDA.mistake(node.span) from None
-        finally:
-            ev.run.depth.calls -= 1
 
     return Closure(node.parameters, apply, None if ev.has("ManeuverType") else node.body)
 

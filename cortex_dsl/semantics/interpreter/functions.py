@@ -6,8 +6,6 @@ speaks of the moment of that call.
 
 from collections.abc import Mapping
 
-from cortex_dsl.semantics.errors.values import ENDLESS_LAMBDA
-from cortex_dsl.semantics.evaluation.operators import CALL_LIMIT
 from cortex_dsl.semantics.interpreter.control import Leaving, Run, block
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import Function, Value
@@ -30,21 +28,15 @@ def function(ev: Evaluator, node: nodes.FunctionDefinition, run: Run) -> Functio
     """The value of a definition."""
 
     def apply(moment: Moment, arguments: Mapping[str, Value]) -> Value:
-        if ev.run.depth.calls >= CALL_LIMIT:
-            raise ENDLESS_LAMBDA.mistake(node.name_span)
-        here = ev.framed(dict(arguments)).at_moment(moment)
-        for parameter in node.parameters:
-            if parameter.name not in here.scope and parameter.default is not None:
-                here.scope[parameter.name] = ev.evaluate(parameter.default)
-        ev.run.depth.calls += 1
-        try:
-            block(here, node.body, run)
-        except Leaving as leaving:
-            return leaving.value if isinstance(leaving, Returned) else None
-        except RecursionError:
-            raise ENDLESS_LAMBDA.mistake(node.name_span) from None
-        finally:
-            ev.run.depth.calls -= 1
-        return None
+        with ev.run.depth.call(node.name_span):
+            here = ev.framed(dict(arguments)).at_moment(moment)
+            for parameter in node.parameters:
+                if parameter.name not in here.scope and parameter.default is not None:
+                    here.scope[parameter.name] = ev.evaluate(parameter.default)
+            try:
+                block(here, node.body, run)
+            except Leaving as leaving:
+                return leaving.value if isinstance(leaving, Returned) else None
+            return None
 
     return Function(node.name, node.parameters, apply)

@@ -70,7 +70,7 @@ class Marks:
         while self.kept and self.kept[-1].decisions > same:
             self.kept.pop()
         if self.run is None or self.run.outlived or not self.kept:
-            self.kept.clear()
+            self.close()
             return None
         run, mark = self.run, self.kept[-1]
         oracle.repeat(run.decisions.oracle, mark.decisions)
@@ -83,3 +83,10 @@ class Marks:
         while len(run.algebra.known) > mark.terms:
             run.algebra.known.popitem()
         return run, mark.statement
+
+    def close(self) -> None:
+        """No variant goes on from the last one."""
+        self.kept.clear()
+        if self.run is not None:
+            self.run.close()
+        self.run = None

@@ -2,16 +2,16 @@
 plan of its traffic lights.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
+from cortex_dsl.semantics.errors.behaviours import TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
 from cortex_dsl.semantics.model.budget import Budget
 from cortex_dsl.semantics.model.choices import Decisions, Pool
+from cortex_dsl.semantics.model.depth import Depth
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.semantics.quantities.algebra import Algebra, Term
@@ -78,9 +78,6 @@ BODY_LIMIT = 2_000
 """How many behaviours and scenarios may be written out in a variant."""
 BODY_COST = 40
 """What writing one out costs, in evaluations."""
-NESTING_LIMIT = 60
-"""How deep blocks may lie in one another, with those of the behaviours that they run."""
-
 
 RuleKey = tuple[Span, RuleKind]
 Scope = Instance | str
@@ -243,40 +240,6 @@ class Built:
 
 
 @dataclass
-class Depth:
-    """How deep the place that is being worked out lies."""
-
-    calls: int = 0
-    """How many lambdas are being called, one inside the other."""
-    blocks: int = 0
-    """How many blocks of behaviours are being written out, one inside the other."""
-    branches: int = 0
-    """How many of them are what a branch leaves to the next `elif`."""
-
-    @contextmanager
-    def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
-        """Around a block that is written out; `otherwise`: around the branches below one.
-
-        Raises:
-            Mistake: it lies too deep.
-        """
-        if self.blocks == NESTING_LIMIT:
-            raise self._too_deep(span)
-        self.blocks += 1
-        self.branches += otherwise
-        try:
-            yield
-        finally:
-            self.blocks -= 1
-            self.branches -= otherwise
-
-    def _too_deep(self, span: Span) -> Mistake:
-        mostly_branches = 2 * self.branches > NESTING_LIMIT
-        counted, reason, cure = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
-        return TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
-
-
-@dataclass
 class VariantState:
     """One way of making all finite choices, while it is being elaborated."""
 
@@ -300,6 +263,14 @@ class VariantState:
     """The name that is about to be assigned; it names objects and choices."""
     outlived: bool = False
     """Whether a list of a function has grown, which may be seen where its call is over."""
+
+    def close(self) -> None:
+        """Forget what holds on to the variant in a circle, once it is done: terms their algebra, functions the names
+        that they know. Reference counts then free all of it, without a look of Python's collector.
+        """
+        self.algebra.known.clear()
+        for names in (self.names, *self.imported.values()):
+            names.clear()
 
     def new_draw(self) -> Term:
         self.decisions.draw_count += 1

@@ -8,6 +8,7 @@ from itertools import chain, islice
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.model.areas import Area, Velocity
+from cortex_dsl.semantics.model.elements import Elements, RoadSection
 from cortex_dsl.semantics.model.values import (
     ActionCall,
     Actor,
@@ -65,6 +66,7 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (LaneSection, "a lane section"),
     (LaneGroup, "a lane group"),
     (Road, "a road"),
+    (RoadSection, "a road section"),
     (Signal, "a traffic light"),
     (RoadSign, "a sign of the map"),
     (Colour, "the colour of a traffic light"),
@@ -91,6 +93,7 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (Maneuver, "a maneuver"),
     (Intersection, "an intersection"),
     (Network, "the network"),
+    (Elements, "the elements of the map"),
     (str, "text"),
     (tuple, "a list"),
 )

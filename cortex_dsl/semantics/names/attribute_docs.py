@@ -43,6 +43,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "roadDirection": "At every point the direction of the lane there.",
         "laneGroups": "Lanes side by side that go the same way.",
         "laneSections": "All lane sections; here a lane has one section.",
+        "elements": "Roads, lanes and intersections by name, as in `network.elements['road5']`.",
         "laneAt": "The lane at a point or under an object.",
         "laneSectionAt": "The lane section at a point or under an object.",
         # -- intersections and maneuvers

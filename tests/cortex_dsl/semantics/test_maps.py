@@ -251,6 +251,25 @@ def test_a_map_without_intersections_says_so(tmp_path: Path) -> None:
     assert found.cure == "choose another map: this one has no intersections"
 
 
+def test_elements_of_a_map_have_names() -> None:
+    """Those of Scenic: `road1`, `intersection10`; lanes have those of reports. A road is one section here."""
+    ir = compiled(
+        VILLAGE
+        + """
+road = network.elements["road1"]
+assert road in network.roads
+assert network.elements["intersection10"] is network.intersections[0]
+assert network.elements["road1.lane0"] is road.lanes[0]
+section = road.sections[0]
+assert section.road is road
+assert [each.lane for each in section.forwardLanes] == list(road.forwardLanes.lanes)
+assert len(section.lanes) == len(section.forwardLanes) + len(section.backwardLanes)
+ego = new Car in section.backwardLanes[0]
+"""
+    )
+    assert len(ir.program.actors) == 1
+
+
 PLAIN = """\
 <?xml version="1.0"?>
 <OpenDRIVE><header revMajor="1" revMinor="6"/>

@@ -237,7 +237,7 @@ def test_loops_and_functions_of_the_top_level() -> None:
         ("break\n", "SCN431"),
         ("return 3\n", "SCN431"),
         ("if Range(0, 1) > 0.5:\n    x = 3\n", "SCN506"),
-        ("x = [1, 2][0:2:0]\n", "SCN424"),
+        ("x = [1, 2][0:2:0]\n", "SCN402"),
     ],
 )
 def test_limits_of_what_the_compiler_runs(text: str, code: str, monkeypatch: pytest.MonkeyPatch) -> None:

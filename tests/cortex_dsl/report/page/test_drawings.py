@@ -13,7 +13,9 @@ from cortex_dsl import load
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.findings.case_replay import replay_case
+from cortex_dsl.report.page import film
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
+from cortex_dsl.report.page.film import DASH, GAP, dashes
 from cortex_dsl.report.page.player import packed, player
 from cortex_dsl.report.page.scene_svg import OVERVIEW, overview, road_layer
 from engine.search.statistics import clopper_pearson
@@ -154,3 +156,14 @@ def test_notebooks_show_searches_and_runs() -> None:
     assert "data-replay" in scenario.replay(scenes, int(scenes.valid.argmax())).text
     with pytest.raises(TypeError, match="got int"):
         scenario.show(3)  # type: ignore[arg-type]
+
+
+def test_a_broken_line_of_a_film_is_painted_as_the_page_paints_it() -> None:
+    """Pieces of `drawing.css`'s length and gap along the line, round its bends too."""
+    bend = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 9.0]])
+    pieces = list(dashes(bend))
+    assert [float(np.hypot(*np.diff(piece, axis=0).T).sum()) for piece in pieces] == pytest.approx([DASH, DASH, DASH])
+    assert pieces[0].tolist() == [[0.0, 0.0], [1.0, 0.0], [1.0, pytest.approx(DASH - 1.0)]]
+    assert pieces[1][0].tolist() == [1.0, pytest.approx(DASH + GAP - 1.0)]
+    css = (Path(film.__file__).with_name("drawing.css")).read_text(encoding="utf-8")
+    assert f"stroke-dasharray: {DASH} {GAP};" in css.partition(".road .lane-line")[2].partition("}")[0]

@@ -173,6 +173,17 @@ def test_nobody_stops_where_no_other_way_meets_theirs() -> None:
     assert outline(network).stop_lines == ()
 
 
+def test_a_lane_that_ends_in_a_taper_is_drawn_as_wide_as_it_is() -> None:
+    """The acceleration lane of the on-ramp narrows to nothing: its area is drawn, and no strip of its mean width."""
+    network = build_network(map_file(VILLAGE.with_name("on_ramp.xodr"), "on_ramp.xodr"))
+    drawn = outline(network)
+    (area,) = drawn.areas
+    (narrowing,) = (lane for lane, width in zip(network.lanes, drawn.widths, strict=True) if not width)
+    left, right = network.bounds[narrowing.id]
+    assert np.hypot(*(left - right).T).min() < 0.01
+    assert {tuple(point) for point in area.tolist()} == {tuple(point) for point in np.vstack([left, right]).tolist()}
+
+
 @pytest.mark.parametrize("reach", [5.0, 30.0, 1000.0])
 def test_what_is_near_is_drawn_whole(village: Network, reach: float) -> None:
     """Every point of a line that lies there is still drawn, and no line that does not come there."""
