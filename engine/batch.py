@@ -11,11 +11,11 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
-from engine.kernels.encroachment import POINTS
 from engine.kernels.gaps import gap_rows
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import judge_rows, simulate_rows
 from engine.kernels.stage import Status
+from engine.kernels.swept import swept
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes, Trajectory
@@ -51,27 +51,29 @@ def simulate(
     return outcomes(results)
 
 
-def conflict_gaps(
+def simulate_with_gaps(
     program: Program,
     scenes: Scenes,
     config: SimulationConfig = DEFAULTS,
     jobs: int = 1,
     contact: ContactConfig = CONTACT,
-) -> Floats:
-    """(n, pairs) PET by area [s] of the ego and each other, of valid scenes that are run again; NaN where there is none
-    (`engine.kernels.encroachment`), and of scenes that are not valid.
+) -> tuple[Outcomes, Floats]:
+    """Run all valid scenes as `simulate` does; and (n, pairs) PET by area [s] of the ego and each other, NaN where
+    there is none (`engine.kernels.encroachment`), and of scenes that are not valid.
     """
     shared, rows = plan(program, config, contact), requested(program, scenes)
+    results = empty_results(program, rows)
     gaps = np.full((len(scenes), len(program.actors) - 1), np.nan)
 
     def run(first: int, last: int) -> None:
         samples = shared.layout.last_sample + 1
         scratch, sizes = memory(program, samples), np.zeros((len(program.actors), 3))
-        corners, ways = np.zeros((2, POINTS, 2)), np.zeros((2, samples + 1))
-        gap_rows(shared, rows, first, last, scratch, sizes, corners, ways, gaps)
+        gap_rows(shared, rows, first, last, scratch, sizes, swept(samples + 1), results, gaps)
 
     in_parts(len(scenes), jobs, run)
-    return gaps
+    if len(program.judged):
+        return simulate(program, scenes, config, jobs, contact), gaps
+    return outcomes(results), gaps
 
 
 def trajectory(

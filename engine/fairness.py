@@ -47,18 +47,31 @@ def draw_until_fair(
     go_on: Callable[[Ints], None],
     jobs: int = 1,
 ) -> None:
-    """Drive the scenes of a ledger, and draw again where the start is not fair: `go_on` makes attempts at rows."""
+    """Drive the scenes of a ledger, and draw again where the start is not fair: `go_on` makes attempts at rows.
+
+    An attempt that comes to the scene before it, as all do of a file that draws nothing, is as unfair, and not driven.
+    """
     rows = np.flatnonzero(ledger.verdict == Verdict.VALID)
+    fair = np.ones(len(rows), dtype=bool)
     for driven in range(1, MOST + 1):
         if not len(rows):
             return
-        starts = undecided(ledger.verdict[rows], ledger.variant[rows], ledger.values[rows], keys[rows])
-        fair = fair_starts(program, starts, config, jobs)
+        fair[fair] = _are_fair(program, config, keys, ledger, rows[fair], jobs)
         ledger.tested[rows, -1] += 1
         rows = rows[~fair]
         ledger.failed[rows, -1] += 1
         if driven < MOST:
+            variant, values = ledger.variant[rows], ledger.values[rows]
             go_on(rows)
-            rows = rows[ledger.verdict[rows] == Verdict.VALID]
+            other = (ledger.variant[rows] != variant) | (ledger.values[rows] != values).any(axis=1)
+            valid = ledger.verdict[rows] == Verdict.VALID
+            rows, fair = rows[valid], other[valid]
     ledger.verdict[rows], ledger.variant[rows] = Verdict.EXHAUSTED, -1
     ledger.values[rows], ledger.draws[rows] = np.nan, np.nan
+
+
+def _are_fair(program: Program, config: SimulationConfig, keys: Ints, ledger: Ledger, rows: Ints, jobs: int) -> Bools:
+    if not len(rows):
+        return np.zeros(0, dtype=bool)
+    starts = undecided(ledger.verdict[rows], ledger.variant[rows], ledger.values[rows], keys[rows])
+    return fair_starts(program, starts, config, jobs)

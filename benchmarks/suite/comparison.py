@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from statistics import median
 
@@ -12,8 +12,9 @@ import numpy as np
 
 from benchmarks.suite.scenarios import HALVES, HERE, Runs, scenario
 from benchmarks.suite.truth import Truth
+from engine.program import Program
 from engine.risk import PROFILES
-from engine.search.campaign import Campaign
+from engine.search.campaign import Campaign, Progress
 from engine.search.evaluator import make_evaluator
 from engine.search.objectives import objectives
 from engine.search.protocol import Box
@@ -37,11 +38,16 @@ class Found:
     valid: int
     """Distinct valid simulations."""
     seconds: float
+    """On the clock, whatever else the machine did."""
     failures: int
     cells: int
     """Of mechanism and both speeds, in which something failed."""
     first: dict[str, int]
     """By mechanism: how many valid simulations the first of it took."""
+    processor: float | None = None
+    """Processor time of the run [s], searcher and simulations; None of runs before it was kept …"""
+    reached: dict[str, float] = field(default_factory=dict)
+    """… and by mechanism: until the end of the generation with the first of it."""
 
     @property
     def key(self) -> tuple[str, str, str, str, int, int]:
@@ -49,7 +55,9 @@ class Found:
 
 
 def kept(path: Path = KEPT) -> list[Found]:
-    return [Found(**json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
+    """Of runs that were made twice, the later."""
+    lines = path.read_text().splitlines() if path.exists() else []
+    return list({found.key: found for found in (Found(**json.loads(line)) for line in lines)}.values())
 
 
 def compare(
@@ -62,9 +70,12 @@ def compare(
     seconds: float,
     path: Path = KEPT,
 ) -> None:
-    """Make the runs that are not kept yet, seeds 0, 1, … and keep each at once; for so many seconds at most."""
+    """Make the runs that are not kept yet, or without their time, seeds 0, 1, … and keep each at once; for so many
+    seconds at most.
+    """
     digests = {name: scenario(name).program.digest for name in names}
-    there, end = {found.key for found in kept(path)}, time.perf_counter() + seconds
+    there = {found.key for found in kept(path) if found.processor is not None}
+    end = time.perf_counter() + seconds
     asked = [
         (name, method, objective, budget, run)
         for run in range(runs)
@@ -89,16 +100,25 @@ def searched(name: str, method: str, objective: str, budget: int, run: int) -> F
     )
     config, space = replace(made.config, search=budgeted), made.program.space
     aims = objectives(made.program, (objective,))
-    start = time.perf_counter()
+    start, begun, clock = time.perf_counter(), time.process_time(), []
     searcher = build_searcher(method, Box.of(space), config)
     seek(searcher, method, len(aims))
     evaluate = make_evaluator(made.program, config, PROFILES["paper"], aims)
-    campaign = run_campaign(space, searcher, evaluate, budgeted, method, objective=(objective,))
-    return found_in(campaign, name, made.program.digest, made.program.actors, run, time.perf_counter() - start)
+
+    def note(_progress: Progress) -> None:
+        clock.append(time.process_time() - begun)
+
+    campaign = run_campaign(space, searcher, evaluate, budgeted, method, on_generation=note, objective=(objective,))
+    return found_in(campaign, name, made.program, run, time.perf_counter() - start, clock)
 
 
-def found_in(campaign: Campaign, name: str, digest: str, actors: Sequence[str], run: int, seconds: float) -> Found:
-    """The figures of a campaign, in the order in which its simulations ran."""
+def found_in(
+    campaign: Campaign, name: str, program: Program, run: int, seconds: float, clock: Sequence[float]
+) -> Found:
+    """The figures of a campaign, in the order in which its simulations ran; `clock`: processor time at the end of each
+    generation [s].
+    """
+    actors = program.actors
     evaluations = campaign.evaluations
     told = evaluations.rollouts
     new = evaluations.simulated & (told.verdict[:, 0] == 0)
@@ -108,11 +128,25 @@ def found_in(campaign: Campaign, name: str, digest: str, actors: Sequence[str], 
     first: dict[str, int] = {}
     for mechanism, row in zip(mechanisms, rows, strict=True):
         first.setdefault(mechanism, row + 1)
+    generation = evaluations.places[new, 0]
+    reached = {mechanism: clock[generation[valid - 1]] for mechanism, valid in first.items()}
     budget = campaign.config.generations * campaign.config.population
     cells = len(set(runs.cells(actors)))
     objective = campaign.objective[0]
     return Found(
-        name, digest, campaign.method, objective, budget, run, int(new.sum()), seconds, len(rows), cells, first
+        scenario=name,
+        digest=program.digest,
+        method=campaign.method,
+        objective=objective,
+        budget=budget,
+        run=run,
+        valid=int(new.sum()),
+        seconds=seconds,
+        failures=len(rows),
+        cells=cells,
+        first=first,
+        processor=clock[-1],
+        reached=reached,
     )
 
 

@@ -69,13 +69,17 @@ def time_to_collision(now: Snapshot) -> float:
     """
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
+    ego_cos, ego_sin = math.cos(now.ego.heading), math.sin(now.ego.heading)
+    other_cos, other_sin = math.cos(now.other.heading), math.sin(now.other.heading)
     enter, leave = 0.0, math.inf
     for axis in range(4):
         heading = (now.ego.heading if axis < 2 else now.other.heading) + (0.5 * math.pi if axis % 2 else 0.0)
         nx, ny = math.cos(heading), math.sin(heading)
-        reach = shadow(now.ego, nx, ny) + shadow(now.other, nx, ny)
+        reach = _shadow(now.ego, ego_cos, ego_sin, nx, ny) + _shadow(now.other, other_cos, other_sin, nx, ny)
         first, last = _within(nx * x + ny * y, nx * vx + ny * vy, reach)
         enter, leave = max(enter, first), min(leave, last)
+        if enter > leave:
+            return math.inf
     return enter if enter <= leave else math.inf
 
 
@@ -93,7 +97,12 @@ def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
 @inlined
 def shadow(box: Box, nx: float, ny: float) -> float:
     """Half the length of an outline's shadow on a direction [m]."""
-    cos, sin = math.cos(box.heading), math.sin(box.heading)
+    return _shadow(box, math.cos(box.heading), math.sin(box.heading), nx, ny)
+
+
+@inlined
+def _shadow(box: Box, cos: float, sin: float, nx: float, ny: float) -> float:
+    """The same, by the direction of the outline's heading."""
     return 0.5 * (box.length * abs(cos * nx + sin * ny) + box.width * abs(cos * ny - sin * nx))
 
 

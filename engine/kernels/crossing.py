@@ -19,9 +19,9 @@ from engine.kernels.conflict import shadow
 from engine.kernels.geometry import Box, View, shortest_turn
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import Leg
+from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import look_past
 from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
-from engine.kernels.region import lane_nearest
 from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, column_of, outline_of
 from engine.tables import SLIDING, Floats

@@ -9,9 +9,9 @@ import math
 from engine.kernels.evaluate import wrap_angle
 from engine.kernels.jit import inlined, shared
 from engine.kernels.lanes import in_lane, take_up
+from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
-from engine.kernels.region import lane_nearest
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, State

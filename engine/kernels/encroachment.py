@@ -8,14 +8,27 @@ What an outline sweeps between two samples counts as the convex hull of the two:
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box, half_diagonal, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.swept import (
+    BLOCK,
+    Span,
+    Swept,
+    boxes_apart,
+    hulls_apart,
+    lay,
+    lay_step,
+    measure,
+    pose,
+    steps_of,
+    until,
+)
 from engine.tables import Floats
+from engine.vocabulary import State
 
-POINTS = 8
-"""Corners of two outlines."""
 HALVINGS = 40
 """Of a step, until the instant at which an outline comes into the area is down to rounding."""
+NEVER = -1
+"""No such step."""
 
 
 class Stay(NamedTuple):
@@ -25,174 +38,60 @@ class Stay(NamedTuple):
     leave: float
 
 
-class Span(NamedTuple):
-    """An actor, and the first and last sample at which it is in the scene."""
+class Pair(NamedTuple):
+    """One and another whose motions are measured: one looks at what the other sweeps."""
 
-    actor: int
-    first: int
-    last: int
+    one: Span
+    other: Span
+    row: int
+    """Of the one in working memory; the other has 1 less it."""
 
 
 @kernel
-def stay(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats, ways: Floats) -> Stay:
-    """When `one` is in what `other` sweeps. `corners` (2, POINTS, 2) and `ways` (2, samples + 1) are working memory.
+def stays(states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept) -> tuple[Stay, Stay]:
+    """When each is in what the other sweeps."""
+    first, second = _measured(states, one, other, outlines, sweep)
+    enters = _first_step(states, first, outlines, sweep)
+    if enters == NEVER:
+        return Stay(math.inf, math.inf), Stay(math.inf, math.inf)
+    return _stay(states, first, enters, outlines, sweep), _stay(
+        states, second, _first_step(states, second, outlines, sweep), outlines, sweep
+    )
 
-    Where two motions are some way apart, both go on until they may have come as far: no step is looked at before.
+
+@inlined
+def _stay(states: Floats, pair: Pair, enters: int, outlines: Floats, sweep: Swept) -> Stay:
+    if enters == NEVER:
+        return Stay(math.inf, math.inf)
+    leaves = _last_step(states, pair, outlines, sweep)
+    enter = _enter(states, pair, enters, outlines, sweep)
+    return Stay(enter, _leave(states, pair, leaves, outlines, sweep))
+
+
+@kernel
+def encroachment(states: Floats, ego: Span, other: Span, outlines: Floats, sweep: Swept) -> float:
+    """`encroachment_gap` of the stays of two. Steps tell who was there first, so that only instants between which the
+    gap lies are searched for.
     """
-    _measure(states, one, outlines, ways[0])
-    _measure(states, other, outlines, ways[1])
-    k, steps = 0, _steps(one)
-    while k < steps:
-        apart = _apart(states, one, one.first + k, 0.0, 1.0, other, outlines, corners, ways[1])
-        if apart < 0.0:
-            outside, inside = 0.0, 1.0
-            for _ in range(HALVINGS):
-                middle = 0.5 * (outside + inside)
-                if _apart(states, one, one.first + k, 0.0, middle, other, outlines, corners, ways[1]) < 0.0:
-                    inside = middle
-                else:
-                    outside = middle
-            if _apart(states, one, one.first + k, 0.0, 0.0, other, outlines, corners, ways[1]) < 0.0:
-                inside = 0.0
-            return Stay(one.first + k + inside, _leaves(states, one, other, outlines, corners, ways))
-        k = _until(ways[0], k, steps, apart)
-    return Stay(math.inf, math.inf)
-
-
-@kernel
-def _leaves(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats, ways: Floats) -> float:
-    """The last instant of `one` in what `other` sweeps, in samples."""
-    k = _steps(one) - 1
-    while k >= 0:
-        step = one.first + k
-        apart = _apart(states, one, step, 0.0, 1.0, other, outlines, corners, ways[1])
-        if apart < 0.0:
-            inside, outside = 0.0, 1.0
-            if _apart(states, one, step, 1.0, 1.0, other, outlines, corners, ways[1]) < 0.0:
-                inside = 1.0
-            for _ in range(HALVINGS):
-                middle = 0.5 * (inside + outside)
-                if _apart(states, one, step, middle, 1.0, other, outlines, corners, ways[1]) < 0.0:
-                    inside = middle
-                else:
-                    outside = middle
-            return min(step + inside, one.last)
-        end = ways[0, k + 1]
-        k -= 1
-        while k >= 0 and end - ways[0, k] < apart:
-            k -= 1
-    return float(one.first)
-
-
-@inlined
-def _steps(span: Span) -> int:
-    """How many are looked at; of a single sample one, in which nothing moves."""
-    return max(span.last - span.first, 1)
-
-
-@kernel
-def _measure(states: Floats, span: Span, outlines: Floats, ways: Floats) -> None:
-    """Into `ways` how far any point of an outline may have come until each sample of its span [m]."""
-    ways[0] = 0.0
-    for k in range(_steps(span)):
-        before = _pose(states, span, span.first + k, 0.0, outlines)
-        after = _pose(states, span, span.first + k, 1.0, outlines)
-        turn = abs(shortest_turn(before.heading, after.heading))
-        ways[k + 1] = ways[k] + math.hypot(after.x - before.x, after.y - before.y) + half_diagonal(before) * turn
-
-
-@inlined
-def _until(ways: Floats, k: int, steps: int, apart: float) -> int:
-    """The first step after step k by whose end something may have come as far as this, `steps` if none."""
-    low, high = k + 1, steps
-    while low < high:
-        middle = (low + high) // 2
-        if ways[middle + 1] - ways[k] < apart:
-            low = middle + 1
-        else:
-            high = middle
-    return low
-
-
-@kernel
-def _apart(
-    states: Floats,
-    one: Span,
-    k: int,
-    start: float,
-    end: float,
-    other: Span,
-    outlines: Floats,
-    corners: Floats,
-    ways: Floats,
-) -> float:
-    """How far the part of `one`'s step after sample k stays away from all that `other` sweeps, or less [m]; negative
-    if it touches that.
-    """
-    a0, a1 = _pose(states, one, k, start, outlines), _pose(states, one, k, end, outlines)
-    _lay(corners, 0, a0, a1)
-    least, j, steps = math.inf, 0, _steps(other)
-    while j < steps:
-        b0 = _pose(states, other, other.first + j, 0.0, outlines)
-        b1 = _pose(states, other, other.first + j, 1.0, outlines)
-        apart = _slack(a0, a1, b0, b1)
-        if apart <= 0.0:
-            _lay(corners, 1, b0, b1)
-            apart = _parted(corners, 0)
-            apart = _parted(corners, 1) if apart < 0.0 else apart
-        if apart < 0.0:
-            return -1.0
-        # Half of it may be used up: the rest is what all steps left out are still away.
-        least = min(least, 0.5 * apart)
-        j = _until(ways, j, steps, 0.5 * apart)
-    return least
-
-
-@inlined
-def _pose(states: Floats, span: Span, k: int, part: float, outlines: Floats) -> Box:
-    """An actor's outline a part of a step after sample k; after its last sample it stays."""
-    return outline_between(states, k, min(k + 1, span.last), part, span.actor, outlines)
-
-
-@inlined
-def _slack(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
-    """How far circles about both motions are apart [m]; 0 or less where they are not."""
-    x, y = 0.5 * (b0.x + b1.x - a0.x - a1.x), 0.5 * (b0.y + b1.y - a0.y - a1.y)
-    reach = half_diagonal(a0) + half_diagonal(b0)
-    reach += 0.5 * (math.hypot(a1.x - a0.x, a1.y - a0.y) + math.hypot(b1.x - b0.x, b1.y - b0.y))
-    return math.sqrt(x * x + y * y) - reach
-
-
-@inlined
-def _lay(corners: Floats, row: int, start: Box, end: Box) -> None:
-    """The corners of both outlines into a row of the working memory."""
-    for number in range(POINTS):
-        box = start if number < 4 else end
-        along = 0.5 * box.length * (1.0 if number % 4 < 2 else -1.0)
-        across = 0.5 * box.width * (1.0 if number % 2 == 0 else -1.0)
-        cos, sin = math.cos(box.heading), math.sin(box.heading)
-        corners[row, number, 0] = box.x + along * cos - across * sin
-        corners[row, number, 1] = box.y + along * sin + across * cos
-
-
-@kernel
-def _parted(corners: Floats, row: int) -> float:
-    """How far a line through two corners of a row has the two hulls apart [m], the first one that has; negative
-    without. Every side of its hull is such a line.
-    """
-    for i in range(POINTS):
-        for j in range(i + 1, POINTS):
-            nx = corners[row, i, 1] - corners[row, j, 1]
-            ny = corners[row, j, 0] - corners[row, i, 0]
-            low, high, other_low, other_high = math.inf, -math.inf, math.inf, -math.inf
-            for point in range(POINTS):
-                own = nx * corners[row, point, 0] + ny * corners[row, point, 1]
-                theirs = nx * corners[1 - row, point, 0] + ny * corners[1 - row, point, 1]
-                low, high = min(low, own), max(high, own)
-                other_low, other_high = min(other_low, theirs), max(other_high, theirs)
-            if high < other_low or other_high < low:
-                return max(other_low - high, low - other_high) / math.hypot(nx, ny)
-    return -1.0
+    mine, theirs = _measured(states, ego, other, outlines, sweep)
+    enters = _first_step(states, mine, outlines, sweep)
+    if enters == NEVER:
+        return math.inf
+    leaves, comes = _last_step(states, mine, outlines, sweep), _first_step(states, theirs, outlines, sweep)
+    if comes == NEVER:
+        return math.inf
+    if ego.first + leaves + 1 <= other.first + comes:
+        leave = _leave(states, mine, leaves, outlines, sweep)
+        return _enter(states, theirs, comes, outlines, sweep) - leave
+    goes = _last_step(states, theirs, outlines, sweep)
+    if ego.first + leaves > other.first + comes + 1 and other.first + goes > ego.first + enters + 1:
+        return math.nan
+    if other.first + goes + 1 < ego.first + enters:
+        leave = _leave(states, theirs, goes, outlines, sweep)
+        return leave - _enter(states, mine, enters, outlines, sweep)
+    first = Stay(_enter(states, mine, enters, outlines, sweep), _leave(states, mine, leaves, outlines, sweep))
+    second = Stay(_enter(states, theirs, comes, outlines, sweep), _leave(states, theirs, goes, outlines, sweep))
+    return encroachment_gap(first, second)
 
 
 @kernel
@@ -207,3 +106,144 @@ def encroachment_gap(ego: Stay, other: Stay) -> float:
     if ego.leave <= other.enter:
         return other.enter - ego.leave
     return other.leave - ego.enter if other.leave <= ego.enter else math.nan
+
+
+@inlined
+def _measured(states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept) -> tuple[Pair, Pair]:
+    """Measure both motions; the one and the other, and the other way round."""
+    measure(states, one, outlines, sweep, 0)
+    measure(states, other, outlines, sweep, 1)
+    return Pair(one, other, 0), Pair(other, one, 1)
+
+
+# -- steps in the area -------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _first_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> int:
+    """The first step of the one in which it touches what the other sweeps.
+
+    Where two motions are some way apart, the one goes on until it may have come as far: no step is looked at before.
+    """
+    k, steps = 0, steps_of(pair.one)
+    while k < steps:
+        apart = _apart(states, pair, k, outlines, sweep)
+        if apart < 0.0:
+            return k
+        k = until(sweep.ways[pair.row], k, steps, apart)
+    return NEVER
+
+
+@kernel
+def _last_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> int:
+    """The last such step."""
+    k, ways = steps_of(pair.one) - 1, sweep.ways[pair.row]
+    while k >= 0:
+        apart = _apart(states, pair, k, outlines, sweep)
+        if apart < 0.0:
+            return k
+        end = ways[k + 1]
+        k -= 1
+        while k >= 0 and end - ways[k] < apart:
+            k -= 1
+    return NEVER
+
+
+@kernel
+def _apart(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
+    """How far a step of the one stays away from all that the other sweeps, or less [m]; negative if it touches that."""
+    row, theirs = pair.row, 1 - pair.row
+    box, least, steps = sweep.boxes[row, k], math.inf, steps_of(pair.other)
+    lay_step(states, pair.one, k, outlines, sweep, row)
+    for block in range(-(-steps // BLOCK)):
+        apart = boxes_apart(box, sweep.blocks[theirs, block])
+        if apart > 0.0:
+            least = min(least, apart)
+            continue
+        j, end = block * BLOCK, min((block + 1) * BLOCK, steps)
+        while j < end:
+            apart = boxes_apart(box, sweep.boxes[theirs, j])
+            if apart <= 0.0:
+                lay_step(states, pair.other, j, outlines, sweep, theirs)
+                apart = hulls_apart(sweep.hulls[row, k], sweep.hulls[theirs, j], sweep.near)
+            if apart < 0.0:
+                return -1.0
+            # Half of it may be used up: the rest is what all steps left out are still away.
+            least = min(least, 0.5 * apart)
+            j = until(sweep.ways[theirs], j, end, 0.5 * apart)
+    return least
+
+
+# -- instants ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _enter(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
+    """When the one, in its first step in the area, comes into it, in samples."""
+    near = _note_near(states, pair, k, outlines, sweep)
+    _part(states, pair, k, 0.0, 0.0, outlines, sweep)
+    inside = 0.0 if _touches(pair, near, sweep) else 1.0
+    outside = 0.0
+    for _ in range(HALVINGS if inside > 0.0 else 0):
+        middle = 0.5 * (outside + inside)
+        _part(states, pair, k, 0.0, middle, outlines, sweep)
+        if _touches(pair, near, sweep):
+            inside = middle
+        else:
+            outside = middle
+    return pair.one.first + k + inside
+
+
+@kernel
+def _leave(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
+    """When the one, in its last step in the area, goes out of it, in samples."""
+    near = _note_near(states, pair, k, outlines, sweep)
+    _part(states, pair, k, 1.0, 1.0, outlines, sweep)
+    inside = 1.0 if _touches(pair, near, sweep) else 0.0
+    outside = 1.0
+    for _ in range(HALVINGS if inside < 1.0 else 0):
+        middle = 0.5 * (inside + outside)
+        _part(states, pair, k, middle, 1.0, outlines, sweep)
+        if _touches(pair, near, sweep):
+            inside = middle
+        else:
+            outside = middle
+    return min(pair.one.first + k + inside, pair.one.last)
+
+
+@inlined
+def _note_near(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> int:
+    """Note which steps of the other a part of a step may touch; how many. Of steps in which it stands, the first."""
+    row, theirs, count = pair.row, 1 - pair.row, 0
+    for j in range(steps_of(pair.other)):
+        stood = j > 0 and _stands(states, pair.other, j - 1) and _stands(states, pair.other, j)
+        if not stood and boxes_apart(sweep.boxes[row, k], sweep.boxes[theirs, j]) <= 0.0:
+            lay_step(states, pair.other, j, outlines, sweep, theirs)
+            sweep.near[count] = j
+            count += 1
+    return count
+
+
+@inlined
+def _stands(states: Floats, span: Span, step: int) -> bool:
+    before, after = states[span.first + step, span.actor], states[min(span.first + step + 1, span.last), span.actor]
+    at = before[State.X] == after[State.X] and before[State.Y] == after[State.Y]
+    return at and before[State.HEADING] == after[State.HEADING]
+
+
+@inlined
+def _part(states: Floats, pair: Pair, k: int, start: float, end: float, outlines: Floats, sweep: Swept) -> None:
+    """Lay the hull of a part of a step."""
+    lay(sweep.part, 0, pose(states, pair.one, pair.one.first + k, start, outlines))
+    lay(sweep.part, 4, pose(states, pair.one, pair.one.first + k, end, outlines))
+
+
+@kernel
+def _touches(pair: Pair, near: int, sweep: Swept) -> bool:
+    """Whether the part that is laid touches one of the steps noted; the one that it touches is looked at first then."""
+    for number in range(near):
+        j = sweep.near[number]
+        if hulls_apart(sweep.part, sweep.hulls[1 - pair.row, j], sweep.near) < 0.0:
+            sweep.near[number], sweep.near[0] = sweep.near[0], j
+            return True
+    return False

@@ -13,10 +13,10 @@ import numpy as np
 
 from engine.kernels.geometry import Box, View, box_distance
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import normal_cdf, normal_quantile
 from engine.kernels.region import (
-    lane_nearest,
     region_box_depth,
     region_box_distance,
     region_contains,

@@ -12,9 +12,10 @@ import math
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import outline_at
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.pair import PairMetrics
 from engine.kernels.path import chain_pose, chain_project
-from engine.kernels.region import lane_nearest, region_contains
+from engine.kernels.region import region_contains
 from engine.tables import ROAD_REGION, Floats, RoadTables
 from engine.vocabulary import Fault, Side, State
 

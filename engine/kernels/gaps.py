@@ -1,12 +1,12 @@
-"""By how much others missed the ego: runs driven again, of which nothing but the conflict gap is kept."""
+"""Runs with what an objective asks of them beside their results: by how much others missed the ego."""
 
 import math
 
-from engine.kernels.encroachment import Span, encroachment_gap, stay
+from engine.kernels.encroachment import encroachment
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, note_outlines
-from engine.kernels.stage import RUNNING, Plan, Run, Status
+from engine.kernels.rows import Requested, Results, measure_run, note_end, note_outlines, run_scene
+from engine.kernels.stage import Plan, Run, Status
+from engine.kernels.swept import Span, Swept
 from engine.tables import Floats
 from engine.vocabulary import State, Verdict
 
@@ -19,33 +19,32 @@ def gap_rows(
     last: int,
     run: Run,
     outlines: Floats,
-    corners: Floats,
-    ways: Floats,
-    out: Floats,
+    sweep: Swept,
+    out: Results,
+    gaps: Floats,
 ) -> None:
-    """PET by area [s] of the ego and each other, as `encroachment_gap` has it, into `out` (n, others), of each valid
-    scene from row `first` to `last` (exclusive); NaN of two who are never there together.
-
-    `outlines` (actors, 3), `corners` and `ways` (see `stay`) are working memory.
+    """Run the valid scenes of rows `first` to `last` (exclusive) as `rows.simulate_rows` does; and PET by area [s] of
+    the ego and each other, as `encroachment_gap` has it, into `gaps` (n, others): NaN of two who are never there
+    together.
     """
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
+            run_scene(plan, scenes, row, run)
+            if note_end(run, row, out):
+                measure_run(plan, run, row, outlines, out)
             note_outlines(plan, run, outlines)
-            advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
             samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
             for other in range(1, len(plan.kinds)):
-                out[row, other - 1] = _gap(run.states[:samples], other, outlines, corners, ways) * plan.layout.time_step
+                gaps[row, other - 1] = _gap(run.states[:samples], other, outlines, sweep) * plan.layout.time_step
 
 
 @inlined
-def _gap(states: Floats, other: int, outlines: Floats, corners: Floats, ways: Floats) -> float:
+def _gap(states: Floats, other: int, outlines: Floats, sweep: Swept) -> float:
     """PET by area, in samples."""
     ego, them = _span(states, 0), _span(states, other)
     if max(ego.first, them.first) > min(ego.last, them.last):
         return math.nan
-    first = stay(states, ego, them, outlines, corners, ways)
-    return encroachment_gap(first, stay(states, them, ego, outlines, corners, ways))
+    return encroachment(states, ego, them, outlines, sweep)
 
 
 @inlined

@@ -123,7 +123,7 @@ def _primitive_pose(primitives: Floats, row: int, along: float) -> PathPose:
 
 
 @inlined
-def _local(primitives: Floats, row: int, x: float, y: float) -> tuple[float, float]:
+def local_place(primitives: Floats, row: int, x: float, y: float) -> tuple[float, float]:
     """How far ahead of a primitive's start, and how far to its left, a point lies."""
     dx, dy = x - primitives[row, X], y - primitives[row, Y]
     cos, sin = primitives[row, COS], primitives[row, SIN]
@@ -161,9 +161,33 @@ def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) 
 
 
 @inlined
+def chain_project_within(
+    primitives: Floats, start: int, end: int, x: float, y: float, bound: float
+) -> tuple[float, float]:
+    """The same where the distance is below `bound`; else 0 and the bound. Who is farther from the line or circle that a
+    primitive is a part of is no nearer to that part.
+    """
+    best_s, best_distance = 0.0, bound
+    for row in range(start, end):
+        dx, dy = x - primitives[row, X], y - primitives[row, Y]
+        reach = best_distance + primitives[row, LENGTH] + ROUNDING
+        if dx * dx + dy * dy > reach * reach:
+            continue
+        ahead, left = local_place(primitives, row, x, y)
+        curvature = primitives[row, CURVATURE]
+        aside = left if curvature == 0.0 else _arc_offset(curvature, ahead, left)
+        if abs(aside) > best_distance + ROUNDING:
+            continue
+        s, distance = _primitive_foot(primitives, row, x, y)
+        if distance < best_distance:
+            best_s, best_distance = primitives[row, S0] + s, distance
+    return best_s, best_distance
+
+
+@inlined
 def _primitive_foot(primitives: Floats, row: int, x: float, y: float) -> tuple[float, float]:
     """Arc length from a primitive's start to its nearest point, and the distance to that."""
-    ahead, left = _local(primitives, row, x, y)
+    ahead, left = local_place(primitives, row, x, y)
     length, curvature = primitives[row, LENGTH], primitives[row, CURVATURE]
     if curvature == 0.0:
         s = min(max(ahead, 0.0), length)
@@ -183,7 +207,7 @@ def _project_near(primitives: Floats, start: int, end: int, x: float, y: float, 
     row = _find(primitives, start, end, s_guess)
     direction = 0
     while True:
-        ahead, left = _local(primitives, row, x, y)
+        ahead, left = local_place(primitives, row, x, y)
         length, curvature = primitives[row, LENGTH], primitives[row, CURVATURE]
         s = ahead
         if curvature != 0.0:

@@ -1,4 +1,4 @@
-"""Regions and lanes: inside, distance, containment of an outline, uniform sampling, the nearest lane.
+"""Regions: inside, distance, containment of an outline, uniform sampling.
 
 A region is a set of edges; inside is decided by the even-odd rule. Rectangles known to lie inside (`RoadTables.cores`)
 answer most questions first: nearly all of a road is two bands that cross. Rows of `RoadTables.hull` are `x1, y1, x2,
@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.path import X, Y, chain_pose, chain_project
 from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 
 X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
@@ -108,28 +107,6 @@ def region_box_depth(road: RoadTables, region: int, box: Box) -> float:
 def region_sample(road: RoadTables, region: int, u1: float, u2: float) -> RegionPoint:
     """Point uniform by area from two uniform numbers in [0, 1)."""
     return _sample(road.triangles, road.triangle_start[region], road.triangle_start[region + 1], u1, u2)
-
-
-@kernel
-def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
-    """The lane whose centre line is nearest.
-
-    With a heading (not NaN) a lane that runs across it counts one width farther off, one that runs against it two.
-    """
-    best, best_cost = 0, math.inf
-    for lane in range(len(road.lane_path)):
-        path = int(road.lane_path[lane])
-        first, last = int(road.path_start[path]), int(road.path_start[path + 1])
-        to_start = math.hypot(x - road.primitives[first, X], y - road.primitives[first, Y])
-        if to_start - road.path_length[path] > best_cost:
-            continue  # even its far end is farther away
-        s, cost = chain_project(road.primitives, first, last, x, y)
-        if cost < best_cost and not math.isnan(heading):
-            turn = chain_pose(road.primitives, first, last, s).heading - heading
-            cost += road.lane_width[lane] * (1.0 - math.cos(turn))
-        if cost < best_cost:
-            best, best_cost = lane, cost
-    return best
 
 
 @kernel

@@ -57,7 +57,7 @@ def simulate_rows(
     """
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            _run(plan, scenes, row, run)
+            run_scene(plan, scenes, row, run)
             if note_end(run, row, out):
                 measure_run(plan, run, row, outlines, out)
 
@@ -67,14 +67,14 @@ def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, o
     """The same of a program with objectives: what works them out is compiled for those that have some."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
-            _run(plan, scenes, row, run)
+            run_scene(plan, scenes, row, run)
             if note_end(run, row, out):
                 measure_run(plan, run, row, outlines, out)
                 note_objectives(plan, run, row, outlines, out)
 
 
 @kernel
-def _run(plan: Plan, scenes: Requested, row: int, run: Run) -> None:
+def run_scene(plan: Plan, scenes: Requested, row: int, run: Run) -> None:
     """Run the scene of a row to its end."""
     begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile it twice.

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from engine.kernels.conflict import Snapshot, snapshot, time_to_collision
-from engine.kernels.encroachment import POINTS, Span, Stay, stay
+from engine.kernels.encroachment import Stay, stays
+from engine.kernels.swept import Span, swept
 from engine.metrics.bodies import Body, outlines_of
 from engine.metrics.spans import span_of, span_together, time_step
 from engine.outcomes import Outcomes
@@ -102,12 +103,10 @@ class Encounter:
     @cached_property
     def stays(self) -> tuple[Stay, Stay]:
         """When the ego and when the other is in it, in samples; each for as long as it is in the scene."""
-        corners = np.zeros((2, POINTS, 2))
-        ego, other = self._span_of(0), self._span_of(self.number)
         states = self.trajectory.states
-        ways = np.zeros((2, len(states) + 1))
-        mine = stay(states, ego, other, self.outlines, corners, ways)
-        return mine, stay(states, other, ego, self.outlines, corners, ways)
+        ego, other = self._span_of(0), self._span_of(self.number)
+        mine, theirs = stays(states, ego, other, self.outlines, swept(len(states)))
+        return mine, theirs
 
     def _span_of(self, actor: int) -> Span:
         first, count = span_of(self.trajectory, actor)

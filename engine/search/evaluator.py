@@ -26,6 +26,8 @@ from engine.search.objectives import Objective, Runs
 from engine.tables import Bools, Floats, Ints
 
 Simulate = Callable[[Scenes], Outcomes]
+Simulated = tuple[Scenes, Outcomes, Floats | None]
+"""Which scenes were run, what came of them, and their gaps (`Runs.gaps`), where these are known."""
 MOST = 1e9
 """Of an objective, either way: means of what is infinite are no numbers."""
 
@@ -36,12 +38,12 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
     """
     jobs = config.search.jobs
     prune = pruner(program) if config.simulation.prune else None
-    simulate = _driven_first(program, config, make_host(program, config))
+    simulate = _simulator(program, config, any(aim.gaps for aim in aims))
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        scenes, outcomes = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
+        scenes, outcomes, gaps = simulate(sample(program, genomes, keys, config.simulation, jobs, prune))
         risk = assess(outcomes, profile)
-        runs = Runs(program, config, scenes, outcomes, risk)
+        runs = Runs(program, config, scenes, outcomes, risk, gaps)
         values = [np.where(aim.counts(runs), np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
         found = aims[0].finds(runs, values[0]) & aims[0].counts(runs) if aims else None
         sought = np.stack(values, axis=1) if values else np.zeros((len(outcomes), 0))
@@ -62,14 +64,24 @@ def make_blaming(program: Program, config: Config) -> Blaming:
     return blaming
 
 
-def _driven_first(program: Program, config: Config, simulate: Simulate) -> Callable[[Scenes], tuple[Scenes, Outcomes]]:
-    """The host, for scenes that whom the config names has to drive first: who does so runs them in the batch host."""
+def _simulator(
+    program: Program, config: Config, gaps: bool
+) -> Callable[[Scenes], tuple[Scenes, Outcomes, Floats | None]]:
+    """The host, for scenes that whom the config names has to drive first: who does so runs them in the batch host.
+    Which scenes were run, what came of them, and, where `gaps` are wanted and the host can tell them, these.
+    """
+    simulate, batched = make_host(program, config), config.search.engine == "batch"
 
-    def run(scenes: Scenes) -> tuple[Scenes, Outcomes]:
-        if config.driver is None:
-            return scenes, simulate(scenes)
-        done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
-        return done.scenes, done.outcomes if config.search.engine == "batch" else simulate(done.scenes)
+    def run(scenes: Scenes) -> Simulated:
+        if config.driver is not None:
+            done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
+            return done.scenes, done.outcomes if batched else simulate(done.scenes), None
+        if gaps and batched:
+            from engine.batch import simulate_with_gaps
+
+            outcomes, known = simulate_with_gaps(program, scenes, config.simulation, config.search.jobs, config.contact)
+            return scenes, outcomes, known
+        return scenes, simulate(scenes), None
 
     return run
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from engine.avoidability import Avoidability, Avoidance, avoidability
-from engine.batch import conflict_gaps, trajectory
+from engine.batch import simulate_with_gaps, trajectory
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.frozen import frozen
@@ -45,6 +45,8 @@ class Runs:
     scenes: Scenes
     outcomes: Outcomes
     risk: Risk
+    known_gaps: Floats | None = None
+    """(n, pairs) as `engine.batch.simulate_with_gaps` has them, where the host told them; else scenes are run again."""
 
     @property
     def valid(self) -> Bools:
@@ -52,9 +54,17 @@ class Runs:
 
     def only(self, rows: Bools) -> "Runs":
         """Some of them."""
-        return replace(
-            self, scenes=take(self.scenes, rows), outcomes=take(self.outcomes, rows), risk=take(self.risk, rows)
-        )
+        gaps = None if self.known_gaps is None else self.known_gaps[rows]
+        parts = {"scenes": self.scenes, "outcomes": self.outcomes, "risk": self.risk}
+        return replace(self, known_gaps=gaps, **{name: take(part, rows) for name, part in parts.items()})
+
+    @property
+    def gaps(self) -> Floats:
+        """(n, pairs) PET by area [s]."""
+        if self.known_gaps is not None:
+            return self.known_gaps
+        jobs, simulation = self.config.search.jobs, self.config.simulation
+        return simulate_with_gaps(self.program, self.scenes, simulation, jobs, self.config.contact)[1]
 
     def encounters(self, row: int) -> list[Encounter]:
         """The ego and each other that it meets, of one valid scene, driven again."""
@@ -76,6 +86,8 @@ class Objective:
     sign: float = 1.0
     """What people read is this times the number that a search makes large."""
     unit: str = ""
+    gaps: bool = False
+    """Whether it reads `Runs.gaps`, which a host can tell of scenes as it runs them."""
     failures: bool = False
     """Whether scenes over which a controller failed count; to others they are not valid."""
 
@@ -132,8 +144,7 @@ def _least_gaps(runs: Runs) -> Floats:
     left the overlap of their swept paths until the other comes in; where there is no such overlap, or both are in it at
     once, MD over the speed at which they close then.
     """
-    jobs, simulation = runs.config.search.jobs, runs.config.simulation
-    gaps = np.abs(conflict_gaps(runs.program, runs.scenes, simulation, jobs, runs.config.contact))
+    gaps = np.abs(runs.gaps)
     closing = runs.outcomes.closing_speed
     with np.errstate(divide="ignore", invalid="ignore"):
         otherwise = np.where(closing > 0.0, runs.outcomes.min_distance / closing, FARTHEST)
@@ -175,8 +186,11 @@ BUILT_IN: tuple[Objective, ...] = (
         "collisions that a competent driver would have avoided: 2 to 3; below 1 those that did not happen",
         avoidable,
         lambda _, values: values >= 2.0,
+        gaps=True,
     ),
-    Objective("conflict", "the least time between two at one place, 0 on contact", conflict, _collisions, -1.0, "s"),
+    Objective(
+        "conflict", "the least time between two at one place, 0 on contact", conflict, _collisions, -1.0, "s", gaps=True
+    ),
     Objective("severity", "delta-V of whom it is larger; no risks of injury", severity, _collisions, 1.0, "m/s"),
     Objective(
         "controller",

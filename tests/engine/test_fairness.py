@@ -9,10 +9,14 @@ from cortex_dsl import Scenario, compile_text
 from cortex_dsl.diagnostics import CompileError
 from engine.acceptance import account, weigh
 from engine.avoidability import R157
+from engine.config import SimulationConfig
 from engine.fairness import MOST, fair_starts
 from engine.host import requested
+from engine.kernels.rows import Requested
+from engine.program import Program
 from engine.sampling import draw_genomes, sample
 from engine.streams import key_rows
+from engine.tables import Bools
 from engine.vocabulary import Method, Verdict
 
 HEAD = "map intersection(approach=60 m)\n"
@@ -96,6 +100,25 @@ def test_a_scene_depends_on_no_other_and_on_no_thread() -> None:
     assert np.array_equal(whole.values, threads.values)
     assert np.array_equal(whole.failed, threads.failed)
     assert np.array_equal(whole.values[:7], scenario.sample(7, seed=1).values)
+
+
+def test_a_scene_that_is_drawn_again_is_driven_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that draws nothing comes to one scene in every attempt; all of them are counted."""
+    scenario = compiled(
+        f"param GAP = Range(5, 40) m\nego = new Car at (1.75, -55), facing 90 deg, with speed 15 m/s, {DRIVES}\n"
+        "other = new Car ahead of ego by GAP\n"
+    )
+    driven: list[int] = []
+
+    def counted(program: Program, starts: Requested, config: SimulationConfig, jobs: int = 1) -> Bools:
+        driven.append(len(starts.verdict))
+        return fair_starts(program, starts, config, jobs)
+
+    monkeypatch.setattr("engine.fairness.fair_starts", counted)
+    scenes = scenario.sample(50)
+    assert driven == [50]
+    assert not scenes.valid.all()
+    assert (scenes.failed[~scenes.valid, -1] == MOST).all()
 
 
 def test_the_table_of_requirements_has_its_row() -> None:

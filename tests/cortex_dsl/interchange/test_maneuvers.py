@@ -222,7 +222,7 @@ def test_who_stands_off_the_road_is_put_in_the_plane() -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_the_lane_somebody_is_on_is_that_of_the_simulator(seed: int) -> None:
     """`engine.kernels.region.lane_nearest` is what runs ask."""
-    from engine.kernels.region import lane_nearest
+    from engine.kernels.nearest_lane import lane_nearest
 
     program = load(EXAMPLES[0]).program
     network = road_map(program.road_spec).network

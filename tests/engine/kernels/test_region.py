@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box
+from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.path import path_pose
 from engine.kernels.region import (
-    lane_nearest,
     region_box_distance,
     region_contains,
     region_contains_box,
