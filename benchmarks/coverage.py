@@ -1,6 +1,6 @@
 """Do intervals of rare events hold the truth? Estimators on scores of which the probability is known.
 
-    python -m benchmarks.coverage [--repetitions 2000] [--samples 10000] [--jobs 1] [--json]
+    python -m benchmarks.coverage [--repetitions 2000] [--samples 10000] [--only CASE] [--method NAME] [--jobs 1] [--json]
 
 Each case is a function of genes that are standard normal numbers, and of what a scene draws. In the smooth ones the
 score leads to the failures; on the others it does not, and an estimator is to say so instead of giving an interval.
@@ -209,10 +209,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repetitions", type=int, default=2000, help="of each estimator on each case")
     parser.add_argument("--samples", type=int, default=10_000, help="as of `cortexc probability`")
+    parser.add_argument("--only", choices=[case.name for case in CASES], help="one case")
+    parser.add_argument("--method", choices=RARE, help="one estimator")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
-    asked = [(case.name, method) for case in CASES for method in RARE]
+    cases = [case.name for case in CASES if options.only in (None, case.name)]
+    asked = [(case, method) for case in cases for method in RARE if options.method in (None, method)]
     if not options.json:
         print(HEAD)
     with ProcessPoolExecutor(options.jobs) as pool:

@@ -5,7 +5,9 @@ those of `levels.py`.
 
 Within a chain runs are dependent. The variance is therefore taken from outside: the whole estimate is made ten times,
 independently. The mean is the estimate; its interval is Student's with nine degrees of freedom. Such estimates are
-products and lean to the right, so the upper end is that of the mean's logarithm (by the delta method), which is higher.
+products and skewed to the right: where all ten are low, they also scatter little. The upper end is therefore that of the
+mean's logarithm (by the delta method), which is higher, and leaves out a fifth of what the lower end may: a danger is
+seldom said to be rarer than it is.
 
 No interval is given, and a reason instead, where a repetition met a plateau or did not reach a failure, or where
 repetitions differ by more than their mean: then ten of them do not show how far the estimate may be off.
@@ -36,6 +38,8 @@ REPETITIONS = 10
 """Independent estimates of subset simulation."""
 LEAST = 100 * REPETITIONS
 """Runs a level, over all repetitions."""
+LEFT_OUT_ABOVE = 0.1
+"""Share of 1 - level by which the upper end may be too low; the lower end has half of 1 - level."""
 MOST_SCATTER = 1.0
 """Standard deviation of the repetitions over their mean, beyond which they are no sample to trust."""
 
@@ -105,8 +109,10 @@ def _estimate(values: Floats, withheld: Withheld, level: float) -> tuple[float, 
     mean = float(values.mean())
     if not mean > 0.0:
         return mean, NOT_KNOWN
-    half = float(stdtrit(len(values) - 1, (1.0 + level) / 2.0)) * float(values.std(ddof=1)) / math.sqrt(len(values))
-    return mean, Interval(max(0.0, mean - half), around(mean, half / mean).high)
+    error, freedom = float(values.std(ddof=1)) / math.sqrt(len(values)), len(values) - 1
+    below = error * float(stdtrit(freedom, (1.0 + level) / 2.0))
+    above = error * float(stdtrit(freedom, 1.0 - LEFT_OUT_ABOVE * (1.0 - level)))
+    return mean, Interval(max(0.0, mean - below), around(mean, above / mean).high)
 
 
 def _avoidable(chains: Chains, found: Climb) -> float:
