@@ -1,6 +1,7 @@
 """Do intervals of rare events hold the truth? Estimators on scores of which the probability is known.
 
-    python -m benchmarks.coverage [--repetitions 2000] [--samples 10000] [--only CASE] [--method NAME] [--jobs 1] [--json]
+    python -m benchmarks.coverage [--repetitions 2000] [--samples 10000] [--only CASE] [--method NAME] [--jobs 1]
+        [--json]
 
 Each case is a function of genes that are standard normal numbers, and of what a scene draws. In the smooth ones the
 score leads to the failures; on the others it does not, and an estimator is to say so instead of giving an interval.

@@ -5,9 +5,9 @@ those of `levels.py`.
 
 Within a chain runs are dependent. The variance is therefore taken from outside: the whole estimate is made ten times,
 independently. The mean is the estimate; its interval is Student's with nine degrees of freedom. Such estimates are
-products and skewed to the right: where all ten are low, they also scatter little. The upper end is therefore that of the
-mean's logarithm (by the delta method), which is higher, and leaves out a fifth of what the lower end may: a danger is
-seldom said to be rarer than it is.
+products and skewed to the right: where all ten are low, they also scatter little. The upper end is therefore that of
+the mean's logarithm (by the delta method), which is higher, and leaves out a fifth of what the lower end may: a danger
+is seldom said to be rarer than it is.
 
 No interval is given, and a reason instead, where a repetition met a plateau or did not reach a failure, or where
 repetitions differ by more than their mean: then ten of them do not show how far the estimate may be off.
