@@ -42,8 +42,7 @@ SLIP = 0.8
 
 
 def own_class(ev: Evaluator, name: str) -> ClassValue | None:
-    value = ev.find(name)
-    return value if isinstance(value, ClassValue) else None
+    return value if isinstance(value := ev.find(name), ClassValue) else None
 
 
 def define(ev: Evaluator, node: nodes.ClassDefinition) -> ClassValue:
