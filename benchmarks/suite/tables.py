@@ -57,12 +57,12 @@ Cells = dict[str, dict[str, Cell]]
 
 
 def cells_of(found: Sequence[Found], truths: dict[str, Truth]) -> Cells:
-    """Runs of the programs as they are, whose time is known."""
+    """Runs of the programs as they are."""
     cells: Cells = {}
     methods = list(dict.fromkeys(each.method for each in found))
     for name in [name for name in HALVES if name in truths]:
         rows = [each for each in found if each.scenario == name and each.digest == truths[name].digest]
-        of_each = {m: tuple(r for r in rows if r.method == m and r.processor is not None) for m in methods}
+        of_each = {m: tuple(r for r in rows if r.method == m) for m in methods}
         cells[name] = {method: Cell(truths[name], its) for method, its in of_each.items() if its}
     return {name: row for name, row in cells.items() if row}
 
@@ -83,7 +83,7 @@ def _line(name: str, method: str, cell: Cell) -> str:
     return (
         f"| {name} | {method} | {len(cell.rows)} | {cell.found} "
         f"| {cell.mechanisms:.1f} of {len(cell.truth.known)} | {_simulations(cell)} | {cell.of(lambda r: r.cells):g} "
-        f"| {cell.of(lambda r: r.failures):g} | {cell.of(lambda r: r.processor or 0.0):.1f} |"
+        f"| {cell.of(lambda r: r.failures):g} | {_time(cell):.1f} |"
     )
 
 
@@ -111,7 +111,7 @@ def summaries(found: Sequence[Found], truths: dict[str, Truth]) -> str:
     """Two panels for each half and for both: all scenarios by the methods that have runs on each, and, where there are
     methods that have runs on some, these by all methods.
     """
-    cells = cells_of(found, truths)
+    cells = cells_of([each for each in found if each.processor is not None], truths)
     methods = list(dict.fromkeys(method for row in cells.values() for method in row))
     some = [name for name, row in cells.items() if set(row) == set(methods)]
     panels = [list(cells), some] if some and some != list(cells) else [list(cells)]
@@ -150,4 +150,5 @@ def _of_methods(cells: Cells, methods: Sequence[str], half: str) -> Iterator[str
 
 
 def _time(cell: Cell) -> float:
-    return cell.of(lambda row: row.processor or 0.0)
+    """Median processor time of the runs of which it is known [s]."""
+    return median(row.processor for row in cell.rows if row.processor is not None)
