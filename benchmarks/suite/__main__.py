@@ -4,10 +4,11 @@ import argparse
 import math
 
 from benchmarks.suite import __doc__ as about
-from benchmarks.suite import comparison, truth
+from benchmarks.suite import comparison, tables, truth
+from benchmarks.suite.outside import OUTSIDE
 from benchmarks.suite.scenarios import named
 
-METHODS = "random,ga,map_elites,differential_evolution,niching,cmaes,best_first"
+METHODS = f"random,ga,niching,best_first, all other methods of cortexc, {', '.join(OUTSIDE)}"
 
 
 def main() -> None:
@@ -15,7 +16,7 @@ def main() -> None:
     parser.add_argument("--scenarios", default="all", help="names with commas between them, or tune, judge, all")
     parser.add_argument("--truth", action="store_true", help="make plain draws, and add them to those that are kept")
     parser.add_argument("--count", type=int, default=200_000, help="of them, for each scenario")
-    parser.add_argument("--methods", default="", help=f"make searches, as by {METHODS}")
+    parser.add_argument("--methods", default="", help=f"make searches by these: {METHODS}")
     parser.add_argument("--objective", default="conflict", help="what they look for")
     parser.add_argument("--runs", type=int, default=10, help="of each method on each scenario")
     parser.add_argument("--budget", type=int, default=3000, help="simulations of a run")
@@ -32,7 +33,9 @@ def main() -> None:
     truths = {name: row for name, row in truth.kept().items() if name in names}
     print(truth.table(truths))
     found = [each for each in comparison.kept() if each.objective == options.objective]
-    print(f"\n{comparison.table([each for each in found if each.budget == options.budget], truths)}")
+    found = [each for each in found if each.budget == options.budget]
+    for made in (tables.table, tables.compact, tables.summaries):
+        print(f"\n{made(found, truths)}")
 
 
 if __name__ == "__main__":

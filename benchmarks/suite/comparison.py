@@ -1,25 +1,27 @@
-"""What searchers find: runs of one budget and one objective, kept line by line, and the tables made of them."""
+"""What searchers find: runs of one budget and one objective, kept line by line."""
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 
-from benchmarks.suite.scenarios import HALVES, HERE, Runs, scenario
-from benchmarks.suite.truth import Truth
+from benchmarks.suite.outside import OUTSIDE
+from benchmarks.suite.scenarios import HERE, Runs, scenario
+from engine.config import Config
 from engine.program import Program
 from engine.risk import PROFILES
 from engine.search.campaign import Campaign, Progress
 from engine.search.evaluator import make_evaluator
 from engine.search.objectives import objectives
-from engine.search.protocol import Box
+from engine.search.protocol import Box, Searcher
 from engine.search.run import run_campaign
-from engine.search.searchers import build_searcher, seek
+from engine.search.searchers import Watched, build_searcher, seek
+from engine.streams import method_number, operator_generator
 
 KEPT = HERE / "runs.jsonl"
 POPULATION = 100
@@ -101,7 +103,7 @@ def searched(name: str, method: str, objective: str, budget: int, run: int) -> F
     config, space = replace(made.config, search=budgeted), made.program.space
     aims = objectives(made.program, (objective,))
     start, begun, clock = time.perf_counter(), time.process_time(), []
-    searcher = build_searcher(method, Box.of(space), config)
+    searcher = _searcher(method, Box.of(space), config)
     seek(searcher, method, len(aims))
     evaluate = make_evaluator(made.program, config, PROFILES["paper"], aims)
 
@@ -110,6 +112,15 @@ def searched(name: str, method: str, objective: str, budget: int, run: int) -> F
 
     campaign = run_campaign(space, searcher, evaluate, budgeted, method, on_generation=note, objective=(objective,))
     return found_in(campaign, name, made.program, run, time.perf_counter() - start, clock)
+
+
+def _searcher(method: str, box: Box, config: Config) -> Searcher:
+    """By its name here or in cortexc; of other packages one that is watched, as plug-ins are."""
+    if method not in OUTSIDE:
+        return build_searcher(method, box, config)
+    search = config.search
+    streams = partial(operator_generator, search.seed, method_number(method), search.run)
+    return Watched(method, OUTSIDE[method](box, config, streams), box, search.population)
 
 
 def found_in(
@@ -148,40 +159,3 @@ def found_in(
         processor=clock[-1],
         reached=reached,
     )
-
-
-# -- tables ------------------------------------------------------------------------------------------------------------
-
-
-def table(found: Sequence[Found], truths: dict[str, Truth]) -> str:
-    """A line for each scenario and method, of the budget and objective that its runs had."""
-    columns = "scenario, method, runs, found, mechanisms, first failure, each mechanism, cells, failures, seconds"
-    lines = [f"| {columns.replace(', ', ' | ')} |", "|---|---|---|---|---|---|---|---|---|---|"]
-    for name in HALVES:
-        if name not in truths:
-            continue
-        rows = [each for each in found if each.scenario == name and each.digest == truths[name].digest]
-        methods = list(dict.fromkeys(each.method for each in rows))
-        lines += [_line(name, m, [each for each in rows if each.method == m], truths[name]) for m in methods]
-    return "\n".join(lines)
-
-
-def _line(name: str, method: str, rows: Sequence[Found], truth: Truth) -> str:
-    def of(value: Callable[[Found], float]) -> float:
-        return median(value(row) for row in rows)
-
-    budget = rows[0].budget
-    found = sum(row.failures > 0 for row in rows)
-    known = of(lambda row: sum(each in row.first for each in truth.known))
-    to_first = of(lambda row: min(row.first.values(), default=budget + 1))
-    firsts = [row.first.get(mechanism, budget + 1) for row in rows for mechanism in truth.known]
-    each = median(firsts) if firsts else budget + 1
-    return (
-        f"| {name} | {method} | {len(rows)} | {found} | {known:g} of {len(truth.known)} | {_within(to_first, budget)} "
-        f"| {_within(each, budget)} | {of(lambda row: row.cells):g} | {of(lambda row: row.failures):g} "
-        f"| {of(lambda row: row.seconds):.1f} |"
-    )
-
-
-def _within(simulations: float, budget: int) -> str:
-    return f"more than {budget:,}" if simulations > budget else f"{simulations:,.0f}"
