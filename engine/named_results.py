@@ -22,14 +22,16 @@ class NamedResult:
 NAMED_RESULTS: tuple[NamedResult, ...] = (
     NamedResult("min_distance", "m", "Least distance of the outlines; 0 on contact."),
     NamedResult("max_closing_speed", "m/s", "Fastest closing speed of the centres."),
-    NamedResult("distance_at_ms", "m", "Distance at the instant of the fastest closing."),
-    NamedResult("ttc_at_ms", "s", "That distance over that closing speed."),
+    NamedResult("distance_at_ms", "m", "Distance at the instant of the largest closing speed."),
+    NamedResult("ttc_at_ms", "s", "That distance divided by that closing speed."),
     NamedResult("closing_speed", "m/s", "Closing speed of the centres at the closest approach, or at contact."),
     NamedResult("ego_speed", "m/s", "Speed of the ego at the closest approach, or at contact."),
     NamedResult("other_speed", "m/s", "Speed of the other at the closest approach, or at contact."),
-    NamedResult("hidden_time", "s", "How long the other was hidden where the ego looked."),
-    NamedResult("delta_v", "m/s", "Change of the ego's velocity if they strike as they are at the closest approach."),
-    NamedResult("post_encroachment_time", "s", "Least time between their being at one place; 0 on contact."),
+    NamedResult("hidden_time", "s", "How long the other was hidden inside the ego's field of view."),
+    NamedResult(
+        "delta_v", "m/s", "Change of the ego's velocity in a collision with the velocities at the closest approach."
+    ),
+    NamedResult("post_encroachment_time", "s", "Least time between both being at the same place; 0 on contact."),
     NamedResult("end_time", "s", "When the run ends.", of_pair=False),
 )
 """A program names a result, and never its place in this table."""

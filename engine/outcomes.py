@@ -57,12 +57,15 @@ class _Judged:
     """The risk of a scene."""
 
     score: Annotated[Ints, Result("risk, 0 to 22, -1 if invalid", kind=int)]
-    continuous: Annotated[Floats, Result("the same without steps")]
+    continuous: Annotated[Floats, Result("the risk without steps")]
     parts: Annotated[
-        Ints, Result("its parts", kind=int, parts=("risk_c", "risk_md", "risk_d_ms", "risk_ttc_ms"), part_of="score")
+        Ints,
+        Result("parts of the risk", kind=int, parts=("risk_c", "risk_md", "risk_d_ms", "risk_ttc_ms"), part_of="score"),
     ]
     """(n, 4) what C, MD, D_MS and TTC_MS add to the score."""
-    pair: Annotated[Ints, Result("who decided the score: actor `pair` + 1, where the ego is actor 0", kind=int)]
+    pair: Annotated[
+        Ints, Result("the pair that decides the score: the ego and actor `pair` + 1 (the ego is actor 0)", kind=int)
+    ]
 
 
 @frozen
@@ -78,7 +81,7 @@ class _Measured:
             kind=EndReason,
         ),
     ]
-    end_rule: Annotated[Ints, Result("of `rule`: its number among the rules in `summary.json`, else -1", kind=int)]
+    end_rule: Annotated[Ints, Result("for `rule`: number of the rule in `summary.json`, else -1", kind=int)]
     """Index into `Program.rules` where the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
     end_time: Annotated[Floats, Result("end of the run [s]", "s")]
     """First contact or end of the run."""
@@ -110,7 +113,7 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
-            formula="max of c = -(p . v) / |p| over samples, p and v: way and relative velocity of the centres",
+            formula="max of c = -(p . v) / |p| over samples, p and v: relative position and velocity of the centres",
             source="CORTEX-AVD, Table 1",
         ),
     ]
@@ -118,7 +121,7 @@ class _Measured:
     distance_at_ms: Annotated[
         Floats,
         Result(
-            "D_MS, their distance then [m]",
+            "D_MS, their distance at MS [m]",
             "m",
             "D_MS",
             "distance at the instant of MS",
@@ -148,7 +151,7 @@ class _Measured:
     ego_speed: Annotated[
         Floats,
         Result(
-            "of that pair at its closest approach, or at contact [m/s]",
+            "speeds of that pair at its closest approach, or at contact [m/s]",
             "m/s",
             per=Per.PAIR,
             kept=Kept.DECIDING,
@@ -161,7 +164,7 @@ class _Measured:
     approach_angle: Annotated[
         Floats,
         Result(
-            "heading of the other then, seen from the ego [rad]: 0 the same way, +-3.14 head-on, positive left",
+            "heading of the other then, relative to the ego [rad]: 0 same direction, +-3.14 head-on, positive left",
             "rad",
             per=Per.PAIR,
             kept=Kept.DECIDING,
@@ -170,12 +173,13 @@ class _Measured:
     ]
     """-pi .. pi, positive to the left."""
     closing_speed: Annotated[
-        Floats, Result("of their centres then [m/s]", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False)
+        Floats,
+        Result("closing speed of their centres then [m/s]", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False),
     ]
     side: Annotated[
         Ints,
         Result(
-            "of the ego on which the other is then: `front`, `left`, `rear`, `right`",
+            "side of the ego on which the other is then: `front`, `left`, `rear`, `right`",
             per=Per.PAIR,
             kind=Side,
             kept=Kept.DECIDING,
@@ -185,8 +189,8 @@ class _Measured:
     first_seen: Annotated[
         Floats,
         Result(
-            "when the ego first saw the other [s], their time to collision then [s], and for how long it was hidden "
-            "where the ego looked [s]",
+            "when the ego first saw the other [s], their time to collision then [s], and how long it was hidden "
+            "inside the ego's field of view [s]",
             "s",
             per=Per.PAIR,
             kept=Kept.DECIDING,
@@ -204,7 +208,7 @@ class _Measured:
     fault: Annotated[
         Ints,
         Result(
-            "of a collision: `ego`, or no failure of the ego: `struck_from_behind`, `struck_standing`",
+            "of a collision: `ego`; or `struck_from_behind`, `struck_standing`: no failure of the ego",
             per=Per.PAIR,
             kind=Fault,
             kept=Kept.DECIDING,
@@ -213,19 +217,19 @@ class _Measured:
     """-1 for pairs that do not touch."""
     lateral_grip: Annotated[
         Floats,
-        Result("largest use of grip by the ego, sideways, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
+        Result("largest lateral use of grip by the ego, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
     ]
     """NaN for who has no tyres; so is the next."""
     combined_grip: Annotated[
         Floats,
         Result(
-            "the same, of acceleration and turning together; above 0.5 beyond the range of the vehicle model",
+            "the same for acceleration and turning together; above 0.5, the vehicle model is not valid",
             per=Per.ACTOR,
             kept=Kept.EGO,
         ),
     ]
     others_contact_time: Annotated[
-        Floats, Result("when two others first touched; empty: never, or after the end [s]", "s")
+        Floats, Result("when two other actors first touched; empty: never, or after the end [s]", "s")
     ]
     """NaN if never. They crash, and the run goes on: it is the ego's."""
 
@@ -235,9 +239,11 @@ class Outcomes(_Measured, _Decided):
     """What happened to each scene, by the arrays of the table; of a pair or an actor, one number for each."""
 
     steps: Annotated[Ints, Result("steps simulated", kind=int)]
-    contact_actors: Annotated[Ints, Result("the ego and whom it touched, -1 where nobody", per=Per.CONTACT, kind=int)]
+    contact_actors: Annotated[
+        Ints, Result("the ego and the actor that it touched, -1: none", per=Per.CONTACT, kind=int)
+    ]
     others_contact_actors: Annotated[
-        Ints, Result("the first two others that touched, -1 where none", per=Per.CONTACT, kind=int)
+        Ints, Result("the first two other actors that touched, -1: none", per=Per.CONTACT, kind=int)
     ]
     sought: Floats
     """(n, objectives) what each objective of the file (`Program.judged`) comes to: of an `expect` its robustness."""

@@ -50,7 +50,7 @@ def _analyse_options(parser: Parser) -> None:
         metavar="N",
         type=whole_number(0, 10**8),
         default=BUDGET,
-        help=f"simulations to find which params matter; 0: leave that out ({BUDGET:,})",
+        help=f"simulations to find which params matter; 0: none ({BUDGET:,})",
     )
     add_jobs(parser)
     add_ego(parser, batch=False)
@@ -60,8 +60,9 @@ ANALYSE = Command(
     name="analyse",
     usage="RUN [--budget N] [--jobs N] [--json]",
     description="""\
-Kinds of failures, those first that a competent driver would have avoided, where
-they lie, which params matter, and why collisions are avoidable or not.""",
+Show the kinds of failures (those that a competent driver would have avoided
+come first), where they lie in the space of params, which params matter, and
+why collisions are avoidable or not.""",
     options=_analyse_options,
     function=_analyse,
     needs=("run", "no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`"),
@@ -72,20 +73,28 @@ they lie, which params matter, and why collisions are avoidable or not.""",
 
 SAMPLES = 10_000
 PROBABILITY_EPILOG = """\
-mc: independent draws. subset: for what is rare; chains of runs that come ever
-nearer to contact. importance: for what is rare; draws where failures are, and
-weighs each run by how likely the file draws it. Both give a reason instead of
-an interval where the distance to contact does not lead to failures.
-params: they are drawn once, and a scene for them is sought in max_attempts
-attempts. joint: they are drawn again with every attempt, as the requirements
-are written (mc only); --samples counts valid runs.
-Of a run directory: of the scenario that it searched, with its settings; kept
-there for `cortexc report`."""
+methods:
+  mc          plain Monte Carlo: independent draws
+  subset      for rare events: chains of runs that come nearer and nearer to
+              contact
+  importance  for rare events: draws more often where failures are, and weights
+              each run by its probability under the file
+subset and importance give a reason instead of an interval if the distance to
+contact does not lead to failures.
+
+conditions:
+  params      draws the params once, then tries to draw a scene for them in
+              max_attempts attempts
+  joint       draws the params again in every attempt (mc only); --samples
+              then counts valid runs
+
+With a run directory, the scenario and the settings are those of its search,
+and the result is kept there for `cortexc report`."""
 
 
 def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.of == "":
-        raise UsageError("--of names no expectation", "name an `expect` of the file, or leave it out for collisions")
+        raise UsageError("--of has no name", "name an `expect` of the file, or leave it out for collisions")
     least = RARE[options.method].least if options.method in RARE else 1
     if options.samples < least:
         raise UsageError(f"--samples is {options.samples}", f"--method {options.method} needs at least {least:,}")
@@ -148,17 +157,19 @@ def _probability_options(parser: Parser) -> None:
     parser.add_argument(
         "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
     )
-    parser.add_argument("--of", metavar="NAME", help="that an `expect` of the file is broken (a collision)")
+    parser.add_argument(
+        "--of", metavar="NAME", help="estimate how likely this `expect` of the file fails (a collision)"
+    )
     parser.add_argument(
         "--samples",
         metavar="N",
         type=whole_number(1, 10**8),
         default=SAMPLES,
-        help=f"simulations; of subset: a level ({SAMPLES:,})",
+        help=f"simulations; with subset: for each level ({SAMPLES:,})",
     )
-    parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="hold a param")
+    parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="fix a param")
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
-    parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
+    parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="seed of all random numbers (0)")
     add_jobs(parser)
     add_ego(parser, batch=False)
 
@@ -166,7 +177,8 @@ def _probability_options(parser: Parser) -> None:
 PROBABILITY = Command(
     name="probability",
     usage="FILE|RUN [--of NAME] [--method NAME] [options]",
-    description="The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
+    description="Estimate the probability of a collision, given a valid scene. Params are drawn\n"
+    "from the distributions of the file.",
     options=_probability_options,
     function=_probability,
     epilog=PROBABILITY_EPILOG,

@@ -57,15 +57,17 @@ SUBCOMMANDS: dict[str, Subcommand] = {
         "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"
     ),
     "study": Subcommand("cortex_dsl.cli.study:STUDY", "many runs of several methods, compared run by run", "[FILES]"),
-    "resume": Subcommand("cortex_dsl.cli.search:RESUME", "go on with a search that was stopped or killed", "RUN"),
-    "report": Subcommand("cortex_dsl.cli.report:REPORT", "a run or a study as a page, its worst cases to watch", "RUN"),
-    "analyse": Subcommand("cortex_dsl.cli.analyse:ANALYSE", "different failures, their kinds, and whose fault", "RUN"),
-    "probability": Subcommand(
-        "cortex_dsl.cli.analyse:PROBABILITY", "of a collision, with its confidence interval", "FILE"
+    "resume": Subcommand("cortex_dsl.cli.search:RESUME", "continue a search that was stopped or killed", "RUN"),
+    "report": Subcommand("cortex_dsl.cli.report:REPORT", "write an HTML page of a run or a study, with replays", "RUN"),
+    "analyse": Subcommand(
+        "cortex_dsl.cli.analyse:ANALYSE", "kinds of failures, params that matter, avoidability", "RUN"
     ),
-    "verify": Subcommand("cortex_dsl.cli.verify:VERIFY", "is the journal intact; worst cases by a better model", "RUN"),
+    "probability": Subcommand(
+        "cortex_dsl.cli.analyse:PROBABILITY", "probability of a collision, with confidence interval", "FILE"
+    ),
+    "verify": Subcommand("cortex_dsl.cli.verify:VERIFY", "check the journal; repeat worst cases with tyre slip", "RUN"),
     "replay": Subcommand(
-        "cortex_dsl.cli.replay:REPLAY", "one case again: in the terminal, as a page, as a film", "RUN|FILE"
+        "cortex_dsl.cli.replay:REPLAY", "play a case again: in the terminal, as page or film", "RUN|FILE"
     ),
     "export": Subcommand(
         "cortex_dsl.cli.export:EXPORT", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"
@@ -73,10 +75,12 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "measure": Subcommand(
         "cortex_dsl.cli.measure:MEASURE", "metrics and risk of a recorded case, from any driver", "FILE"
     ),
-    "import": Subcommand("cortex_dsl.cli.measure:IMPORT", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
-    "paper-check": Subcommand("cortex_dsl.cli.study:PAPER_CHECK", "the arithmetic of the CORTEX-AVD paper, done again"),
-    "fmt": Subcommand("cortex_dsl.cli.fmt:FMT", "files in the one layout (--check, --diff)", "FILES"),
-    "lsp": Subcommand("cortex_dsl.cli.lsp:LSP", "the language server, for editors to start"),
+    "import": Subcommand(
+        "cortex_dsl.cli.measure:IMPORT", "read an OpenSCENARIO case and compute its risk", "FILE.xosc"
+    ),
+    "paper-check": Subcommand("cortex_dsl.cli.study:PAPER_CHECK", "recompute the figures of the CORTEX-AVD paper"),
+    "fmt": Subcommand("cortex_dsl.cli.fmt:FMT", "put files into the standard layout (--check, --diff)", "FILES"),
+    "lsp": Subcommand("cortex_dsl.cli.lsp:LSP", "the language server, which editors start"),
 }
 
 

@@ -137,8 +137,8 @@ def _new(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _examples_options(parser: Parser) -> None:
-    parser.add_argument("example", metavar="NAME", nargs="?", help="print this one, such as left_turn")
-    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write them, or the one, into a folder")
+    parser.add_argument("example", metavar="NAME", nargs="?", help="the example to print, such as left_turn")
+    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write all of them, or this one, into a folder")
 
 
 def _new_options(parser: Parser) -> None:
@@ -161,12 +161,12 @@ EXAMPLES = Command(
     epilog="""\
 examples:
   cortexc examples --copy examples     all of them, into a folder
-  cortexc examples left_turn > my.scn  one, to be changed""",
+  cortexc examples left_turn > my.scn  one, as a start of your own""",
 )
 NEW = Command(
     name="new",
     usage="FILE",
-    description="Write a small scenario to begin with, never over a file that is there.",
+    description="Write a small scenario to begin with. An existing file is never overwritten.",
     options=_new_options,
     function=_new,
     needs=("file", "no file given", "try `cortexc new first.scn`"),

@@ -227,37 +227,40 @@ def _options(parser: Parser) -> None:
         "--case", type=whole_number(1, 10_000_000), metavar="K", help="case of the run; 1 is the worst (1)"
     )
     which.add_argument("--top", type=whole_number(1, MOST_CASES), metavar="N", help="the worst N cases of the run")
-    parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
     parser.add_argument(
-        "-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="hold a param fixed"
+        "--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="seed of the scene of a scenario (0)"
     )
+    parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="fix a param")
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
-    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` shows all")
+    parser.add_argument("--to", metavar="FORMATS", help="one or more formats, separated by commas; `list` shows all")
     parser.add_argument(
-        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"OpenSCENARIO {', '.join(OSC_VERSIONS)} (1.2)"
+        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"
     )
     parser.add_argument(
         "--mode",
         choices=MODES,
         metavar="HOW",
-        help="of xosc: trajectory, an exact replay, or maneuver, in speeds, routes and triggers (trajectory)",
+        help="form of an xosc: trajectory, an exact replay, or maneuver, with speeds, routes and triggers (trajectory)",
     )
     parser.add_argument(
         "--for",
         dest="player",
         choices=PLAYERS,
         metavar="PLAYER",
-        help="carla: an xosc, and what replays it exactly there",
+        help="carla: an xosc, and a script that replays it exactly in CARLA",
     )
     parser.add_argument(
         "--after-contact",
         choices=AFTER_CONTACT,
         metavar="HOW",
-        help="what a replay shows then: through, all go on through each other (an xosc), stop, or physics (all others)",
+        help="motion after contact: through, actors pass through each other (default of xosc), stop, or "
+        "physics (default of all other formats)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
-    parser.add_argument("--force", action="store_true", help="write over files that hold something else")
-    parser.add_argument("--check", action="store_true", help="read back what was written, and hold it against the run")
+    parser.add_argument("--force", action="store_true", help="overwrite files that have other contents")
+    parser.add_argument(
+        "--check", action="store_true", help="read the written files back and compare them with the run"
+    )
     parser.add_argument(
         "--player",
         dest="checking",
@@ -265,7 +268,7 @@ def _options(parser: Parser) -> None:
         metavar="NAME",
         help="with --check: let esmini play each xosc, and write a certificate of its fidelity",
     )
-    parser.add_argument("--esmini", type=Path, metavar="PATH", help="library of esmini (CORTEXC_ESMINI)")
+    parser.add_argument("--esmini", type=Path, metavar="PATH", help="path of the esmini library (CORTEXC_ESMINI)")
 
 
 def _readers() -> str:
@@ -276,8 +279,8 @@ def _readers() -> str:
 EXPORT = Command(
     name="export",
     usage="RUN [--case K | --top N] --to FORMATS [options]\nFILE.scn [--seed N] [-p NAME=VALUE] --to FORMATS [options]",
-    description="Write a found case, or the scene of a scenario, for other people's tools:\n"
-    "everything that they need in one folder, nothing there overwritten by something\nelse.",
+    description="Write a found case, or the scene of a scenario, for other tools. Everything that\n"
+    "a tool needs is written into one folder; no existing file gets other contents.",
     options=_options,
     function=_export,
     epilog=f"formats:\n{_readers()}",

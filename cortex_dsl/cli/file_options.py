@@ -34,10 +34,10 @@ EXAMPLES = """\
 examples:
   cortexc examples/left_turn.scn                         one run, drawn here
   cortexc examples/left_turn.scn --ga                    3,000 simulations
-  cortexc examples/left_turn.scn --ga --random --seed 7  and a baseline
-  cortexc examples/left_turn.scn --method niching        failures that differ
-  cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"  one param held fixed
-  cortexc examples/left_turn.scn --sample 10000          how often one is had
+  cortexc examples/left_turn.scn --ga --random --seed 7  with a random baseline
+  cortexc examples/left_turn.scn --method niching        different failures
+  cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"  one param is fixed
+  cortexc examples/left_turn.scn --sample 10000          share of valid scenes
   cortexc examples/left_turn.scn --check                 diagnostics only
 
 exit codes:
@@ -93,7 +93,7 @@ def _subcommands() -> str:
 def _add_modes(parser: Parser) -> None:
     group = parser.add_argument_group("what to do with FILE (one run by default)")
     group.add_argument("--ga", action="store_true", help="search with the genetic algorithm")
-    group.add_argument("--random", action="store_true", help="draw at random; with --ga: both, side by side")
+    group.add_argument("--random", action="store_true", help="search at random; with --ga: both, side by side")
     group.add_argument(
         "--method",
         metavar="NAME",
@@ -115,7 +115,7 @@ def _add_scene_options(parser: Parser) -> None:
         metavar="NAME=VALUE",
         action="append",
         type=assignment,
-        help="hold a param fixed, in the unit of the file or in one given; may be repeated",
+        help="fix a param; without a unit, VALUE is in that of the file; may be repeated",
     )
     group.add_argument(
         "--freeze",
@@ -123,22 +123,22 @@ def _add_scene_options(parser: Parser) -> None:
         nargs="?",
         const=(),
         type=param_names,
-        help="hold the params of the system under test at the middle of their range, or at what -p says",
+        help="fix the params of the system under test at the middle of their range, or at the value given by -p",
     )
     group.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
-    group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
+    group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="seed of all random numbers (0)")
     group.add_argument(
         "--engine",
         choices=("batch", "world"),
         metavar="NAME",
-        help="batch (kernels; a search's) or world (pymunk, on through an impact; a run's)",
+        help="batch (compiled kernels; default of a search) or world (pymunk, also after an impact; default of a run)",
     )
     add_ego(group)
     group.add_argument(
         "--profile",
         choices=("paper", "paper-mm", "literature"),
         metavar="NAME",
-        help="bands of the risk score: paper, paper-mm or literature (paper)",
+        help="thresholds of the risk score: paper, paper-mm or literature (paper)",
     )
     group.add_argument(
         "--time-step", metavar="S", type=seconds(0.001, 0.5), help="step of the simulation in seconds (0.05)"
@@ -150,10 +150,13 @@ def _add_scene_options(parser: Parser) -> None:
         "--prune",
         action="store_const",
         const=True,
-        help="jump over attempts that surely fail; the distribution of what is drawn stays the same",
+        help="skip attempts that must fail; the distribution of scenes stays the same",
     )
     group.add_argument(
-        "--target", metavar="P", type=share, help="with --sample: say what to relax to accept P of all attempts"
+        "--target",
+        metavar="P",
+        type=share,
+        help="with --sample: say which requirement to relax, so that the share P of all attempts is accepted",
     )
     group.add_argument(
         "--jobs",
@@ -170,26 +173,30 @@ def _add_search_options(parser: Parser) -> None:
         "--population",
         metavar="N",
         type=whole_number(2, 10**6, "a crossover needs two parents"),
-        help="individuals, each a choice of all params, in a generation (100)",
+        help="individuals in a generation, each with one value for every param (100)",
     )
     group.add_argument(
         "--preset",
         choices=("cortex", "cortex-literal"),
         metavar="NAME",
-        help="cortex: parents by tournament; cortex-literal: uniformly (cortex)",
+        help="how parents are chosen: cortex, by tournament, or cortex-literal, uniformly (cortex)",
     )
     group.add_argument(
         "--objective",
         metavar="NAME",
         action="append",
-        help="sought: risk, avoidable, conflict, severity, controller, or one of the file; again for several (risk)",
+        help="goal of the search: risk, avoidable, conflict, severity, controller, or an objective of the file; "
+        "may be repeated (risk)",
     )
     group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(
-        "--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)"
+        "--aggregate",
+        metavar="HOW",
+        type=aggregate,
+        help="one score from K: mean, max or a quantile such as q90 (mean)",
     )
     group.add_argument(
-        "--dask", metavar="ADDRESS", help="run on a Dask cluster; `local` starts one of --jobs processes"
+        "--dask", metavar="ADDRESS", help="run on a Dask cluster; `local` starts one with --jobs processes"
     )
     group.add_argument("--out", metavar="DIR", type=Path, help="new folder for the results (one under runs/)")
 

@@ -164,7 +164,7 @@ def _options(parser: Parser) -> None:
 FMT = Command(
     name="fmt",
     usage="FILES [--check] [--diff]",
-    description="Writes scenario files in the one layout. Comments stay, and so does the meaning.",
+    description="Put scenario files into the standard layout. Comments and meaning stay the same.",
     options=_options,
     function=_fmt,
     epilog="exit codes: 0 fine, 1 a file has errors (or, with --check, would change), 2 a path cannot be used",

@@ -203,27 +203,37 @@ def _window(text: str) -> tuple[float, float]:
 def _options(reader: Reader, parser: Parser) -> None:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
-    parser.add_argument("--ego", metavar="NAME", help="who is judged (who is called ego, or else the first)")
+    parser.add_argument("--ego", metavar="NAME", help="the actor to judge (the one called ego, or else the first)")
     parser.add_argument(
         "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
     )
     if reader is MEASURED:
-        parser.add_argument("--rate", type=_rate, metavar="HZ", help="samples a second, where a table counts frames")
+        parser.add_argument(
+            "--rate", type=_rate, metavar="HZ", help="samples per second, for a table that counts frames"
+        )
     else:
         parser.set_defaults(rate=None)
     parser.add_argument(
-        "--window", type=_window, metavar="S,S", help="a part of it: from and to so many seconds after its first row"
+        "--window",
+        type=_window,
+        metavar="S,S",
+        help="only a part: its start and its end, in seconds after the first row",
     )
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
-    parser.add_argument("--esmini", type=Path, metavar="PATH", help="plays an xosc that has to be (CORTEXC_ESMINI)")
+    parser.add_argument(
+        "--esmini",
+        type=Path,
+        metavar="PATH",
+        help="the esmini library, for an xosc that must be played (CORTEXC_ESMINI)",
+    )
     parser.add_argument("--to", type=_formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
     parser.add_argument(
-        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"of an xosc, the version: {', '.join(OSC_VERSIONS)} (1.2)"
+        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for that (where the file is)")
-    parser.add_argument("--force", action="store_true", help="write over files that hold something else")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the written files (that of FILE)")
+    parser.add_argument("--force", action="store_true", help="overwrite files that have other contents")
     options_of_all(parser, offered=reader is MEASURED)
 
 
@@ -312,13 +322,13 @@ tables: one row for each actor and time, as CSV or Parquet; positions are
 centres of outlines. Either omega-prime's columns (total_nanos, idx, x, y, …,
 yaw, type, role, subtype), or
   needed         time [s], id, x [m], y [m]
-  where missing  heading [rad] and speed [m/s] are taken from motion,
-                 length [m], width [m], type and role are usual ones
+  where missing  heading [rad] and speed [m/s] follow from the motion;
+                 length [m], width [m], type and role get usual values
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
   timestamp_ms, vx and vy; a `frame` needs --rate
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
-esmini, SUMO (FCD), CARLA, CommonRoad and OSI are known by what is in them, and
-read with their units and conventions; leave their files beside one another."""
+esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
+and read with their units and conventions; keep their files in one folder."""
 USAGE = "FILE [--ego NAME] [--to FORMATS] [options]"
 USAGE_OF_ALL = "FILE [--ego NAME | --all] [--to FORMATS] [options]"
 
@@ -345,5 +355,5 @@ IMPORT = _command(
     IMPORTED,
     "Read an OpenSCENARIO file whose actors follow timed polylines, with the\n"
     "OpenDRIVE road beside it, and judge it by the metrics and the risk of cortexc.\n"
-    "Nothing is fetched from elsewhere.",
+    "Nothing is downloaded.",
 )

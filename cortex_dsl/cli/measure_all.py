@@ -28,10 +28,14 @@ def options_of_all(parser: Parser, *, offered: bool) -> None:
     if not offered:
         parser.set_defaults(all=False, **dict.fromkeys(OF_ALL))
         return
-    parser.add_argument("--all", action="store_true", help="judge every pair that comes near, the worst first")
-    parser.add_argument("--near", type=_meters, metavar="M", help="with --all: how near two come to be judged (50 m)")
     parser.add_argument(
-        "--top", type=whole_number(1, 100_000), metavar="N", help="with --all: rows that are shown (20)"
+        "--all", action="store_true", help="judge every pair of actors that comes near each other, the worst first"
+    )
+    parser.add_argument(
+        "--near", type=_meters, metavar="M", help="with --all: the largest distance of a pair to judge (50 m)"
+    )
+    parser.add_argument(
+        "--top", type=whole_number(1, 100_000), metavar="N", help="with --all: number of rows to show (20)"
     )
     parser.add_argument("--table", type=Path, metavar="CSV", help="with --all: write every row into a table")
     parser.add_argument("--page", type=Path, metavar="HTML", help="with --all: write a page with drawings")

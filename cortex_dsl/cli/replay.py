@@ -78,8 +78,12 @@ def _options(parser: Parser) -> None:
     parser.add_argument(
         "--case", type=whole_number(1, MOST_CASES), metavar="K", help="which of the run's cases; 1 is the worst (1)"
     )
-    parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
-    parser.add_argument("--speed", type=pace, default=1.0, metavar="X", help="times as fast as it happens (1)")
+    parser.add_argument(
+        "--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="seed of the scene of a scenario (0)"
+    )
+    parser.add_argument(
+        "--speed", type=pace, default=1.0, metavar="X", help="speed of playback; 2 is twice as fast (1)"
+    )
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="write a page (.html), film (.gif) or picture (.svg) instead"
     )

@@ -106,9 +106,9 @@ REPORT = Command(
     name="report",
     usage="RUN|STUDY [--out FILE.html] [--cases N] [options]",
     description="""\
-Write a run as one HTML file that needs no network: summary, course, where it
-fails, and the worst cases, each with a replay. A study: its verdict, box plots,
-curves and tests.""",
+Write a report of a run as one HTML file that needs no network: summary, course
+of the search, where in the space of params it found failures, and the worst
+cases, each with a replay. For a study: verdict, box plots, curves and tests.""",
     options=_options,
     function=_report,
     needs=("run", "which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),

@@ -156,7 +156,10 @@ def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
 def _resume_options(parser: Parser) -> None:
     add_run(parser, "a run directory, or that of a study")
     parser.add_argument(
-        "--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="as many in all (as it was planned)"
+        "--generations",
+        metavar="N",
+        type=whole_number(1, GENERATION_LIMIT),
+        help="total number of generations (as planned)",
     )
     add_jobs(parser, "workers: threads of --engine batch, processes of --engine world")
     add_dask(parser, "search")
@@ -166,13 +169,13 @@ def _resume_options(parser: Parser) -> None:
 RESUME = Command(
     name="resume",
     usage="RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
-    description="Go on with a search or a study that was stopped with Ctrl-C, or killed.",
+    description="Continue a search or a study that was stopped with Ctrl-C, or killed.",
     options=_resume_options,
     function=_resume,
     epilog=f"""\
-The run goes on with the text and the settings that it was started with, and
-ends with the journal that an undisturbed one would have written. Where it was
-finished its report is shown again, unless --generations asks for more.
+The search continues with the text and the settings that it was started with,
+and its journal becomes the same as without the stop. If the search is finished
+already, its report is shown again, unless --generations asks for more.
 
 example:
   cortexc resume {EXAMPLE_RUN}""",

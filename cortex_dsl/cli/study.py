@@ -133,7 +133,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     else:
         terminal.out.print(study_view(study, found, terminal.out.width))
     if stopped:
-        terminal.err.print(f"interrupted; go on with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
+        terminal.err.print(f"interrupted; continue with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
         return Exit.INTERRUPTED
     return _end_of(study, terminal)
 
@@ -203,13 +203,13 @@ def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _paper_options(parser: Parser) -> None:
-    parser.add_argument("--all", action="store_true", help="what holds, too")
+    parser.add_argument("--all", action="store_true", help="also show what is correct")
 
 
 PAPER_CHECK = Command(
     name="paper-check",
     usage="[--all] [--json]",
-    description="Recompute what the paper prints from its own numbers, and show what does not hold.",
+    description="Recompute the figures of the paper from its own numbers, and show those that are wrong.",
     options=_paper_options,
     function=_check_paper,
     wrapped=True,

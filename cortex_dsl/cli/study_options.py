@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from engine.study.plan import Plan, Subject
 
 DESCRIPTION = """\
-Run every scenario by every method many times, keep every evaluation, and
+Run every method many times on every scenario, keep every evaluation, and
 compare the methods run by run.
 
   cortexc study                   the paper's case study: its six scenarios,
                                   the genetic algorithm against random search
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
   cortexc study --resume runs/study-6x2x30-001
-                                  go on with one that was stopped or killed"""
+                                  continue a study that was stopped or killed"""
 METHODS = "random,ga"
 RUNS = 30
 DEFAULTS = {
@@ -70,27 +70,40 @@ def add_options(parser: Parser) -> None:
     add = parser.add_argument
     add("files", metavar="FILES", nargs="*", type=Path, help="scenarios, or a folder of them (the paper's six)")
     add("--runs", metavar="N", type=whole_number(1, 65_536), help=f"runs of each method on each scenario ({RUNS})")
-    add("--methods", metavar="LIST", help=f"methods with commas between them, or `all` ({METHODS})")
+    add("--methods", metavar="LIST", help=f"methods, separated by commas, or `all` ({METHODS})")
     add("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations of each run (30)")
     add("--population", metavar="N", type=whole_number(2, 10**6), help="individuals in each generation (100)")
     add(
         "--seed",
         metavar="N",
         type=whole_number(0, SEED_LIMIT),
-        help="root of all randomness; the next scenario has the next (0)",
+        help="seed of the first scenario; each further one has the next number (0)",
     )
     add_jobs(parser, "processes, each with a whole run")
     add_dask(parser, "study")
-    add("--preset", choices=("cortex", "cortex-literal"), metavar="NAME", help="of the genetic algorithm (cortex)")
     add(
-        "--profile", choices=("paper", "paper-mm", "literature"), metavar="NAME", help="bands of the risk score (paper)"
+        "--preset",
+        choices=("cortex", "cortex-literal"),
+        metavar="NAME",
+        help="preset of the genetic algorithm (cortex)",
     )
-    add("--objective", metavar="NAME", action="append", help="what is sought; again for several (risk)")
+    add(
+        "--profile",
+        choices=("paper", "paper-mm", "literature"),
+        metavar="NAME",
+        help="thresholds of the risk score (paper)",
+    )
+    add("--objective", metavar="NAME", action="append", help="goal of the search; may be repeated (risk)")
     add("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
-    add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
+    add(
+        "--aggregate",
+        metavar="HOW",
+        type=aggregate,
+        help="one score from K: mean, max or a quantile such as q90 (mean)",
+    )
     add_ego(parser)
     add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
-    add("--resume", metavar="DIR", type=Path, help="go on with the study in this folder")
+    add("--resume", metavar="DIR", type=Path, help="continue the study in this folder")
 
 
 def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit":

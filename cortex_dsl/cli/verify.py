@@ -97,12 +97,14 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
 def _options(parser: Parser) -> None:
     add_run(parser)
     parser.add_argument(
-        "--sample", metavar="N", type=whole_number(0, 10**9), help=f"simulations that are run again ({SAMPLE})"
+        "--sample", metavar="N", type=whole_number(0, 10**9), help=f"number of simulations to run again ({SAMPLE})"
     )
     parser.add_argument(
-        "--model", choices=MODELS, metavar="NAME", help="dynamic: the worst cases, with tyres that slip"
+        "--model", choices=MODELS, metavar="NAME", help="dynamic: repeat the worst cases with tyres that slip"
     )
-    parser.add_argument("--worst", metavar="N", type=whole_number(1, 10**6), help=f"of these, worst first ({WORST})")
+    parser.add_argument(
+        "--worst", metavar="N", type=whole_number(1, 10**6), help=f"how many of the worst cases ({WORST})"
+    )
     add_jobs(parser)
     add_ego(parser, batch=False)
 
@@ -111,14 +113,14 @@ VERIFY = Command(
     name="verify",
     usage="RUN|STUDY [--sample N] [--jobs N] [--json]\nRUN --model dynamic [--worst N] [--jobs N] [--json]",
     description="""\
-Is the journal of a run what its search wrote? Checks the digests of all that
-it holds, and runs a sample of its simulations again: each must come to the
-same, bit for bit. Of a study: are all runs and evaluations as they were
-written? Ends with 0 unless something is damaged.
+Check that the journal of a run is what its search wrote: compare the digests
+of all its contents, and run a sample of its simulations again, which must give
+the same results, bit for bit. For a study, check that all runs and evaluations
+are as they were written. The exit code is 0 unless something is damaged.
 
-With --model dynamic: the worst cases again, their cars driven by a model
-whose tyres slip: which survive, which differ, and which are artefacts of the
-search's model or of its time step.""",
+With --model dynamic, repeat the worst cases with a vehicle model whose tyres
+slip: which cases survive, which differ, and which are artefacts of the model
+or of the time step of the search.""",
     options=_options,
     function=_verify,
     needs=("run", "no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`"),

@@ -175,7 +175,7 @@ def add_jobs(parser: Parser, who: str = "threads") -> None:
 def add_dask(parser: Parser, what: str) -> None:
     """--dask: workers elsewhere."""
     parser.add_argument(
-        "--dask", metavar="ADDRESS", help=f"of a Dask scheduler; `local`: one for the time of the {what}"
+        "--dask", metavar="ADDRESS", help=f"address of a Dask scheduler; `local` starts one for the {what}"
     )
 
 
@@ -184,11 +184,14 @@ def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
     parser.add_argument(
         "--ego",
         metavar="NAME",
-        help="who drives: python:package.module:function or process:COMMAND",
+        help="driver of the ego: python:package.module:function or process:COMMAND",
     )
     if batch:
         parser.add_argument(
-            "--ego-batch", metavar="N", type=whole_number(1, 10**6), help="scenes that it is asked about at once (256)"
+            "--ego-batch",
+            metavar="N",
+            type=whole_number(1, 10**6),
+            help="scenes passed to this driver in one call (256)",
         )
 
 

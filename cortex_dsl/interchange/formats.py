@@ -95,13 +95,13 @@ FORMATS: Mapping[str, Format] = {
     ),
     "commonroad": Format(
         suffixes=(".cr.xml", ".solution.xml"),
-        summary="CommonRoad 2020a: scenario, and the ego's way as a solution",
+        summary="CommonRoad 2020a: scenario, and the ego's motion as a solution",
         readers="commonroad-io, its drivability checker, CriMe",
         opened="from Python: CommonRoadFileReader('{file}').open()",
         of_recording=f"{_ENGINE}.commonroad:write_commonroad",
         needs=_ROAD,
         checker=f"{_ENGINE}.commonroad.check:check_commonroad",
-        checked="ids, references, who is there; motion is not read back",
+        checked="ids, references, the actors; motion is not read back",
     ),
     "scenic": Format(
         suffixes=(".scenic", ".xodr"),
@@ -110,7 +110,7 @@ FORMATS: Mapping[str, Format] = {
         opened="scenic --2d {file}",
         writer=f"{_HERE}.writing:scenic",
         checker=f"{_HERE}.scenic.write:check_scenic",
-        checked="where everybody starts; what Scenic drives from there is its own",
+        checked="the start of every actor; what follows is Scenic's own simulation",
         needs=_SCENARIO,
     ),
     "csv": Format(
@@ -141,7 +141,7 @@ FORMATS: Mapping[str, Format] = {
         opened="open {file} in Foxglove or Lichtblick",
         of_recording=f"{_ENGINE}.mcap:write_mcap",
         checker=f"{_ENGINE}.mcap.check:check_mcap",
-        checked="every message: who is there, places, headings, sizes, speeds, pedals",
+        checked="every message: actors, positions, headings, sizes, speeds, pedals",
         package="mcap",
         extra="export",
     ),
@@ -160,7 +160,7 @@ FORMATS: Mapping[str, Format] = {
 
 CHECKED_BY_MODE: Mapping[str, str] = {
     "trajectory": _MOTION,
-    "maneuver": "the rules of a file; its motion is not looked at, as it is for a simulator to play",
+    "maneuver": "the rules of the format; motion is not checked, as only a simulator produces it",
 }
 """What is checked of an `.xosc`, by how it is written."""
 

@@ -116,7 +116,7 @@ def do_relax(state: State, argument: str) -> None:
     from engine.acceptance import account
 
     blame = account(state.weighing(program), target)
-    state.terminal.out.print(section("Who is to blame", blame_view(blame), blame_note(blame)))
+    state.terminal.out.print(section("Which requirement is to blame", blame_view(blame), blame_note(blame)))
     if target is not None and blame.weighing.acceptance >= target:
         state.terminal.out.print("  nothing needs to be relaxed for that", style="good")
 

@@ -52,7 +52,7 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
             (".csv",),
             b"Entitity_Name",
             "engine.interchange.logs.esmini:read_esmini_log",
-            "positions are rear axles, and become centres by the logged boxes",
+            "positions are rear axles; they become centres with the logged boxes",
         ),
         "table": Source("a table of trajectories", (".csv", ".parquet"), b"", "", "see the layouts"),
         "SUMO": Source(

@@ -183,18 +183,26 @@ BUILT_IN: tuple[Objective, ...] = (
     Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions),
     Objective(
         "avoidable",
-        "collisions that a competent driver would have avoided: 2 to 3; below 1 those that did not happen",
+        "2 to 3 for a collision that a competent driver would have avoided; at most 1 for all other runs",
         avoidable,
         lambda _, values: values >= 2.0,
         gaps=True,
     ),
     Objective(
-        "conflict", "the least time between two at one place, 0 on contact", conflict, _collisions, -1.0, "s", gaps=True
+        "conflict",
+        "the conflict gap: the least time between two at one place, 0 on contact",
+        conflict,
+        _collisions,
+        -1.0,
+        "s",
+        gaps=True,
     ),
-    Objective("severity", "delta-V of whom it is larger; no risks of injury", severity, _collisions, 1.0, "m/s"),
+    Objective(
+        "severity", "the larger delta-V of the two; it is not a risk of injury", severity, _collisions, 1.0, "m/s"
+    ),
     Objective(
         "controller",
-        "scenes over which a controller fails: 1; below 1 the risk of those that it drives",
+        "1 for a scene in which the driver under test fails; below 1, from the risk, for all others",
         failing,
         lambda _, values: values == 1.0,
         failures=True,

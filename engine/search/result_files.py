@@ -82,7 +82,7 @@ First by individual, elites included; then, as `simulated_…`, over distinct si
 | `nc` | NC, individuals with a collision |
 | `mdg`, `mdec` | MDG, mean MD of the valid ones [m]; MDEC, of those without a collision [m] |
 | `nis` | NIS, invalid individuals |
-| `errors` | individuals that the engine failed on; they count nowhere |
+| `errors` | individuals that the engine failed on; they are not counted |
 | `runs`, `valid_runs`, `colliding_runs`, `invalid_runs`, `error_runs` | the same by rollout |
 """
 

@@ -33,8 +33,8 @@ from engine.vocabulary import GeneKind
 
 
 JUDGED = (
-    "fail there: of runs drawn anew as the file says that meet the condition, with the 95 % interval of Clopper and "
-    "Pearson; lift: how many times as often as of all"
+    "fail there: failure rate of new runs that meet the condition, drawn from the distributions of the file, with the "
+    "95 % interval of Clopper and Pearson; lift: this rate divided by that of all new runs"
 )
 
 
@@ -94,19 +94,20 @@ def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
 AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
     Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
-    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself"),
-    Avoidance.UNSEEN: ("unseen", "warn", "no contact within 4 s ahead in sight for long enough"),
-    Avoidance.LOST: ("lost from the start", "warn", "the scene begins too late for any braking, the hardest included"),
-    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another runs into the ego, however early it brakes"),
+    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, but the ego itself braked as hard"),
+    Avoidance.UNSEEN: ("unseen", "warn", "no conflict within the next 4 s was visible for long enough"),
+    Avoidance.LOST: ("lost from the start", "warn", "the scene begins so late that even the hardest braking fails"),
+    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another runs into the ego, however early the ego brakes"),
     Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "no failure of the ego: another ran into its rear"),
-    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "no failure of the ego: it stood where one may"),
+    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "no failure of the ego: it stood where it may stand"),
 }
 """Name, style and meaning."""
 
 DRIVER = (
-    "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more, or what brakes and road allow if that is "
-    "less; it sees what neither bodies nor weather hide, brakes along the ego's path, no less than the ego had begun "
-    "to, and never steers. The regulation means cut-ins on motorways; a conflict in sight 4 s ahead is cortexc's choice"
+    "UN R157: this driver needs 0.4 s to perceive and 0.75 s to react, and reaches 0.774 g of braking 0.6 s later, or "
+    "less if brakes or road allow less; it sees what bodies and weather do not hide, brakes along the ego's path, at "
+    "least as hard as the ego had begun to, and never steers. The regulation covers cut-ins on motorways; that the "
+    "driver reacts to a conflict up to 4 s ahead is cortexc's choice"
 )
 
 
@@ -114,14 +115,16 @@ def lost_text(avoided: Avoided) -> str:
     """`3 of them are lost from the start …`; empty where there are none."""
     if not avoided.lost:
         return ""
-    return f"{avoided.lost:,} of them are lost from the start: they speak of the scene drawn, not of the driving"
+    return (
+        f"{avoided.lost:,} of them are lost from the start: this says something about the scene, not about the driving"
+    )
 
 
 def struck_text(avoided: Avoided) -> str:
     """`2 of them are no failure of the ego …`; empty where there are none."""
     if not avoided.struck:
         return ""
-    return f"{avoided.struck:,} of them are no failure of the ego: it was struck from behind, or while standing"
+    return f"{avoided.struck:,} of them are no failure of the ego: it was struck from behind, or while it stood"
 
 
 def system_lines(avoided: Avoided) -> list[str]:
@@ -129,10 +132,11 @@ def system_lines(avoided: Avoided) -> list[str]:
     if not (avoided.by_system and sum(avoided.by_system[0].thirds)):
         return []
     parts = [f"{share.name} {', '.join(f'{n:,}' for n in share.thirds)}" for share in avoided.by_system]
-    where = f"of the {sum(avoided.by_system[0].thirds):,} avoidable, in the lower, middle and upper third of the range"
+    avoidable = f"number of the {sum(avoided.by_system[0].thirds):,} avoidable ones"
+    where = f"{avoidable} in the lower, middle and upper third of the range"
     return [
-        f"the search chose the system's own params; {where}: {'; '.join(parts)}",
-        "what is avoidable speaks against the ego with these settings; --freeze holds them",
+        f"the search also chose params of the system under test; {where}: {'; '.join(parts)}",
+        "an avoidable collision counts against the ego with these settings only; --freeze fixes them",
     ]
 
 
@@ -146,7 +150,9 @@ def fastest_text(analysis: Analysis) -> str:
     if not math.isfinite(analysis.fastest):
         return ""
     fastest = closing_text(analysis.fastest)
-    return f"risk has a maximum and shows no severity beyond it; the fastest contact of the search closed at {fastest}"
+    return (
+        f"the risk has a maximum and hides what is more severe; the fastest contact of the search closed at {fastest}"
+    )
 
 
 def margin_text(answer: Avoidability) -> str:
@@ -158,7 +164,7 @@ def margin_text(answer: Avoidability) -> str:
     if answer.avoidable:
         return f"{fixed(answer.margin, 2)} s to spare"
     if answer.margin > 0.0:
-        return f"{fixed(answer.margin, 2)} s too early: who brakes later passes first"
+        return f"{fixed(answer.margin, 2)} s too early: a driver who brakes later passes first"
     return f"{fixed(-answer.margin, 2)} s too late"
 
 

@@ -14,13 +14,13 @@ BLAMES = {
     Blame.AVOIDABLE: ("avoidable", "bad"),
     Blame.UNAVOIDABLE: ("not avoidable", "warn"),
     Blame.STRUCK: ("ego struck", "quiet"),
-    Blame.NONE: ("not asked", "quiet"),
+    Blame.NONE: ("not judged", "quiet"),
 }
 """Word and style."""
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: no failure of the ego"
 SUCCESSION = "(n + 1) / (N + 2)"
 """How shares of what is rare are worked out."""
-APART = "worst first, avoidable ones before others of the same risk; of each partner and kind one before any has two"
+APART = "worst first, avoidable ones before others of the same risk; each partner and kind once before any twice"
 """How the worst are chosen; see `engine.search.ranking`."""
 
 
@@ -47,7 +47,7 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
         if came.avoidable:
             yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
         else:
-            yield f"avoidable: none found; {share} of valid simulations may still be, {SUCCESSION}"
+            yield f"avoidable: none found; estimated rate {share} of valid simulations, {SUCCESSION}"
     share = percent(came.collisions / came.valid) if came.valid else ""
     every = f"{came.collisions:,} of {counted(came.kinds, 'kind')}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"

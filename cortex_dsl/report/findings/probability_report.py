@@ -11,21 +11,21 @@ HOW = {
     "mc": "plain Monte Carlo; exact interval of Clopper and Pearson",
     "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
     "importance": (
-        "importance sampling by cross-entropy (Rubinstein and Kroese 2004), a tenth of it as the file says; "
+        "importance sampling by cross-entropy (Rubinstein and Kroese 2004), a tenth of the draws as the file says; "
         "interval of a mean of independent weights"
     ),
 }
 """By what method, and whose interval."""
-PLAIN = "`--method mc` needs no score, and bounds it from above"
+PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
 MORE = "take more samples, or `--method mc`"
 OTHER = "take more samples, or `--method subset`"
 WITHHELD = {
-    Withheld.INVALID: ("valid runs are too rare to begin with", "`--method mc` takes those that it finds"),
+    Withheld.INVALID: ("too few runs are valid to begin with", "`--method mc` uses the valid runs that it finds"),
     Withheld.PLATEAU: ("{tied} of the runs of a level are different and equally near to a failure", PLAIN),
     Withheld.UNREACHED: ("no chain reached a failure", PLAIN),
     Withheld.PARTLY: ("only {reached} of ten repetitions reached a failure", MORE),
     Withheld.SCATTERED: ("the repetitions differ by more than their mean", MORE),
-    Withheld.FEW: ("the weighted failures count as {effective} alike, and less than 100 are no sample", OTHER),
+    Withheld.FEW: ("the effective sample size of the failures is {effective}, and less than 100 is too small", OTHER),
     Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),
 }
 """Why no interval is given, and what to do."""
@@ -38,11 +38,11 @@ def withheld_text(found: Probability) -> str:
     return f"{reason.format(tied=percent(found.tied, 0), reached=found.reached, effective=effective)}; {cure}"
 
 
-EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
+EXPOSURE = "ranges are drawn uniformly, which is no model of how often such values occur in traffic"
 """Return what such a probability does not mean."""
 SAMPLE_TIME = (
     "drivers look and act once in every step of the simulation: in the examples, steps of 0.05 s show 2 to 5 % more "
-    "collisions than such of 0.0025 s"
+    "collisions than steps of 0.0025 s"
 )
 """Measured by `benchmarks/step_bias.py`; nearly all of it is the drivers' sample time, not the motion."""
 
@@ -50,9 +50,9 @@ SAMPLE_TIME = (
 def how_drawn(found: Probability) -> str:
     """Which probability it is: the two differ where some params allow a scene more often than others."""
     if found.condition == JOINT:
-        return "params and scene are drawn again together until the requirements hold"
+        return "params and scene are drawn again together in every attempt, until the requirements hold"
     often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
-    return f"params are drawn once, a scene for them is then sought{often}"
+    return f"params are drawn once, then a scene for them is drawn{often}"
 
 
 def probability_text(found: Probability) -> str:
@@ -94,8 +94,8 @@ def _range(interval: Interval) -> str:
 
 
 NO_SHARE = {
-    "subset": "those of chains depend on one another",
-    "importance": "they are drawn where failures are",
+    "subset": "runs of a chain depend on one another",
+    "importance": "more runs are drawn where failures are",
 }
 """Why what was counted is no estimate."""
 
@@ -120,5 +120,5 @@ def counts_text(found: Probability) -> str:
     tried = "draw" if found.condition == JOINT else "simulation"
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method in NO_SHARE:
-        return f"{runs}; {NO_SHARE[found.method]}, so their share is no estimate"
+        return f"{runs}; {NO_SHARE[found.method]}, so the share of failures is no estimate"
     return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"

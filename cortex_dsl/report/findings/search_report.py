@@ -251,7 +251,7 @@ def beyond(record: Record) -> str:
         return ""
     return (
         f", and in {percent(share)} of the valid simulations the ego uses more than half of its grip, where that model "
-        f"is no fair one (`cortexc verify --model dynamic` drives the worst cases again with slipping tyres)"
+        f"is not accurate (`cortexc verify --model dynamic` drives the worst cases again with slipping tyres)"
     )
 
 

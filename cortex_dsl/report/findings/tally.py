@@ -107,8 +107,8 @@ def blame_note(account: "Account") -> str:
     """What the numbers of the table are shares of."""
     weighing = account.weighing
     met = f"{percent(weighing.acceptance, 2)} met all"
-    own = " with params of their own" if len(weighing.program.space) else ""
-    return f"{counted(len(weighing), 'single attempt')}{own}, each tested on all; {met}"
+    own = " with new params" if len(weighing.program.space) else ""
+    return f"{counted(len(weighing), 'single attempt')}{own}, each tested against all requirements; {met}"
 
 
 def missed_by(account: "Account", blame: "Blame") -> str:

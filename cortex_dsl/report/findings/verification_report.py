@@ -14,9 +14,9 @@ from engine.vocabulary import Verdict
 
 ANSWERS: Mapping[Answer, tuple[str, str, str]] = {
     Answer.SURVIVES: ("survives", "bad", "with slipping tyres the danger is the same"),
-    Answer.DIFFERS: ("differs", "warn", "it is dangerous with slipping tyres too, in another way, such as a near miss"),
+    Answer.DIFFERS: ("differs", "warn", "with slipping tyres it is dangerous in another way, such as a near miss"),
     Answer.MODEL: ("artefact of the model", "good", "a car with slipping tyres is not in this danger"),
-    Answer.STEP: ("artefact of the step", "good", "nor is the model of the search, where time goes in finer steps"),
+    Answer.STEP: ("artefact of the step", "good", "nor is the model of the search with finer time steps"),
     Answer.NOT_JUDGED: ("not judged", "quiet", "no cited tyre data for an ego of this kind"),
     Answer.BACKWARDS: ("not judged: backwards", "quiet", "no cited tyre data for an ego that drives backwards"),
 }

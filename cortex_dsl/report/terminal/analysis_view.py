@@ -71,7 +71,7 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
         )
         for kind in sorted(kinds)
     ]
-    head = f"of {counted(avoided.driven, 'collision')} that this search found; shares of these, no rates:"
+    head = f"of {counted(avoided.driven, 'collision')} that this search found; shares of these, not failure rates:"
     table = columns(right(), right(), left(), left(wrap=True), rows=shares)
     said = [Text(line, "warn") for line in system_lines(avoided)]
     return Group(Text(head), table, *_lost(avoided), *said, Text(), *_worst(analysis), Text(DRIVER, "quiet"))
@@ -116,12 +116,12 @@ def _seconds(time: float) -> str:
 SHADES = " ·░▒▓█"
 """Of a cell: nothing ran there, no collision, then ever more collisions."""
 CHANCE = "chance"
-MARKS = "blank: nothing ran there; ·: no collision; ░ ▒ ▓ █: ever more of them"
+MARKS = "blank: no simulation; ·: no collision; ░ ▒ ▓ █: more and more collisions"
 INDICES = """\
 total: share of the variance that is left when all other params are known
 alone: share that the param explains by itself; brackets: 95 % bootstrap
-Sobol' indices of the mean over chance, that is lanes, places and what else a
-scene draws; row chance: what stays open when every param is known
+Sobol' indices of the mean over chance, that is lanes, places and all else a
+scene draws; row chance: what remains when every param is known
 risk, collision: among valid runs"""
 
 
@@ -136,7 +136,7 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
     parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
     if analysis.sensitivity is not None:
-        note = f"{analysis.sensitivity.simulations:,} simulations of their own, drawn as the file says"
+        note = f"{analysis.sensitivity.simulations:,} further simulations, drawn as the file says"
         parts.append(section("Which params matter", _sensitivity(analysis.sensitivity), note))
     if analysis.avoided.driven:
         parts.append(section("Would a competent driver have avoided it?", avoidance_view(analysis)))
@@ -172,7 +172,7 @@ def _summary(program: Program, analysis: Analysis) -> list[RenderableType]:
     if analysis.system:
         names = ", ".join(analysis.system)
         lines.append(
-            Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze holds them)")
+            Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze fixes them)")
         )
     return lines
 
@@ -287,7 +287,7 @@ def _interval(interval: Interval) -> str:
 
 # -- how probable a collision is ---------------------------------------------------------------------------------------
 
-HINT = "--condition joint draws the params again, too, until the requirements hold"
+HINT = "--condition joint draws the params again in every attempt"
 
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
@@ -321,7 +321,7 @@ def _avoidable(found: Probability) -> Iterator[Text]:
     """How probable one is that a competent driver avoids."""
     if not found.driven:
         return
-    yield Text.assemble("of one that a competent driver avoids (UN R157): ", (avoidable_text(found), "bad"))
+    yield Text.assemble("of a collision that a competent driver avoids (UN R157): ", (avoidable_text(found), "bad"))
     yield Text(f"{percent(found.level, 0)} interval: {avoidable_interval_text(found)}")
 
 
@@ -337,13 +337,13 @@ def _conditions(found: Probability) -> Iterator[Text]:
         yield Text(HINT, "quiet")
     share = percent(found.valid_share)
     allow = "allow a valid scene" if _given(found) == "scene" else "give a valid run"
-    yield Text(f"{share} of all {_draws(found)} {allow}; the others are conditioned out", "quiet")
+    yield Text(f"{share} of all {_draws(found)} {allow}; the others do not count", "quiet")
     if found.aborted:
         broken = counted(found.aborted, "simulation")
-        yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
+        yield Text(f"{broken} broke a requirement on the run and ended there: they are not counted", "warn")
     if found.errors:
         failed = counted(found.errors, "simulation")
-        yield Text(f"{failed} failed and count neither way: what is told is of the others; a search says why", "warn")
+        yield Text(f"{failed} failed and are not counted: the estimate is of the others; a search says why", "warn")
 
 
 def _draws(found: Probability) -> str:

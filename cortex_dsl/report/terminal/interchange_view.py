@@ -41,7 +41,7 @@ DEFINITIONS = (
     ("TTC_MS", "D_MS / MS, no TTC in the sense above"),
 )
 """Metrics that other tools give the same names and other definitions."""
-OTHERS = "other tools take centres, lanes or the worst braking instead, and come to other numbers"
+OTHERS = "other tools use centres, lanes or the hardest braking instead, and get other numbers"
 MOST_REMARKS = 12
 
 
@@ -114,7 +114,7 @@ def _judgement(report: MeasuredReport, *, ascii_only: bool) -> list[RenderableTy
         section("Metrics", metrics_view(measured.outcomes, 0, report.pair), names),
         section("Risk", risk, f"profile {report.profile}"),
         *_other_pairs(report),
-        section("Other measures", measures, "beside the risk"),
+        section("Other measures", measures, "not part of the risk"),
         section("Definitions", Group(meanings, Text(OTHERS, "quiet"))),
     ]
 

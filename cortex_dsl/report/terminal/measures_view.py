@@ -50,9 +50,9 @@ def _note(metrics: Sequence[Metric]) -> str:
     endless = [metric for metric in metrics if metric.value == math.inf]
     needs = dict.fromkeys(metric.name for metric in endless if metric.unit not in (SECOND, METRE))
     signs = (
-        (any(metric.unit in (SECOND, METRE) for metric in endless), "∞: no such danger"),
-        (bool(needs), f"∞ of {', '.join(needs)}: none is enough"),
-        (any(metric.value == -math.inf for metric in metrics), "-∞: it helped no more"),
+        (any(metric.unit in (SECOND, METRE) for metric in endless), "∞: no such conflict"),
+        (bool(needs), f"∞ of {', '.join(needs)}: no value is enough"),
+        (any(metric.value == -math.inf for metric in metrics), "-∞: too late for it"),
         (any(math.isnan(metric.value) for metric in metrics), f"{ABSENT}: does not apply here"),
     )
     return "; ".join(words for there, words in signs if there)
@@ -124,8 +124,8 @@ def _band(edges: Edges, points: int, unit: str) -> str:
 MEANINGS: Mapping[str, str] = {
     "MD": "least distance between outlines",
     "MS": "fastest closing speed",
-    "D_MS": "distance between outlines then",
-    "TTC_MS": "time to collision then: D_MS / MS",
+    "D_MS": "distance between outlines at MS",
+    "TTC_MS": "time to collision at MS: D_MS / MS",
 }
 """Of the metrics that the score comes from."""
 

@@ -33,7 +33,7 @@ BAR = 12
 
 
 def requirements_table(program: Program, tally: Tally, culprit: int | None) -> RenderableType:
-    """Counts are conditional: a requirement is tested only where the earlier ones held."""
+    """Counts are conditional: a requirement is tested only if the earlier ones held."""
     rows = []
     for index, requirement in enumerate(program.requirements):
         tested, rate = int(tally.tested[index]), tally.pass_rate(index)
@@ -252,11 +252,9 @@ def exhausted_view(
     """What exit code 3 says where nothing could be run; `verdict` is one of `REASONS`."""
     parts: list[RenderableType] = [Text.assemble(("no valid scene", "bad"), _tried(tally, verdict))]
     if len(tally.tested):
-        parts.append(
-            section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held")
-        )
+        parts.append(section("Requirements", requirements_view(program, tally), "tested only if the earlier ones held"))
     if account is not None:
-        parts.append(section("Who is to blame", blame_view(account), blame_note(account)))
+        parts.append(section("Which requirement is to blame", blame_view(account), blame_note(account)))
     if len(program.space) and tally.scenes == 1:
         parts.append(section("Params of this attempt", params_view(program.space, genome)))
     parts += [Text(), _help_line(account)]

@@ -164,7 +164,7 @@ def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
         parts.append(section("Risk", risk, f"profile {report.profile}"))
         parts += further_pairs(report.outcomes, actors, report.pair, report.unit)
     measures = measures_view(report.metrics, actors, report.pair, report.unit)
-    return [*parts, section("Other measures", measures, "beside the risk")]
+    return [*parts, section("Other measures", measures, "not part of the risk")]
 
 
 def choices_view(program: Program, scenes: Scenes) -> RenderableType | None:

@@ -50,8 +50,12 @@ def sample_view(
     return Group(
         title_of(program),
         section(counted(tally.scenes, "scene"), Group(*drawing), reproduce),
-        section("Requirements", requirements, "tested only where the earlier ones held"),
-        *([] if account is None else [section("Who is to blame", blame_view(account), blame_note(account))]),
+        section("Requirements", requirements, "tested only if the earlier ones held"),
+        *(
+            []
+            if account is None
+            else [section("Which requirement is to blame", blame_view(account), blame_note(account))]
+        ),
     )
 
 
@@ -60,7 +64,7 @@ def _params_kept(program: Program, tally: Tally) -> list[Text]:
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
-    lines = [Text("a scene keeps its params: each of its attempts draws all the rest again", "quiet")]
+    lines = [Text("params are drawn once for each scene; each attempt draws all the rest again", "quiet")]
     if hopeless:
         lines.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
     return lines

@@ -69,7 +69,7 @@ def _loneliness(program: Program) -> list[RenderableType]:
     """What to say of a search that cannot find anything."""
     if len(program.actors) > 1:
         return []
-    return [Text("  no actor but the ego: there is nothing to come near, and every risk is 0", "warn")]
+    return [Text("  the ego is the only actor, so every risk is 0", "warn")]
 
 
 def headline(program: Program, report: SearchReport) -> Text:
@@ -107,7 +107,7 @@ def _below(program: Program, report: SearchReport) -> Iterator[str]:
         yield f"sought: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"
     for name, count in broken_by(campaign.evaluations, program.judged.names).items():
         yield f'"{name}" broken in {counted(count, "run")}'
-    how = "as the paper counts, elites repeated" if campaign.evaluations.reused.any() else "by individual"
+    how = "as the paper counts, with repeated elites" if campaign.evaluations.reused.any() else "by individual"
     yield f"{how}: {counted(everyone.nc, 'collision')} among {counted(everyone.individuals, 'individual')}"
 
 
@@ -177,12 +177,12 @@ def methods_table(reports: Sequence[SearchReport]) -> RenderableType:
 RESULTS: Sequence[tuple[str, str]] = (
     ("README.md", "every file and every column explained"),
     ("worst/", "the worst cases, each a scenario of its own"),
-    ("summary.json", "what this page says, for programs"),
+    ("summary.json", "the figures of this page, for programs"),
     ("evaluations.csv", "every simulation: params, verdict, metrics (SI), risk"),
     ("evaluations.jsonl", "the same as JSON, with the counts of each requirement"),
     ("critical.csv", "the same, but only risks of 14 and more"),
     ("generations.csv", "RL, NC, MDG, MDEC and NIS of every generation"),
-    ("journal.sqlite", "all of it, and all that is needed to repeat it"),
+    ("journal.sqlite", "everything, and all that is needed to repeat it"),
 )
 """What lies in a run directory."""
 
@@ -231,7 +231,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     if campaign.by_individual.valid or np.any(campaign.evaluations.rollouts.verdict == Verdict.ABORTED):
         parts.append(section("How runs ended", ends_table(program, report)))
     elif (tally := Tally.of_search(campaign.evaluations)).attempts:
-        note = "no scene was valid; tested only where the earlier ones held"
+        note = "no scene was valid; tested only if the earlier ones held"
         parts.append(section("Requirements", requirements_view(program, tally), note))
     if report.folder is not None:
         parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
@@ -269,5 +269,5 @@ def failures_line(program: Program, report: SearchReport) -> Text | None:
     (reason, rule), _ = reasons.most_common(1)[0]
     what = end_text(program, EndReason(reason), rule) if reason >= 0 else "a scene could not be drawn"
     return Text.assemble(
-        (f"{counted(int(failed.sum()), 'run')} failed and count nowhere", "bad"), f": {what}; please report it"
+        (f"{counted(int(failed.sum()), 'run')} failed and are not counted", "bad"), f": {what}; please report it"
     )

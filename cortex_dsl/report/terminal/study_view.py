@@ -159,8 +159,8 @@ FILES = (
     ("tests.csv", "every measure, spread, p and A12, whole run and last ten generations"),
     ("runs.csv", "every figure of every run"),
     ("generations.csv", "the figures of every generation of every run"),
-    ("summary.json", "what this page says, for programs"),
-    ("study.sqlite", "all of it, and every evaluation"),
+    ("summary.json", "the figures of this page, for programs"),
+    ("study.sqlite", "everything, with every evaluation"),
 )
 
 
@@ -194,7 +194,7 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
         total = plan.runs * len(plan.subjects) * len(plan.methods)
         yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
     if failed := sum(record.figures.simulations.error_runs for record in records):
-        yield Text(f"{counted(failed, 'simulation')} failed and count nowhere", "bad")
+        yield Text(f"{counted(failed, 'simulation')} failed and are not counted", "bad")
     for line in yields_text(plan, records):
         yield Text(line, "quiet")
     yield Text()

@@ -91,4 +91,4 @@ def _legend(answers: Sequence[Verified]) -> RenderableType:
     return columns(left(), left(wrap=True), rows=[*rows, (Text("grip"), Text(_GRIP, "quiet"))])
 
 
-_GRIP = f"the most that the ego uses in the run; above {percent(MODEL_RANGE, 0)} the search's model is no fair one"
+_GRIP = f"the most that the ego uses in the run; above {percent(MODEL_RANGE, 0)} the search's model is not accurate"

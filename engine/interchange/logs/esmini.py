@@ -21,7 +21,7 @@ LAYOUT = Layout(
     known_by=(),
     columns={"time": "TimeStamp [s]", "actor": "Entitity_Name [-]"},
     point=Point.CENTER,
-    said="positions are rear axles, and become centres by the logged boxes; kinds are not logged",
+    said="positions are rear axles; they become centres with the logged boxes; kinds are not logged",
 )
 KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width")
 NAME = "Entitity_Name [-]"

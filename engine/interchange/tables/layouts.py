@@ -150,7 +150,7 @@ LAYOUTS: Sequence[Layout] = (
             "type": "agent_type",
         },
         point=Point.CENTER,
-        said="who walks or cycles stands in a file of its own, without headings and sizes",
+        said="pedestrians and cyclists are in a file of their own, without headings and sizes",
         also=("vehicle_tracks", "pedestrian_tracks"),
         part="case_id",
         example="vehicle_tracks_000.csv",

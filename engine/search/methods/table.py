@@ -86,7 +86,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
     for row in (
         SearcherEntry(
             name="ga",
-            summary="the paper's genetic algorithm: most risk, few kinds",
+            summary="the paper's genetic algorithm: high risk, few kinds",
             build=_ga,
             title="genetic algorithm",
             style="cyan",
@@ -100,14 +100,14 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="niching",
-            summary="our genetic algorithm: failures that differ",
+            summary="our genetic algorithm: failures of different kinds",
             build=_plain(NichingSearch),
             title="niching genetic algorithm",
             style="green",
         ),
         SearcherEntry(
             name="best_first",
-            summary="climbs many slopes while they rise: rare failures",
+            summary="climbs from many good runs: for rare failures",
             build=_plain(BestFirst),
             title="best-first search",
             style="green",
@@ -115,7 +115,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="failure_kinds",
-            summary="failures bred kind by kind: many, that differ",
+            summary="breeds from failures, equally by kind: many kinds",
             build=_plain(FailureKinds),
             title="failures by kind",
             style="green",
@@ -123,7 +123,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="trust_regions",
-            summary="local models, started again by kind: rare failures",
+            summary="local models, restarted by kind: for rare failures",
             build=_plain(TrustRegions),
             title="trust regions",
             style="green",
@@ -131,28 +131,28 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="sobol",
-            summary="scrambled Sobol points: an even cover of the box",
+            summary="scrambled Sobol points: even cover of all ranges",
             build=_quasi("sobol"),
             title="Sobol points",
             style="bright_yellow",
         ),
         SearcherEntry(
             name="halton",
-            summary="randomized Halton points: an even cover of the box",
+            summary="randomized Halton points: even cover of all ranges",
             build=_quasi("halton"),
             title="Halton points",
             style="bright_yellow",
         ),
         SearcherEntry(
             name="lhs",
-            summary="a Latin hypercube in each generation",
+            summary="Latin hypercube sampling in each generation",
             build=_quasi("lhs"),
             title="Latin hypercubes",
             style="bright_yellow",
         ),
         SearcherEntry(
             name="cross_entropy",
-            summary="a distribution that moves to the riskiest tenth",
+            summary="a distribution, fitted to the riskiest tenth",
             build=_plain(CrossEntropy),
             title="cross-entropy method",
             style="magenta",
@@ -160,7 +160,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="annealing",
-            summary="walkers that cool down together",
+            summary="parallel walkers with one common temperature",
             build=_annealing,
             title="simulated annealing",
             style="red",
@@ -169,7 +169,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="differential_evolution",
-            summary="differences of members, DE/rand/1/bin",
+            summary="mutation by differences of members, DE/rand/1/bin",
             build=_plain(DifferentialEvolution),
             title="differential evolution",
             style="bright_cyan",
@@ -177,7 +177,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="cmaes",
-            summary="a normal distribution that learns the risk's shape",
+            summary="a normal distribution that adapts to the risk",
             build=_plain(CovarianceAdaptation),
             title="CMA-ES",
             style="bright_magenta",
@@ -185,7 +185,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="nsga2",
-            summary="NSGA-II: close and fast at once, a Pareto front",
+            summary="NSGA-II: Pareto front, both close and fast",
             build=_plain(NonDominatedSorting),
             title="NSGA-II",
             style="blue",
@@ -201,7 +201,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="cma_me",
-            summary="the same, by strategies that seek what is new",
+            summary="MAP-Elites with strategies that seek new cells",
             build=_grid("cma_me"),
             title="CMA-ME",
             style="bright_green",

@@ -337,7 +337,7 @@ def test_a_study_that_is_stopped_keeps_what_is_finished_and_says_how_to_go_on(
     os.killpg(process.pid, signal.SIGCONT)
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == code
-    assert b"go on with: cortexc study --resume" in err
+    assert b"continue with: cortexc study --resume" in err
     assert b"Traceback" not in err
     assert b"leaked" not in err
     assert 2 <= finished_runs(folder) < 12

@@ -87,7 +87,7 @@ def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None
     text = cortexc("probability", left_turn, "--samples", "500").out
     assert "given a valid scene" in text
     assert "Clopper and Pearson" in text
-    assert "params are drawn once, a scene for them is then sought in up to 2,000 attempts" in text
+    assert "params are drawn once, then a scene for them is drawn in up to 2,000 attempts" in text
     assert "of one that a competent driver avoids" in text
     assert max(map(len, text.splitlines())) <= 100
 
@@ -244,7 +244,7 @@ def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) ->
 def test_conditions_are_said_to_be_judged_on_fresh_draws(cortexc: Command, run: Path) -> None:
     """With how often they fail there, and how many times as often as of all."""
     result = cortexc("analyse", run, "--budget", "0")
-    assert "of runs drawn anew as the file says" in result.out
+    assert "failure rate of new runs" in result.out
     assert "lift" in result.out
 
 

@@ -106,7 +106,7 @@ def test_what_speaks_against_the_ego_is_said_first() -> None:
     assert lead_text(came(valid=9, collisions=3, kinds=2, unknown=3)) == "3 collisions of 2 kinds"
     assert lead_text(came(valid=9, collisions=3, avoidable=2, avoidable_kinds=1)) == "2 avoidable collisions of 1 kind"
     first, second = rate_texts(came(valid=998, collisions=500, kinds=7), 2.0)
-    assert first == "avoidable: none found; 0.10 % of valid simulations may still be, (n + 1) / (N + 2)"
+    assert first == "avoidable: none found; estimated rate 0.10 % of valid simulations, (n + 1) / (N + 2)"
     assert second == "collisions: 500 of 7 kinds, 50.1 % of valid simulations, 250 a second"
     assert list(rate_texts(came(valid=998), 2.0)) == []
     text = others_text(came(struck=1, without_ego=2), "ego")

@@ -65,7 +65,7 @@ def test_the_note_says_what_of() -> None:
     """Shares are of single attempts."""
     assert (
         blame_note(account_of(TEXT))
-        == "3,000 single attempts with params of their own, each tested on all; 0.00 % met all"
+        == "3,000 single attempts with new params, each tested against all requirements; 0.00 % met all"
     )
 
 

@@ -53,7 +53,8 @@ def test_the_headline_counts_simulations_first(three: Program, report: SearchRep
     assert f"{100 * found.colliding_runs / found.valid_runs:.1f} % of valid simulations" in every
     assert by == f"  with truck {found.colliding_runs}, walker 0"
     assert last == (
-        f"  as the paper counts, elites repeated: {everyone.nc} collisions among {everyone.individuals} individuals"
+        f"  as the paper counts, with repeated elites: {everyone.nc} collisions "
+        f"among {everyone.individuals} individuals"
     )
 
 

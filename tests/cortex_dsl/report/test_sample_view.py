@@ -27,7 +27,7 @@ def shown(text: str, capsys: pytest.CaptureFixture[str]) -> str:
 def test_params_are_kept(capsys: pytest.CaptureFixture[str]) -> None:
     """A scene's attempts share its params, and those that are hopeless are counted."""
     out = shown(START + PARAM + EGO.format(speed="V") + "require V > 35 km/h\n", capsys)
-    assert "a scene keeps its params: each of its attempts draws all the rest again" in out
+    assert "params are drawn once for each scene; each attempt draws all the rest again" in out
     assert " of 100 draws of the params can have no scene" in out
 
 

@@ -283,7 +283,7 @@ def test_results_are_named_where_they_lie(program: Program, report: SearchReport
     """Every file of the run directory is explained, and none that is not there."""
     (tmp_path / "summary.json").touch()
     text = render(search_view(program, replace(report, folder=tmp_path), "", 80), 80)
-    assert "summary.json  what this page says, for programs" in text
+    assert "summary.json  the figures of this page, for programs" in text
     assert "journal.sqlite" not in text
 
 
@@ -419,8 +419,8 @@ def test_signs_that_are_no_numbers_are_explained() -> None:
         metrics = [Metric(name, (0, 1), value, unit, "a meaning") for name, value, unit in values]
         return " ".join(render(measures_view(metrics, ("ego", "other"), 0), 120).split())
 
-    assert shown(("THW", np.inf, "s")).endswith("∞: no such danger")
+    assert shown(("THW", np.inf, "s")).endswith("∞: no such conflict")
     needs = shown(("a_req", np.inf, "m/s^2"), ("BTN", np.inf, ""), ("TTB", -np.inf, "s"), ("PET", np.nan, "s"))
-    assert "no such danger" not in needs
-    assert "∞ of a_req, BTN: none is enough; -∞: it helped no more; –: does not apply here" in needs
+    assert "no such conflict" not in needs
+    assert "∞ of a_req, BTN: no value is enough; -∞: too late for it; –: does not apply here" in needs
     assert "∞" not in shown(("TTC", 1.0, "s"))
