@@ -208,26 +208,16 @@ def _options(reader: Reader, parser: Parser) -> None:
         "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
     )
     if reader is MEASURED:
-        parser.add_argument(
-            "--rate", type=_rate, metavar="HZ", help="samples per second, for a table that counts frames"
-        )
+        parser.add_argument("--rate", type=_rate, metavar="HZ", help="frames per second of a table of frames")
     else:
         parser.set_defaults(rate=None)
     parser.add_argument(
-        "--window",
-        type=_window,
-        metavar="S,S",
-        help="only a part: its start and its end, in seconds after the first row",
+        "--window", type=_window, metavar="S,S", help="only a part: start and end, in seconds after the first row"
     )
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
-    parser.add_argument(
-        "--esmini",
-        type=Path,
-        metavar="PATH",
-        help="the esmini library, for an xosc that must be played (CORTEXC_ESMINI)",
-    )
+    parser.add_argument("--esmini", type=Path, metavar="PATH", help="library that plays an xosc (CORTEXC_ESMINI)")
     parser.add_argument("--to", type=_formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"

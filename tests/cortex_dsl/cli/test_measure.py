@@ -54,7 +54,7 @@ def test_a_table_is_shown_as_a_run_is(cortexc: Cortexc, head_on: Path) -> None:
         "least distance between outlines",
         "profile paper",
         "Definitions",
-        "other tools take centres",
+        "other tools use centres",
         f"cortexc measure {head_on}",
     ):
         assert words in " ".join(result.out.split()) or words in result.out, words

@@ -179,7 +179,7 @@ def test_ctrl_c_on_a_cluster_of_our_own(left_turn: Path, tmp_path: Path, study: 
     assert process.returncode == 130, err
     lines = [line for line in err.splitlines() if not line.startswith("study ")]
     assert len(lines) == 1, err
-    assert "to go on" in lines[0] or "go on with" in lines[0]
+    assert "continue with" in lines[0] or "to go on" in lines[0]
 
 
 def begun(run: Path) -> bool:

@@ -290,7 +290,7 @@ def test_results_are_named_where_they_lie(program: Program, report: SearchReport
 def test_a_search_with_one_actor_says_that_it_finds_nothing(program: Program, report: SearchReport) -> None:
     """Risk is between two: alone, whatever the params are, it is 0, and that is no success."""
     alone = replace(program, actors=("ego",))
-    assert "no actor but the ego" in render(search_view(alone, report, "", 80), 80)
+    assert "the ego is the only actor" in render(search_view(alone, report, "", 80), 80)
     assert "no actor but" not in render(search_view(program, report, "", 80), 80)
 
 
