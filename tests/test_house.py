@@ -113,9 +113,9 @@ def _imported(tree: ast.AST, names: Mapping[str, Path], lazily: bool = False) ->
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Import):
             yield from ((each.name, lazily) for each in node.names if each.name in names)
-        elif isinstance(node, ast.ImportFrom) and node.module in names:
-            inner = [f"{node.module}.{each.name}" for each in node.names]
-            yield from ((each if each in names else node.module, lazily) for each in inner)
+        elif isinstance(node, ast.ImportFrom) and (source := node.module or "") in names:
+            inner = [f"{source}.{each.name}" for each in node.names]
+            yield from ((each if each in names else source, lazily) for each in inner)
         elif (
             isinstance(node, ast.Constant)
             and isinstance(node.value, str)
