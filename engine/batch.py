@@ -11,9 +11,8 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
-from engine.kernels.gaps import gap_rows
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import judge_rows, simulate_rows
+from engine.kernels.rows import gap_rows, judge_rows, simulate_rows
 from engine.kernels.stage import Status
 from engine.kernels.swept import swept
 from engine.outcomes import Outcomes

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl import compile_text
 from engine import batch, world
-from engine.kernels.pedals import REVERSE_SPEED, built_up
+from engine.kernels.motion import REVERSE_SPEED, built_up
 from engine.tables import Floats
 from engine.vehicles import BICYCLE, BUS, CAR, TRUCK
 from engine.vocabulary import State

@@ -13,9 +13,9 @@ from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.display import facts_table
 from engine.search.evaluations import Evaluations
+from engine.search.evaluator import repeat, sampled
 from engine.search.journal_reader import damaged
 from engine.search.manifest import changed_versions
-from engine.search.repetition import repeat, sampled
 from engine.search.store import JOURNAL
 from engine.tables import Bools
 

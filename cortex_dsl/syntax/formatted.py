@@ -1,4 +1,7 @@
-"""Texts with values, `f"{n} cars"`, taken apart: what stands between the braces is read by the grammar itself."""
+"""Texts with values, `f"{n} cars"`, taken apart, and back to text.
+
+What stands between the braces is read by the grammar itself.
+"""
 
 import re
 from collections.abc import Callable, Iterator
@@ -10,7 +13,7 @@ from lark import Token, Tree
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import errors, nodes
-from cortex_dsl.syntax.literals import EscapeError, string_value
+from cortex_dsl.syntax.literals import EscapeError, string_value, write_string
 from cortex_dsl.syntax.parser import read_tree
 from cortex_dsl.syntax.scanning import PAIRS
 from engine.errors import Signal
@@ -25,6 +28,10 @@ _BEFORE = "_ = ("
 """What makes a statement of an expression, so that line breaks in it are none."""
 
 Branch: TypeAlias = Tree[Token]
+Write: TypeAlias = Callable[[nodes.Expression], str]
+
+
+# -- taken apart -------------------------------------------------------------------------------------------------------
 
 
 class UnreadableError(Signal):
@@ -204,3 +211,25 @@ def _moved(diagnostic: Diagnostic, by: int, value: Span) -> Diagnostic:
     message = diagnostic.message.replace("found `)`", "found `}`") if at_end else diagnostic.message
     secondary = tuple(map(label, diagnostic.secondary))
     return replace(diagnostic, message=message, label=label(diagnostic.label), secondary=secondary)
+
+
+# -- back to text ------------------------------------------------------------------------------------------------------
+
+
+def write_formatted(node: nodes.Formatted, write: Write) -> str:
+    """A literal within quotes that no value in it has."""
+    values = "".join(_placeholder(part, write) for part in node.parts if isinstance(part, nodes.Placeholder))
+    quotes = next((each for each in ('"', "'", "'''") if each not in values), '"""')
+    parts = (_between(part, quotes) if isinstance(part, str) else _placeholder(part, write) for part in node.parts)
+    return f"f{quotes}{''.join(parts)}{quotes}"
+
+
+def _placeholder(node: nodes.Placeholder, write: Write) -> str:
+    value = write(node.value)
+    gap = " " if value.startswith("{") else ""  # two braces would be one of the text
+    return f"{{{gap}{value}{f':{node.layout}' if node.layout else ''}}}"
+
+
+def _between(text: str, quotes: str) -> str:
+    escaped = write_string(text)[1:-1].replace("{", "{{").replace("}", "}}")
+    return escaped if quotes == '"' else escaped.replace("'", "\\'")

@@ -10,8 +10,8 @@ from enum import IntEnum
 from typing import Any
 
 from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.formatted import write_formatted
 from cortex_dsl.syntax.literals import write_number, write_string
-from cortex_dsl.syntax.unparse_formatted import write_formatted
 from cortex_dsl.syntax.words import TEMPORAL_PREFIXES
 
 

@@ -4,8 +4,8 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.kernels.encroachment import encroachment
 from engine.kernels.fault import fault_of
-from engine.kernels.grip import grip_used
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
 from engine.kernels.lanes import EMPTY, in_lane, lay_down
@@ -13,9 +13,10 @@ from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.swept import Span, Swept
 from engine.outcomes import OUTCOMES, PAIRS, Per
-from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, Column, EndReason, Verdict
+from engine.tables import SLIDING, Floats, Ints
+from engine.vocabulary import ActorKind, Column, EndReason, State, Verdict
 
 FAULT = ROWS.index("fault")
 """Where a pair's row has it."""
@@ -45,6 +46,9 @@ else:
     Results = namedtuple(
         "Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "sought", "broken"]
     )
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
 
 
 @kernel
@@ -90,6 +94,61 @@ def begin_lanes(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
             its = in_lane(run, lane)
             begin(plan, its, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
             lay_down(its, lane, 0)
+
+
+# -- runs with what an objective asks beside their results: by how much others missed the ego --------------------------
+
+
+@kernel
+def gap_rows(
+    plan: Plan,
+    scenes: Requested,
+    first: int,
+    last: int,
+    run: Run,
+    outlines: Floats,
+    sweep: Swept,
+    out: Results,
+    gaps: Floats,
+) -> None:
+    """Run the valid scenes of rows `first` to `last` (exclusive) as `simulate_rows` does; and PET by area [s] of
+    the ego and each other, as `encroachment_gap` has it, into `gaps` (n, others): NaN of two who are never there
+    together.
+    """
+    for row in range(first, last):
+        if scenes.verdict[row] == Verdict.VALID:
+            run_scene(plan, scenes, row, run)
+            if note_end(run, row, out):
+                measure_run(plan, run, row, outlines, out)
+            note_outlines(plan, run, outlines)
+            samples = int(run.status[Status.SAMPLE]) + (0 if run.status[Status.CONTACT_ONE] >= 0 else 1)
+            for other in range(1, len(plan.kinds)):
+                gaps[row, other - 1] = _gap(run.states[:samples], other, outlines, sweep) * plan.layout.time_step
+
+
+@inlined
+def _gap(states: Floats, other: int, outlines: Floats, sweep: Swept) -> float:
+    """PET by area, in samples."""
+    ego, them = _span(states, 0), _span(states, other)
+    if max(ego.first, them.first) > min(ego.last, them.last):
+        return math.nan
+    return encroachment(states, ego, them, outlines, sweep)
+
+
+@inlined
+def _span(states: Floats, actor: int) -> Span:
+    """From the first sample at which an actor is there to the last one before it is not; of none 0 to -1."""
+    first, last = 0, -1
+    for k in range(len(states)):
+        if states[k, actor, State.PRESENT] != 0.0:
+            first = k if last < 0 else first
+            last = k
+        elif last >= 0:
+            break
+    return Span(actor, first, last)
+
+
+# -- the end of a run, and what it comes to ----------------------------------------------------------------------------
 
 
 @inlined
@@ -167,3 +226,39 @@ def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) 
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
+
+
+# -- grip --------------------------------------------------------------------------------------------------------------
+
+
+class Used(NamedTuple):
+    """The largest uses of grip in a run, as shares."""
+
+    sideways: float
+    together: float
+
+
+@inlined
+def grip_used(states: Floats, last: int, time_step: float, actor: int, grip: float) -> Used:
+    """How much of the grip the drive of one actor uses, as a share of mu g: sideways, and in both directions together.
+
+        sideways   v_m |psi'| / (mu g)          together   sqrt(a^2 + (v_m psi')^2) / (mu g)
+
+    over each step up to sample `last`, with a its acceleration, psi' its yaw rate and v_m the speed at its middle. The
+    run's are the largest; steps in which somebody is loose after an impact are left out. Above `MODEL_RANGE` the
+    kinematic bicycle is no fair model of a car: see `engine.outcomes`. `grip` is mu g [m/s^2]. 0 for who never makes a
+    step.
+    """
+    # Without friction nothing is used: there is no acceleration either.
+    grip = max(grip, 1e-9)
+    sideways, together = 0.0, 0.0
+    for k in range(last):
+        before, after = states[k, actor, State.PRESENT], states[k + 1, actor, State.PRESENT]
+        if before == 0.0 or after == 0.0 or after == SLIDING:
+            continue
+        along = states[k + 1, actor, State.ACCELERATION]
+        speed = states[k + 1, actor, State.SPEED] - 0.5 * time_step * along
+        across = speed * (states[k + 1, actor, State.HEADING] - states[k, actor, State.HEADING]) / time_step
+        sideways = max(sideways, across * across)
+        together = max(together, along * along + across * across)
+    return Used(math.sqrt(sideways) / grip, math.sqrt(together) / grip)

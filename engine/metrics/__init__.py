@@ -1,8 +1,7 @@
 """What can be measured of one run beside its risk: the table of metrics, their values by name, and `record`s."""
 
 from engine.metrics.bodies import Body, bodies_of, outlines_of
-from engine.metrics.measures import Metric, measure_impacts, measure_trajectory
-from engine.metrics.records import Recorded, recorded
+from engine.metrics.measures import Metric, Recorded, measure_impacts, measure_trajectory, recorded
 from engine.metrics.spans import scored_samples, span_together, time_step
 
 __all__ = [

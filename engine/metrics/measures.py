@@ -1,4 +1,4 @@
-"""Every metric of one run by name, with its unit: what a report shows and an export writes.
+"""Every metric of one run by name, with its unit: what a report shows and an export writes; and the records of a file.
 
 MD, MS, D_MS and TTC_MS decide the risk and come with the outcomes; those of the table are told beside them.
 """
@@ -14,8 +14,9 @@ from engine.metrics.encounters import Encounter
 from engine.metrics.spans import span_of, time_step
 from engine.metrics.table import OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
+from engine.program import Program
 from engine.scenes import Trajectory
-from engine.tables import A_BUILDING
+from engine.tables import A_BUILDING, Floats
 from engine.vocabulary import ActorKind
 
 if TYPE_CHECKING:
@@ -91,3 +92,39 @@ def measure_impacts(impacts: "Sequence[Impact]") -> tuple[Metric, ...]:
 
 def _delta_v(impact: "Impact", actor: int) -> float:
     return impact.delta_v[impact.actors.index(actor)] if actor in impact.actors else 0.0
+
+
+# -- what a file asks to be recorded: the values of each `record` over time, or at one end of it -----------------------
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The values of one `record` in one run. SI units."""
+
+    name: str
+    when: str
+    """`series`, or `initial` or `final`: then there is one value."""
+    unit: str
+    """SI unit word, "" for pure numbers and truths."""
+    line: int
+    time: Floats
+    """(n,) [s]"""
+    values: Floats
+    """(n,) truths as 1 and 0."""
+
+
+def recorded(program: Program, trajectory: Trajectory) -> tuple[Recorded, ...]:
+    """All records of a program, in the order of the file, from the first sample to the end of the scored run."""
+    parts = {"series": slice(None), "initial": slice(None, 1), "final": slice(-1, None)}
+    time = trajectory.time[: len(trajectory.watched)]
+    return tuple(
+        Recorded(
+            record.name,
+            record.when,
+            record.unit,
+            record.line,
+            time[parts[record.when]],
+            trajectory.watched[parts[record.when], record.rule],
+        )
+        for record in program.records
+    )

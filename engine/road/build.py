@@ -10,7 +10,7 @@ from typing import Any
 
 from engine.frozen import frozen
 from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
-from engine.road.grid_network import grid_network
+from engine.road.grid import grid_network
 from engine.road.lone_road import lone_road, wrong_lone_road, wrong_lone_road_numbers
 from engine.road.network import Network
 from engine.road.opendrive.network import file_network

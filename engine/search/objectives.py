@@ -157,7 +157,7 @@ def _least_gaps(runs: Runs) -> Floats:
 def severity(runs: Runs) -> Floats:
     """Delta-V [m/s] of whom it is larger, as of a central impact without rebound: in a collision at contact, without
     one at the closest approach and then below every collision, from -1 to 0. It is no risk of injury: of some partners
-    there is no curve (see `engine.metrics.injury`).
+    there is no curve (see `engine.metrics.values.SERIOUS`).
     """
     values = np.full(len(runs.outcomes), -1.0)
     for row in np.flatnonzero(runs.valid).tolist():

@@ -20,7 +20,7 @@ import pyarrow.parquet
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.console.simulating import COMPILING
-from cortex_dsl.semantics.model import budget
+from cortex_dsl.semantics.model import limits
 from engine.search.searchers import SEARCHERS
 
 ROOT = Path(__file__).parent.parent.parent
@@ -83,11 +83,11 @@ def scenarios() -> list[str]:
 @contextlib.contextmanager
 def _less_patience() -> Iterator[None]:
     """A file that takes too long to work out is given up after a tenth of what users wait."""
-    before, budget.EVALUATION_LIMIT = budget.EVALUATION_LIMIT, budget.EVALUATION_LIMIT // 10
+    before, limits.EVALUATION_LIMIT = limits.EVALUATION_LIMIT, limits.EVALUATION_LIMIT // 10
     try:
         yield
     finally:
-        budget.EVALUATION_LIMIT = before
+        limits.EVALUATION_LIMIT = before
 
 
 def files(paths: Sequence[str]) -> Subjects:

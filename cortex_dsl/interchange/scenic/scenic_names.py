@@ -4,9 +4,10 @@ rest; what is gathered for its head, and what cannot be said in it; and the name
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cortex_dsl.semantics.model.values import Centerline, DirectionField, Region, Value
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.errors import Signal
@@ -196,6 +197,33 @@ def is_comment(node: nodes.Statement) -> bool:
 
 
 NOWHERE = Span(0, 0)
+
+# -- what is given to a call, as Scenic takes it: names of parameters are ours, their order is shared ------------------
+
+
+def by_position(node: nodes.Call, name: str) -> tuple[nodes.Argument, ...]:
+    """The arguments without names, which Scenic does not share, each in its place."""
+    parameters = BUILTINS[name].parameters
+    places = {each: place for place, row in enumerate(parameters) for each in (row.name, *row.aliases)}
+    plain = [each for each in node.arguments if each.name is None]
+    named = sorted((each for each in node.arguments if each.name), key=lambda each: places[each.name or ""])
+    if [places[each.name or ""] for each in named] != list(range(len(plain), len(node.arguments))):
+        raise Unsaid(f"an argument of `{name}` behind one that is left out", node.span)
+    return (*plain, *(replace(each, name=None) for each in named))
+
+
+def the_one(node: nodes.Call) -> nodes.Argument:
+    """The argument of an action that has one."""
+    (argument,) = node.arguments
+    if isinstance(argument.value, nodes.Starred):
+        raise Unsaid("arguments of an action in a list", node.span)
+    return argument
+
+
+def left_out(argument: nodes.Argument, number: int, name: str) -> str:
+    parameters = BUILTINS[name].parameters
+    return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
+
 
 # -- how Scenic finds a part of our road in the exported map: by a point that no other part has ------------------------
 

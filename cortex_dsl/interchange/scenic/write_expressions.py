@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.interchange.scenic.given import by_position, left_out, the_one
 from cortex_dsl.interchange.scenic.scenic_names import (
     ALIASES,
     BEHAVIOURS,
@@ -24,7 +23,10 @@ from cortex_dsl.interchange.scenic.scenic_names import (
     Sheet,
     Unsaid,
     area_of,
+    by_position,
+    left_out,
     place_text,
+    the_one,
     verbatim,
 )
 from cortex_dsl.semantics.model.values import (

@@ -1,7 +1,7 @@
 """What a file expects of the system under test, and what it lets a search make large or small.
 
 `expect` is a formula as `require` has them, but it rejects nothing: a run that breaks it is a finding. Each of its
-atoms is looked at twice in every sample, as a truth and as a number (`robustness`), and when the run is over the
+atoms is looked at twice in every sample, as a truth and as a number (`robustness_of`), and when the run is over the
 formula is worked out of both. `maximize` and `minimize` are one expression of the whole run (`over_run`).
 """
 
@@ -19,18 +19,29 @@ from cortex_dsl.semantics.errors.objectives import (
     NOT_ONE_NUMBER,
     TAKEN_NAME,
 )
+from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import NO_END
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.over_run import judged
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.tree import atoms, is_timed, subformulas
-from cortex_dsl.semantics.quantities.bounds import changes, is_dynamic, parts
-from cortex_dsl.semantics.quantities.robustness import robustness_of
+from cortex_dsl.semantics.quantities.algebra import (
+    Operation,
+    Term,
+    equal,
+    maximum,
+    minimum,
+    region_box_depth,
+    region_depth,
+    where,
+)
+from cortex_dsl.semantics.quantities.bounds import Dimensions, changes, is_dynamic, margin_of, parts
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
+from engine.opcodes import Op
 from engine.vocabulary import OBJECTIVES, RuleKind, Sense, TemporalOp
 
 # -- one variant -------------------------------------------------------------------------------------------------------
@@ -62,8 +73,8 @@ def _declare(ev: Evaluator, node: nodes.Expect | nodes.Optimize, made: ir.Object
         raise TAKEN_NAME.mistake(node.span, name=made.name)
     first = next((span for span, (_, known) in ev.file.objectives.items() if known.name == made.name), node.span)
     if first != node.span:
-        where = (Label(first, "first here"),)
-        raise DUPLICATE.mistake(node.span, secondary=where, what="the objective", name=made.name)
+        first_here = (Label(first, "first here"),)
+        raise DUPLICATE.mistake(node.span, secondary=first_here, what="the objective", name=made.name)
     ev.file.objectives.setdefault(node.span, (node, made))
 
 
@@ -81,6 +92,64 @@ def _in_words(file: FileContext, said: nodes.Expression) -> str:
 def _behind(atom: nodes.Expression) -> Span:
     """The place of an atom's number: no rule but its own ends there."""
     return Span(atom.span.end, atom.span.end)
+
+
+# -- how far a condition of one moment holds or is broken, as one number -----------------------------------------------
+
+ANGLE_UNIT = 0.1
+"""What counts as much as 1 m, 1 m/s, 1 m/s^2, 1 s or a pure 1 [rad]."""
+
+_DEPTHS = {Op.REGION_CONTAINS: region_depth, Op.REGION_CONTAINS_BOX: region_box_depth}
+_COMPARISONS = (Op.LT, Op.LE, Op.EQ, Op.NE)
+_ENDLESS = (Op.TTC, Op.LEAD, Op.CROSSING)
+"""What is infinite where nothing lies ahead."""
+
+
+def robustness_of(condition: Term, compared: Dimensions) -> Term:
+    """The robustness of a condition whose comparisons have the dimensions `compared`: above 0 it holds, below 0 it is
+    broken.
+
+    Margins (`bounds`) in units that make them comparable, and a number for what has none: a bare truth is worth 1 or
+    -1, what lies in a region how deep it does. Donze and Maler (2010), "Robust satisfaction of temporal logic over
+    real-valued signals", FORMATS 2010, section 2; the units are ours. Over the samples of a run,
+    `engine.kernels.temporal` goes on.
+    """
+    try:
+        return _robustness(condition, compared)
+    except Mistake:  # a chain of operations as long as there may be: the condition fits, and is no more than true
+        return _of_truth(condition)
+
+
+def _robustness(condition: Term, compared: Dimensions) -> Term:
+    match condition:
+        case Operation(op=Op.AND, arguments=(one, other)):
+            return minimum(_robustness(one, compared), _robustness(other, compared))
+        case Operation(op=Op.OR, arguments=(one, other)):
+            return maximum(_robustness(one, compared), _robustness(other, compared))
+        case Operation(op=Op.NOT, arguments=(inner,)):
+            return -_robustness(inner, compared)
+        case Operation(op=op, arguments=arguments) if op in _DEPTHS:
+            return _DEPTHS[op](*arguments)
+        case Operation(op=op, arguments=(left, right)) if op in _COMPARISONS:
+            return _of_comparison(condition, left, right, compared)
+    return _of_truth(condition)
+
+
+def _of_truth(condition: Term) -> Term:
+    return where(condition, 1.0, -1.0)
+
+
+def _of_comparison(condition: Term, left: Term, right: Term, compared: Dimensions) -> Term:
+    margin, dimension = margin_of(condition, compared)
+    if margin is None:
+        return _of_truth(condition)
+    if _may_be_infinite(left) and _may_be_infinite(right):
+        margin = where(equal(left, right), 0.0, margin)  # the difference of two infinities is no number
+    return margin / ANGLE_UNIT**dimension.angle if dimension.angle else margin
+
+
+def _may_be_infinite(side: Term) -> bool:
+    return any(isinstance(part, ir.Apply) and part.op in _ENDLESS for part in parts(side))
 
 
 # -- all variants together ---------------------------------------------------------------------------------------------

@@ -9,9 +9,8 @@ from itertools import islice
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
-from cortex_dsl.semantics.model.budget import Budget
 from cortex_dsl.semantics.model.choices import Decisions, Pool
-from cortex_dsl.semantics.model.depth import Depth
+from cortex_dsl.semantics.model.limits import Budget, Depth
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.semantics.quantities.algebra import Algebra, Term

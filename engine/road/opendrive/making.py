@@ -2,10 +2,11 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from engine.maps import MapFile
 from engine.opendrive.read import OdrRoad
+from engine.opendrive.signals import OdrSignal
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
     Intersection,
@@ -17,10 +18,10 @@ from engine.road.network import (
     Road,
 )
 from engine.road.opendrive.contents import Contents, packed
-from engine.road.opendrive.linking import THROUGH
+from engine.road.opendrive.linking import THROUGH, Links, Part, Sections
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
-from engine.road.opendrive.signs import signs_of
 from engine.road.paths import PathBook
+from engine.road.signs import RoadSign
 from engine.tables import ROAD_REGION
 
 GAP, TURN = 0.5, 0.2
@@ -143,3 +144,27 @@ class _Builder:
         at_end = 0.0 if outgoing else lane.length
         heading = paths.pose(lane.path, at_end).heading + (0.0 if outgoing else math.pi)
         return math.remainder(heading, math.tau), road, lane.length, tuple(incoming), tuple(outgoing)
+
+
+# -- the signals of the file, as they stand beside its lanes -----------------------------------------------------------
+
+
+def signs_of(links: Links) -> Iterator[RoadSign]:
+    """All of them, road by road."""
+    for sections in links.sections.values():
+        road = sections.road
+        for each in road.signals:
+            place = road.reference(each.s).moved(0.0, each.t)
+            lanes = tuple(dict.fromkeys(_lanes(links, sections, each)))
+            about = (each.id, each.name, each.country, each.type, each.subtype, each.value)
+            yield RoadSign(*about, f"road{road.id}", place.x, place.y, lanes)
+
+
+def _lanes(links: Links, sections: Sections, signal: OdrSignal) -> Iterator[int]:
+    """Indices of the lanes whose traffic it tells."""
+    number = next((i for i, (_, end) in enumerate(sections.rows) if signal.s <= end), len(sections.rows) - 1)
+    for lane in sections.drivable(number) if sections.rows else ():
+        # Where a file names lanes these decide: CARLA's towns have orientations that contradict them.
+        meant = any(min(pair) <= lane <= max(pair) for pair in signal.lanes)
+        if meant if signal.lanes else signal.along in (None, not sections.road.against(lane)):
+            yield links.lane_of[sections.road.id, Part(number, lane)]

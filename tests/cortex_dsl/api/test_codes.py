@@ -6,7 +6,7 @@ import pytest
 
 from cortex_dsl.api.codes import Entry, entries, find, judged, near
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.semantics.model import budget, state
+from cortex_dsl.semantics.model import limits, state
 from cortex_dsl.syntax.reading import decode
 
 HERE = Path(__file__).parents[1]
@@ -21,7 +21,7 @@ ADVISED = {entry.code for entry in COMPILED if entry.page and entry.page.options
 @pytest.fixture(autouse=True)
 def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files that would take too long are refused sooner here."""
-    monkeypatch.setattr(budget, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
     monkeypatch.setattr(state, "BODY_LIMIT", 200)
 
 

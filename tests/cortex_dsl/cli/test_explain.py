@@ -28,7 +28,7 @@ def test_a_page(cortexc: Command) -> None:
 @pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)
 def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
-    monkeypatch.setattr("cortex_dsl.semantics.model.budget.EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr("cortex_dsl.semantics.model.limits.EVALUATION_LIMIT", 20_000)
     monkeypatch.setattr("cortex_dsl.semantics.model.state.BODY_LIMIT", 200)
     result = cortexc("explain", entry.code)
     assert result.code == 0

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.elaboration import elaborate
-from cortex_dsl.semantics.model import budget
+from cortex_dsl.semantics.model import limits
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 
@@ -31,9 +31,9 @@ PIECES = """3 | 2 m | -1 | 0 | 1e308 | 'a' | None | True | [1, 2] | (1, 2) | lan
 @pytest.fixture(autouse=True, scope="module")
 def _little_patience() -> Iterator[None]:
     """Refuse endless files soon."""
-    before, budget.EVALUATION_LIMIT = budget.EVALUATION_LIMIT, 20_000
+    before, limits.EVALUATION_LIMIT = limits.EVALUATION_LIMIT, 20_000
     yield
-    budget.EVALUATION_LIMIT = before
+    limits.EVALUATION_LIMIT = before
 
 
 @settings(max_examples=150, deadline=None)

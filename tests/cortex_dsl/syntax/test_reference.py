@@ -12,9 +12,8 @@ from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
-from cortex_dsl.semantics.model.budget import EVALUATION_LIMIT
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
-from cortex_dsl.semantics.model.depth import CALL_LIMIT
+from cortex_dsl.semantics.model.limits import CALL_LIMIT, EVALUATION_LIMIT
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.classes import CLASSES
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, all_properties

@@ -14,8 +14,8 @@ from engine.risk import PROFILES
 from engine.scenes import Scenes
 from engine.search.assessment import map_arrays
 from engine.search.evaluator import make_evaluator
-from engine.search.insight import drawn_lanes
-from engine.search.insight.drawn_lanes import lane_grids
+from engine.search.insight import analysis
+from engine.search.insight.analysis import lane_grids
 from engine.tables import Floats
 from tests.engine.search.conftest import evaluated
 
@@ -45,7 +45,7 @@ def test_simulations_are_counted_by_the_lanes_of_their_scenes(monkeypatch: pytes
     made = Counter(dict(made_choices(scenario.program, scenes, row))["mine"] for row in valid)
     assert dict(zip(mine.first, mine.runs.sum(axis=1).tolist(), strict=True)) == made
     assert mine.failures.sum() == sum(bool(runs.collided[row, 0]) for row in valid) > 0
-    monkeypatch.setattr(drawn_lanes, "MOST", 2)
+    monkeypatch.setattr(analysis, "MOST_LANES", 2)
     few, _ = lane_grids(scenario.program, found, config)
     assert len(few.first) == 3
     assert few.first[-1] == f"{len(mine.first) - 2} others"

@@ -15,9 +15,17 @@ from scipy.special import ndtri
 from benchmarks.coverage import CASES, PLATEAU, SMOOTH, coverage, estimated, evaluated, space_of
 from engine.errors import ArgumentError
 from engine.search.probability.estimates import NOT_KNOWN, Probability, Withheld, keep, kept
-from engine.search.probability.importance import DEFENCE, effective_size, importance_sampling
+from engine.search.probability.importance import (
+    DEFENCE,
+    Mixture,
+    effective_size,
+    fitted,
+    importance_sampling,
+    nominal,
+    together,
+    widened,
+)
 from engine.search.probability.levels import Chains, climb
-from engine.search.probability.mixtures import Mixture, fitted, nominal, together, widened
 from engine.search.probability.monte_carlo import METHODS, RARE
 from engine.search.probability.scores import DISTANCE, Score
 from engine.search.probability.subset_simulation import subset_simulation

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from engine.kernels.bicycle import GRAVITY
-from engine.kernels.grip import grip_used
 from engine.kernels.jit import kernel
+from engine.kernels.rows import grip_used
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import State
 
