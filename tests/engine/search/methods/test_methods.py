@@ -20,13 +20,14 @@ from engine.search.methods import failure_kinds
 from engine.search.methods.best_first import BestFirst, rarity
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
-from engine.search.methods.failure_kinds import FailureKinds
+from engine.search.methods.failure_kinds import FailureKinds, order
+from engine.search.methods.gaussian_process import likelihood, predicted
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
-from engine.search.methods.trust_regions import TrustRegions, fitted, likelihood, normal_scores, predicted
+from engine.search.methods.trust_regions import TrustRegions, fitted, normal_scores
 from engine.search.protocol import MEASURES, Box, Operator, Result, Searcher, Status, StreamAt
 from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
@@ -341,7 +342,7 @@ def test_failures_of_other_kinds_are_found_on_lines(
         return float(np.mean(found))
 
     on_lines = places()
-    monkeypatch.setattr(failure_kinds, "ALONG", 0.0)
+    monkeypatch.setattr(failure_kinds, "LINES", 0.0)
     assert on_lines > 1.5 * places()
 
 
@@ -387,9 +388,9 @@ def test_a_model_knows_what_it_was_told_and_doubts_the_rest() -> None:
     points = stream.random((60, 2)) * 0.5
     values = normal_scores(points[:, 0] + 0.3 * np.sin(6.0 * points[:, 1]))
     lengths = np.full(2, 0.3)
-    mean, deviation = predicted(points, values, lengths, points)
+    mean, deviation = predicted(points, values, lengths, 0.05, points)
     assert np.abs(mean - values).max() < 0.5
-    far, doubt = predicted(points, values, lengths, np.array([[5.0, 5.0]]))
+    far, doubt = predicted(points, values, lengths, 0.05, np.array([[5.0, 5.0]]))
     assert abs(float(far[0])) < 1e-3
     assert float(doubt[0]) > 0.99 > deviation.max()
 
@@ -402,7 +403,7 @@ def test_lengths_tell_genes_that_do_not_matter() -> None:
     lengths = np.full(3, 0.5)
     for _ in range(12):
         after = fitted(points, values, lengths, stream)
-        assert likelihood(points, values, after) >= likelihood(points, values, lengths)
+        assert likelihood(points, values, after, 0.05) >= likelihood(points, values, lengths, 0.05)
         lengths = after
     assert lengths[1] < min(lengths[0], lengths[2])
 
