@@ -163,7 +163,7 @@ class Sense(IntEnum):
     MINIMIZE = 2
 
 
-OBJECTIVES = ("risk", "avoidable", "conflict", "severity", "controller")
+OBJECTIVES = ("risk", "avoidable", "conflict", "severity", "injury", "controller")
 """What a search of any file may look for; no objective of a file has such a name."""
 
 

@@ -185,8 +185,8 @@ def _add_search_options(parser: Parser) -> None:
         "--objective",
         metavar="NAME",
         action="append",
-        help="goal of the search: risk, avoidable, conflict, severity, controller, or an objective of the file; "
-        "may be repeated (risk)",
+        help="goal of the search: risk, avoidable, conflict, severity, injury, controller, or an objective of the "
+        "file; may be repeated (risk)",
     )
     group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(

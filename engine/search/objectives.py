@@ -20,6 +20,7 @@ from engine.frozen import frozen
 from engine.kernels.conflict import relative_speed
 from engine.metrics import Body, bodies_of
 from engine.metrics.encounters import Encounter
+from engine.metrics.values import worst_injury
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -156,15 +157,30 @@ def _least_gaps(runs: Runs) -> Floats:
 
 def severity(runs: Runs) -> Floats:
     """Delta-V [m/s] of whom it is larger, as of a central impact without rebound: in a collision at contact, without
-    one at the closest approach and then below every collision, from -1 to 0. It is no risk of injury: of some partners
-    there is no curve (see `engine.metrics.values.SERIOUS`).
+    one at the closest approach and then below every collision, from -1 to 0. It is no risk of injury: see `injury`.
+    """
+    return _by_pairs(runs, _larger_change)
+
+
+def injury(runs: Runs) -> Floats:
+    """Risk that a collision injures somebody seriously (AIS 3 or more) or kills, of whom it is likelier for; 0 where no
+    curve reaches: of whom and by which source see `engine.metrics.values.SERIOUS`. Without a collision from -1 to 0, as
+    `severity`.
+    """
+    return _by_pairs(runs, lambda pair: worst_injury(pair) or 0.0)
+
+
+def _by_pairs(runs: Runs, of_contact: Callable[[Encounter], float]) -> Floats:
+    """(n,) the largest number of those that the ego touched; without contact -1 to 0, by the delta-V that one would
+    have had at the closest approach.
     """
     values = np.full(len(runs.outcomes), -1.0)
     for row in np.flatnonzero(runs.valid).tolist():
-        collided = bool(runs.outcomes.collided[row])
-        pairs = [pair for pair in runs.encounters(row) if pair.touched or not collided]
-        change = max((_larger_change(pair) for pair in pairs), default=0.0)
-        values[row] = change if collided else change / (1.0 + change) - 1.0
+        if runs.outcomes.collided[row]:
+            values[row] = max((of_contact(pair) for pair in runs.encounters(row) if pair.touched), default=0.0)
+        else:
+            change = max((_larger_change(pair) for pair in runs.encounters(row)), default=0.0)
+            values[row] = change / (1.0 + change) - 1.0
     return values
 
 
@@ -199,6 +215,12 @@ BUILT_IN: tuple[Objective, ...] = (
     ),
     Objective(
         "severity", "the larger delta-V of the two; it is not a risk of injury", severity, _collisions, 1.0, "m/s"
+    ),
+    Objective(
+        "injury",
+        "risk of serious injury of who meets a car's front on foot, on a bicycle or in a car; 0 in other collisions",
+        injury,
+        _collisions,
     ),
     Objective(
         "controller",

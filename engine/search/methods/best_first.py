@@ -122,7 +122,7 @@ class BestFirst(InCube):
         self._births += [Birth(self._generation, slot) for slot in known]
 
 
-def rarity(values: Floats) -> Floats:
+def rarity(values: Floats | Ints) -> Floats:
     """(n,) log(1 / share of values that are better), of equal ones counting half."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     better = len(values) - np.cumsum(counts) + 0.5 * counts

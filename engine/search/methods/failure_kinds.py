@@ -1,56 +1,94 @@
-"""Failures bred kind by kind: best-first search until something fails, then from what failed, too.
+"""Failures found kind by kind: best-first search, and once something has touched what a model of all runs foresees.
 
-    archive = everything that was run, with the step by which it was made
+    archive = everything that was run
     for each generation
         a part of it at random
         of the rest a part as best-first search would have it
-        for each other place
-            half of the time one kind of failures, that with the fewest runs and children; else all of them
-            of these a run whose children fail often, or of which few are known
-            a child of it: on the line to another run that touched, between them or beyond either, a little aside;
-                or some genes moved by a step, which the child draws near its parent's and keeps
+        candidates, several for each other place: children of the best runs, of the best of each kind, and of failures
+            of all kinds alike; on the line to another of these, a little aside, or some genes moved by a step
+        a Gaussian process, of the best runs and as many others, draws what each candidate may come to; its kind is
+            taken to be that of the run that lies nearest
+        each other place takes the best candidate by one of three rules, drawn by chance
+            worth less log(1 + places that candidates of its kind were given)
+            the same, where kinds are the finer ones of best-first search
+            of the kind of failures with the fewest runs that of most worth
 
-As long as there are few failures, whatever touched is bred from, too, with as much hope as there are failures among it.
+Runs are good by how rare they are: failures before other contacts, these before what passed, each by the objective.
 
-What fails is often a small place in the box, and a scene draws the rest: of the children of a failure few fail. How
-many do is counted for each that was stepped from, and drawn from what that says (Thompson sampling), so that a search
-stays where failures come again and leaves where one was chance. Kinds are those that people are told
-(`engine.search.insight.kinds`): whom the ego met, on which side, from where, and how fast both were. The rare ones lie
-beside others: they get as many children as the frequent ones, and what is beside them is found from there. Runs that
-touch differ in several genes at once, as who is faster starts farther away: lines through two of them say how.
+What fails is often a small place in the box, and a scene draws the rest, so that one run says little of its genome,
+and some hundred of them say much: a model tells contacts that were nearly failures from those that were not. A search
+that follows worth alone stays where its first failure was. So what a candidate will be counts as well: kinds are those
+that people are told (`engine.search.insight.kinds`), also of what passed or has not failed yet. From failures of one
+kind a search comes by way of these to failures of another.
 
-Sources of the parts: cells of behaviour that are filled evenly from what is in them, Mouret and Clune (2015),
-"Illuminating search spaces by mapping elites"; lines through two of them, Vassiliades and Mouret (2018), "Discovering
-the elite hypervolume by leveraging interspecies correlation"; sampling by what is believed of each arm, Thompson
-(1933), "On the likelihood that one unknown probability exceeds another".
+Sources of the parts: the best of each kind of behaviour, foreseen by a Gaussian process, Gaier, Asteroth and Mouret
+(2018), "Data-efficient design exploration through surrogate-assisted illumination"; lines through two of them,
+Vassiliades and Mouret (2018), "Discovering the elite hypervolume by leveraging interspecies correlation"; a draw of
+what is believed of each candidate, Thompson (1933), "On the likelihood that one unknown probability exceeds another".
 """
 
 from collections.abc import Sequence
-from math import isnan
+from math import isnan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
 from engine.search.insight.kinds import EDGES
-from engine.search.methods.best_first import NONE, BestFirst, sector_of
+from engine.search.methods.best_first import MOVED, NONE, BestFirst, rarity, sector_of
 from engine.search.methods.cube import reflected
+from engine.search.methods.gaussian_process import predicted
 from engine.search.protocol import Box, Result, StreamAt, measure
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 
-BRED = 0.75
-"""Share of what is not run at random that is bred from failures, once there are some."""
-EVENLY = 0.5
-"""Share of these that goes to all kinds alike."""
-FEW = 10
-"""With fewer failures than this, whatever touched is bred from, too."""
+BEFORE, AFTER = 0.375, 0.75
+"""Shares of what is not run at random that a model foresees, before anything has failed (but once something has
+touched) and after; the rest is best-first search's."""
+CANDIDATES = 8
+"""For each place."""
+BEST = 3
+"""Runs of each kind that candidates are children of …"""
+TOP = 0.05
+"""… beside this share of all runs."""
+LINES, STRETCH, ASIDE = 0.5, 0.6, 0.02
+"""Share of candidates on a line; standard deviations of where on it they lie, 0 the parent and 1 the other, and of how
+far aside."""
+SHORTEST, LONGEST = 0.005, 0.2
+"""Standard deviations of steps, of the unit interval; alike in their logarithms."""
 SPOT = 0.03
-"""Standard deviation of a step from a failure whose parent was none: most of the box around it holds none."""
-ALONG = 0.8
-"""Share of children of what touched that lie on a line to another that did."""
-STRETCH, ASIDE = 0.6, 0.02
-"""Standard deviations: of where on that line a child lies, 0 its parent and 1 the other, and of how far aside."""
+"""Of the steps from what was foreseen, where best-first search goes on from it."""
+KNOWN = 400
+"""Runs that a model is made of."""
+LENGTH, NOISE = 0.25, 0.3
+"""Over which a model forgets, times the root of the number of genes, and the share of variance that no gene decides."""
 
 FailureKind = tuple[int, int, int, int, int]
+
+
+class Candidates(NamedTuple):
+    """Children, row by row."""
+
+    parents: Ints
+    """(n,) rows of the archive."""
+    others: Ints
+    """(n,) of the second one, `NONE` where there is none."""
+    points: Floats
+    """(n, d)"""
+
+
+def nobody(size: int) -> Candidates:
+    """No candidates, in a space of so many genes."""
+    return Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, size)))
+
+
+class Foreseen(NamedTuple):
+    """What candidates may come to, row by row: arrays (n,)."""
+
+    worth: Floats
+    kind: Ints
+    """Of `FailureKind` …"""
+    fine: Ints
+    """… and of best-first search."""
 
 
 class FailureKinds(BestFirst):
@@ -61,62 +99,118 @@ class FailureKinds(BestFirst):
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
         self._fails, self._touched = np.empty(0, dtype=bool), np.empty(0, dtype=bool)
-        self._children_of, self._failures_of = np.empty(0), np.empty(0)
         self._failure_kinds: dict[FailureKind, int] = {}
-        self._failure_kind = np.empty(0, dtype=np.int64)
+        self._failure_kind, self._given = np.empty(0, dtype=np.int64), np.empty(0)
+        self._bred = nobody(len(box))
 
     def _chosen(self, count: int) -> Ints:
-        known = self._fails if self._fails.sum() >= FEW else self._fails | self._touched
-        sources = np.flatnonzero(known)
-        bred = round((BRED if self._fails.any() else BRED / 2.0) * count) if len(sources) else 0
-        rows = self._bred_from(sources, bred, self._streams(self._generation, 1))
-        return np.concatenate([rows, super()._chosen(count - bred)])
+        share = AFTER if self._fails.any() else BEFORE if self._touched.any() else 0.0
+        self._bred = self._foreseen(round(share * count), self._streams(self._generation, 1))
+        return np.concatenate([self._bred.parents, super()._chosen(count - len(self._bred.parents))])
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
         points, steps = super()._children(stream)
-        met = self._fails | self._touched
-        along = met[self._stepped_from] & (stream.random(len(points)) < ALONG)
-        parents = self._archive[self._stepped_from[along]]
-        others = stream.choice(np.flatnonzero(met), size=len(parents))
-        self._second[along] = np.where(others == self._stepped_from[along], NONE, others)
-        ways = self._archive[others] - parents
-        where = STRETCH * stream.standard_normal((len(parents), 1))
-        points[along] = reflected(parents + where * ways + ASIDE * stream.standard_normal(parents.shape))
+        here = slice(len(self._bred.parents))
+        points[here], self._second[here], steps[here] = self._bred.points, self._bred.others, SPOT
         return points, steps
 
-    def _bred_from(self, sources: Ints, count: int, stream: Generator) -> Ints:
-        """(count,) rows to step from, of failures and what else touched."""
-        kinds, kind = np.unique(self._failure_kind[sources], return_inverse=True)
-        spent = np.bincount(kind, 1.0 + self._children_of[sources], minlength=len(kinds))
-        doubt = np.where(self._fails, 1.0, 1.0 + self._touched.sum() / (1.0 + self._fails.sum()))
+    def _foreseen(self, count: int, stream: Generator) -> Candidates:
+        """So many candidates, of which most is to be expected."""
+        if not count:
+            return nobody(self._cube.size)
+        promise = rarity(order(self._fails, self._touched, self._value))
+        candidates = self._candidates(CANDIDATES * count, promise, stream)
+        rows = self._placed(count, self._foresee(candidates, promise, stream), stream)
+        return Candidates(candidates.parents[rows], candidates.others[rows], candidates.points[rows])
+
+    # -- what there is to choose from
+
+    def _candidates(self, count: int, promise: Floats, stream: Generator) -> Candidates:
+        size, failed = self._cube.size, np.flatnonzero(self._fails)
+        best, top = self._best_of_each_kind(promise), _first(promise, max(20, round(TOP * len(promise))))
+        third = count // 3
+        parents = stream.choice(best, size=count)
+        parents[:third] = stream.choice(top, size=third)
+        if len(failed):
+            parents[third : 2 * third] = self._of_all_kinds(failed, third, stream)
+        others = stream.choice(np.unique(np.concatenate([best, top, failed])), size=count)
+        lined = (stream.random(count) < LINES) & (others != parents)
+        moved = stream.random((count, size)) < MOVED / size
+        moved[np.arange(count), stream.integers(size, size=count)] = True
+        step = np.exp(stream.uniform(np.log(SHORTEST), np.log(LONGEST), size=(count, 1)))
+        aside, along = stream.standard_normal((count, size)), stream.standard_normal((count, 1))
+        line = STRETCH * along * (self._archive[others] - self._archive[parents]) + ASIDE * aside
+        points = self._archive[parents] + np.where(lined[:, np.newaxis], line, step * aside * moved)
+        return Candidates(parents, np.where(lined, others, NONE), reflected(points))
+
+    def _best_of_each_kind(self, promise: Floats) -> Ints:
+        """Rows of the best runs of every kind."""
+        of_each = (np.flatnonzero(self._failure_kind == kind) for kind in range(len(self._given)))
+        return np.concatenate([rows[_first(promise[rows], BEST)] for rows in of_each])
+
+    def _of_all_kinds(self, rows: Ints, count: int, stream: Generator) -> Ints:
+        """(count,) of these rows, as many of one kind as of another."""
+        kinds, kind, number = np.unique(self._failure_kind[rows], return_inverse=True, return_counts=True)
+        return stream.choice(rows, size=count, p=1.0 / (len(kinds) * number[kind]))
+
+    # -- what is chosen
+
+    def _foresee(self, candidates: Candidates, promise: Floats, stream: Generator) -> Foreseen:
+        from scipy.spatial import KDTree
+
+        best = _first(promise, KNOWN // 2)
+        rest = np.setdiff1d(np.arange(len(promise)), best)
+        known = np.concatenate([best, stream.choice(rest, size=min(len(rest), KNOWN // 2), replace=False)])
+        middle, spread = promise[known].mean(), max(promise[known].std(), 1e-9)
+        lengths = np.full(self._cube.size, LENGTH * sqrt(self._cube.size))
+        values = (promise[known] - middle) / spread
+        mean, deviation = predicted(self._archive[known], values, lengths, NOISE, candidates.points)
+        worth = middle + spread * (mean + deviation * stream.standard_normal(len(mean)))
+        nearest = KDTree(self._archive).query(candidates.points)[1]
+        return Foreseen(worth, self._failure_kind[nearest], self._kind[nearest])
+
+    def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
+        """(count,) which candidates are run."""
+        worth, kind, fine = foreseen
+        failing = np.unique(self._failure_kind[self._fails])
+        runs = np.bincount(self._failure_kind, minlength=len(self._given))[failing]
         rows = np.empty(count, dtype=np.int64)
-        for place in range(count):
-            evenly = stream.random() < EVENLY
-            here = np.flatnonzero(kind == np.argmin(spent)) if evenly else np.arange(len(sources))
-            those = sources[here]
-            again = self._failures_of[those]
-            best = here[np.argmax(stream.beta(1.0 + again, doubt[those] + self._children_of[those] - again))]
-            spent[kind[best]] += 1.0
-            rows[place] = sources[best]
+        for place, which in enumerate(stream.integers(3, size=count).tolist()):
+            rival = worth - np.log1p(self._given[kind] if which else self._tries_of_kind[fine])
+            if which == 1 and len(failing):
+                rarest = np.argmin(runs)
+                runs[rarest] += 1
+                here = kind == failing[rarest]
+                rival = np.where(here, worth, -np.inf) if here.any() else rival
+            row = np.argmax(rival)
+            worth[row] = -np.inf
+            self._given[kind[row]] += 1.0
+            self._tries_of_kind[fine[row]] += 1.0
+            rows[place] = row
         return rows
 
     def _learn(self, results: Sequence[Result]) -> None:
-        rows = self._stepped_from
-        np.add.at(self._children_of, rows, 1.0)
-        np.add.at(self._failures_of, rows, [float(results[slot].failure) for slot in range(len(rows))])
         super()._learn(results)
-        slots = [slot for slot, result in enumerate(results) if result.selectable]
-        known = [results[slot] for slot in slots]
-        failed = np.array([each.failure for each in known], dtype=bool)
-        led = np.array([slot < len(rows) and bool(self._fails[rows[slot]]) for slot in slots], dtype=bool)
-        steps = self._archived_steps[len(self._fails) :]
-        steps[failed & ~led] = np.minimum(steps[failed & ~led], SPOT)
-        self._fails = np.append(self._fails, failed)
+        known = [result for result in results if result.selectable]
+        self._fails = np.append(self._fails, [each.failure for each in known]).astype(bool)
         self._touched = np.append(self._touched, [measure(each, "min_distance") <= 0.0 for each in known]).astype(bool)
-        blank = np.zeros(len(known))
-        self._children_of, self._failures_of = (np.append(a, blank) for a in (self._children_of, self._failures_of))
         kinds = [self._failure_kinds.setdefault(failure_kind(each), len(self._failure_kinds)) for each in known]
         self._failure_kind = np.append(self._failure_kind, np.array(kinds, dtype=np.int64))
+        self._given = np.append(self._given, np.zeros(len(self._failure_kinds) - len(self._given)))
+
+
+def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
+    """(n,) which comes before which: failures last, before them what touched, each by its value; equal ones alike."""
+    rows = np.lexsort((value, touched, fails))
+    columns = np.stack([fails, touched, value], axis=1)[rows]
+    places = np.empty(len(rows), dtype=np.int64)
+    places[rows] = np.cumsum(np.append(0, (np.diff(columns, axis=0) != 0.0).any(axis=1)))[: len(rows)]
+    return places
+
+
+def _first(promise: Floats, count: int) -> Ints:
+    """The rows of the largest, of equal ones the earliest."""
+    return np.argsort(-promise, kind="stable")[:count]
 
 
 def failure_kind(result: Result) -> FailureKind:

@@ -115,7 +115,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="failure_kinds",
-            summary="breeds from failures, equally by kind: many kinds",
+            summary="foresees failures of every kind by a model: many kinds",
             build=_plain(FailureKinds),
             title="failures by kind",
             style="green",

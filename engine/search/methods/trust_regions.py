@@ -14,21 +14,20 @@ from which the other came, and who moved.
 
 Sources of the parts: trust regions by Gaussian processes with Thompson sampling, Eriksson, Pearce, Gardner, Turner and
 Poloczek (2019), "Scalable global optimization via local Bayesian optimization", NeurIPS (TuRBO), whose lengths, box
-shapes and few moved genes are kept, with samples of each candidate alone instead of joint ones; Gaussian processes,
-Rasmussen and Williams (2006), algorithm 2.1 and equation 4.17 (Matern 5/2).
+shapes and few moved genes are kept, with samples of each candidate alone instead of joint ones.
 """
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil
-from typing import cast
 
 import numpy as np
 from numpy.random import Generator
 
 from engine.search.methods.best_first import sector_of
 from engine.search.methods.cube import InCube
+from engine.search.methods.gaussian_process import likelihood, predicted
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats, Ints
 
@@ -155,7 +154,7 @@ class TrustRegions(InCube):
         points, values = self._archive[nearest], normal_scores(self._value[nearest])
         region.lengths = fitted(points, values, region.lengths, stream)
         candidates = _candidates(region, stream)
-        mean, deviation = predicted(points, values, region.lengths, candidates)
+        mean, deviation = predicted(points, values, region.lengths, NOISE, candidates)
         rows: list[int] = []
         for _ in range(count):
             sampled = mean + deviation * stream.standard_normal(len(mean))
@@ -191,35 +190,14 @@ def normal_scores(values: Floats) -> Floats:
     return np.asarray(ndtri(middle[place] / len(values)))
 
 
-def covariance(one: Floats, other: Floats, lengths: Floats) -> Floats:
-    """(n, m) Matern 5/2."""
-    from scipy.spatial.distance import cdist
-
-    way = np.sqrt(5.0) * cdist(one / lengths, other / lengths)
-    return (1.0 + way + way**2 / 3.0) * np.exp(-way)
-
-
-def _factor(points: Floats, lengths: Floats) -> Floats:
-    return cast("Floats", np.linalg.cholesky(covariance(points, points, lengths) + NOISE * np.eye(len(points))))
-
-
-def likelihood(points: Floats, values: Floats, lengths: Floats) -> float:
-    """The logarithm of the marginal one, but for a constant."""
-    from scipy.linalg import solve_triangular
-
-    factor = _factor(points, lengths)
-    white = solve_triangular(factor, values, lower=True)
-    return float(-0.5 * white @ white - np.log(np.diag(factor)).sum())
-
-
 def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -> Floats:
     """Lengths that explain the values better than those given, where one of a few changes does."""
-    best = likelihood(points, values, lengths)
+    best = likelihood(points, values, lengths, NOISE)
     for genes in _subsets(len(lengths), stream):
         for factor in (0.5, 2.0):
             tried = lengths.copy()
             tried[genes] = np.clip(tried[genes] * factor, SHORTEST, LONGEST)
-            worth = likelihood(points, values, tried)
+            worth = likelihood(points, values, tried, NOISE)
             if worth > best:
                 best, lengths = worth, tried
                 break
@@ -229,13 +207,3 @@ def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -
 def _subsets(size: int, stream: Generator) -> list[Ints]:
     """All genes, then single ones."""
     return [np.arange(size), *(np.array([gene]) for gene in stream.integers(size, size=TRIALS).tolist())]
-
-
-def predicted(points: Floats, values: Floats, lengths: Floats, queries: Floats) -> tuple[Floats, Floats]:
-    """(m,) mean and standard deviation of the value at each query."""
-    from scipy.linalg import solve_triangular
-
-    factor = _factor(points, lengths)
-    across = solve_triangular(factor, covariance(points, queries, lengths), lower=True)
-    mean = across.T @ solve_triangular(factor, values, lower=True)
-    return mean, np.sqrt(np.maximum(1.0 - (across**2).sum(axis=0), 1e-12))

@@ -27,6 +27,7 @@ from engine.search.objectives import (
     UnknownObjectiveError,
     conflict,
     expectation,
+    injury,
     known_objectives,
     names_of,
     objectives,
@@ -68,6 +69,10 @@ def scenario() -> Scenario:
 @pytest.fixture(scope="module")
 def runs(scenario: Scenario) -> Runs:
     """Thirty simulated scenes, collisions among them."""
+    return _runs(scenario)
+
+
+def _runs(scenario: Scenario) -> Runs:
     scenes = scenario.sample(30, seed=3)
     outcomes = scenario.simulate(scenes)
     assert 3 < outcomes.collided.sum() < 27
@@ -126,6 +131,31 @@ def test_every_collision_is_severer_than_what_did_not_happen(runs: Runs) -> None
     np.testing.assert_allclose(values[outcomes.collided], expected[outcomes.collided], atol=braked_in_a_step)
 
 
+def test_an_injury_is_as_likely_as_its_curve_says() -> None:
+    """Of who is struck on foot, by the relative speed; nobody has a curve for a truck."""
+    walking = """
+map intersection(approach=60 m)
+param V = Range(4, 14) m/s
+param AHEAD = Range(8, 30) m
+ego = new Car at (-40, -1.75), facing 0 deg, with speed V, with behavior ConstantSpeedBehavior(V)
+walker = new Pedestrian ahead of ego by AHEAD, facing 90 deg, with speed 0 m/s
+terminate after 2 s
+"""
+    runs = _runs(cx.compile_text(walking))
+    values, outcomes = injury(runs), runs.outcomes
+    hit = outcomes.collided
+    km_h = 3.6 * outcomes.ego_speed[hit, 0]
+    np.testing.assert_allclose(values[hit], 1.0 / (1.0 + np.exp(6.190 - 0.078 * km_h - 0.038 * 46.0)), rtol=1e-9)
+    assert (values[~hit] < 0.0).all()
+
+
+def test_no_curve_reaches_a_truck(runs: Runs) -> None:
+    """Such a collision counts as 0, and still before every miss."""
+    values, outcomes = injury(runs), runs.outcomes
+    assert (values[outcomes.collided] == 0.0).all()
+    assert (values[~outcomes.collided] < 0.0).all()
+
+
 def test_objectives_of_the_file_turn_their_sign(runs: Runs) -> None:
     """An expectation is sought by how far it is broken, a minimum by how small it is."""
     room, fast, near = (row.value(runs) for row in objectives(runs.program, ["room", "fast", "near"]))
@@ -136,7 +166,7 @@ def test_objectives_of_the_file_turn_their_sign(runs: Runs) -> None:
     np.testing.assert_array_equal(row.finds(runs, room), runs.outcomes.min_distance[:, 0] <= 2.0)
 
 
-@pytest.mark.parametrize("name", ["room", "near", "avoidable", "conflict", "severity", "controller"])
+@pytest.mark.parametrize("name", ["room", "near", "avoidable", "conflict", "severity", "injury", "controller"])
 def test_a_search_climbs_what_it_is_told_to(scenario: Scenario, name: str) -> None:
     """Fitness is the objective, the worst case has the most of it, and its journal comes back the same."""
     campaign = scenario.search("ga", objective=name, **SMALL)
