@@ -123,7 +123,10 @@ def text_prefix(context: ErrorContext) -> Diagnostic | None:
         return None
     if before.text.lower() == "f":
         return errors.NOT_SUPPORTED.at(
-            before.span, "a name cannot contain values", "it is the same in all scenes", cure="write a plain string"
+            before.span,
+            "a name cannot contain values",
+            reason="it is the same in all scenes",
+            cure="write a plain string",
         )
     return errors.NOT_SUPPORTED.at(
         before.span, f"strings with the prefix `{before.text}` are not supported", cure="write a plain string"

@@ -131,7 +131,7 @@ def test_without_files_the_six_are_named(cortexc: Callable[..., Any], tmp_path: 
     result = cortexc("study", "--runs", 1, "--generations", 1, "--population", 4, "--jobs", 1, "--out", tmp_path / "s")
     assert "no FILES: the paper's six scenarios" in result.said
     assert "three_way_left" in result.out
-    assert "Beside the paper" not in result.out
+    assert "Compared with the paper" not in result.out
 
 
 @pytest.mark.parametrize(
