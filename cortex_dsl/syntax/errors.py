@@ -184,7 +184,7 @@ TOO_DEEP = Code(
 STRANGE_CHARACTER = Code(
     "SCN118",
     "character that has no meaning here",
-    "Outside strings and comments only letters, digits and the symbols of the language have a meaning.",
+    "Outside strings and comments only letters, digits and the language's symbols have a meaning.",
     "x = 3 $\n",
     "x = 3\n",
 )

@@ -153,7 +153,7 @@ class _Arrangement:
                 errors.MISSING_COMMA.at(
                     Span(previous.end, previous.end),
                     "missing comma between specifiers",
-                    "a line that continues below ends in `,`",
+                    "a line that continues ends in `,`",
                     secondary=[Label(Span(line.start, line.start + len(line.word)), "the next specifier")],
                     cure="write a `,` at the end of the line",
                 )
