@@ -39,7 +39,7 @@ AVOIDANCE_STYLES = {
     Avoidance.LOST: "warn",
     Avoidance.NO_BRAKING_HELPS: "warn",
 }
-"""What speaks against the ego stands out."""
+"""Answers that count against the ego stand out."""
 
 
 # -- kinds of failures -------------------------------------------------------------------------------------------------

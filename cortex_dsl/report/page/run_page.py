@@ -1,4 +1,4 @@
-"""The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
+"""The report of one search: a page for those who decide, and for the engineer who is responsible for it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
-"""SCN5xx: what is random. SCN53x: what is proved of a file before anything is drawn. SCN69x: what only shows while a
-scene is drawn or runs.
+"""SCN5xx: random values and choices. SCN53x: what is proved of a file before anything is drawn. SCN69x: what only shows
+while a scene is drawn or runs.
 """
 
 from cortex_dsl.diagnostics import Page

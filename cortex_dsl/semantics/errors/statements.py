@@ -1,4 +1,4 @@
-"""SCN4xx: requirements and other statements; SCN46x, SCN47x: requirements on the whole run, and records of it."""
+"""SCN4xx: requirements and other statements. SCN46x, SCN47x: requirements on the whole run, and records of it."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, hint, note, warning

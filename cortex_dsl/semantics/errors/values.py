@@ -1,4 +1,4 @@
-"""SCN3xx: units and types. SCN4xx: values, and the limits of what is worked out."""
+"""SCN3xx: units and types. SCN4xx: values, and the limits of evaluation."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, warning
@@ -208,7 +208,7 @@ BARE_BESIDE_UNIT = warning(
     ),
 )
 
-# -- SCN4xx: values, and the limits of what is worked out --------------------------------------------------------------
+# -- SCN4xx: values, and the limits of evaluation ----------------------------------------------------------------------
 
 NOT_FINITE = Problem(
     "SCN401",
