@@ -253,7 +253,7 @@ def test_what_no_recording_says_is_said() -> None:
     assert "no buildings are known" in unknown
     assert measure(replace(recording, buildings=np.zeros((0, 5)))).not_judged == ()
     (hidden,) = measure(replace(recording, buildings=np.array([FAR]))).not_judged
-    assert "whom they hide is not judged" in hidden
+    assert "what buildings hide is not judged" in hidden
 
 
 def test_whoever_is_met_first_ends_it() -> None:

@@ -617,7 +617,7 @@ def test_who_walks_lies_in_a_file_beside(tmp_path: Path) -> None:
         ("a.osi", "\x05\0\0\0abc", "a.osi, message 1: the message is cut off"),
         ("a.osi", "\x02\0\0\0\xff\xff", "the message cannot be decoded"),
         ("a.osi", "\x02\0\0\0\x08\x01", "nobody moves in it"),
-        ("a.mcap", "\x89MCAP no", "no MCAP that can be read"),
+        ("a.mcap", "\x89MCAP no", "not a readable MCAP file"),
         ("a.zip", "", "ends in .csv"),
     ],
 )
