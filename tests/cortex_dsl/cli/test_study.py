@@ -37,7 +37,7 @@ def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path,
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert result.code == Exit.FINE
     assert "ga against random: avoidable undecided" in result.out
-    assert "with 2 runs of each this is a hint at most" in result.out
+    assert "with 2 runs of each this is at most a hint" in result.out
     for measure in ("avoidable kinds", "colliding genomes", "kinds", "RL", "NC", "MDG", "MDEC", "NIS"):
         assert f"\n  {measure}" in result.out
     names = {path.name for path in (tmp_path / "s").iterdir()}

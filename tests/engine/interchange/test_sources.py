@@ -345,7 +345,7 @@ def test_what_stands_beside_a_road_of_commonroad(tmp_path: Path) -> None:
     assert read.recording.buildings is not None
     assert read.recording.buildings.tolist() == [[300.0, -7.0, 0.5, 9.0, 4.0]]
     (said,) = [each for each in read.remarks if "environment" in each]
-    assert said.endswith('no rectangular buildings: the first is "72"')
+    assert said.endswith('not rectangular buildings are left out: the first is "72"')
     path.write_text(path.read_text().replace("<width>4", "<width>-4"))
     with pytest.raises(InterchangeError, match="a building of -4 m"):
         read_recording(path)
