@@ -351,7 +351,7 @@ def test_nothing_depends_on_the_axes(number: int, angle: float, shift: tuple[flo
         ({"step": float("nan")}, "time step"),
         ({"step": 1e-9}, "too many"),
         ({"states": np.zeros((3, 2, len(State)))}, "no actor"),
-        ({"states": np.full((3, 2, len(State)), np.inf)}, "no number"),
+        ({"states": np.full((3, 2, len(State)), np.inf)}, "no finite state"),
     ],
 )
 def test_what_is_no_motion_is_refused(change: dict, words: str) -> None:
