@@ -21,19 +21,19 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "light": "write `signals()` to have lights; `FollowLaneBehavior(5 m/s, obey_signals=True)` stops at red ones",
         **dict.fromkeys(
             ("sidewalk", "pavement", "footpath", "crosswalk", "crossing", "kerb", "curb", "shoulder", "verge"),
-            "the map has lanes alone: stand beside one, as in `p = new OrientedPoint after intersection by 3 m along "
+            "the map has only lanes: place it beside one, as in `p = new OrientedPoint after intersection by 3 m along "
             "trajectory` and `new Pedestrian right of p by 3 m, with regionContainedIn None`",
         ),
         **dict.fromkeys(
             ("SetPositionAction", "OffsetAction"),
-            "nobody jumps during a run: give a place with `at` before it, and drive or walk there",
+            "no object jumps during a run: place it with `at` before the run, and drive or walk there",
         ),
-        "SetVelocityAction": "who drives moves where its wheels point: write `SetSpeedAction(3 m/s)`",
+        "SetVelocityAction": "a vehicle moves where its wheels point: write `SetSpeedAction(3 m/s)`",
         "SetHandBrakeAction": "a vehicle has one brake: `SetBrakeAction(1)`",
         "SetAutopilotAction": "give it a behavior: `AutopilotBehavior()`",
-        "PolygonalVectorField": "write a `VectorField`, with a function that asks where it is: `p in region`",
-        "angularSpeed": "who drives turns by its wheels: `take SetSteerAction(5 deg)`",
-        "collision": "contact is always looked for, and ends the run",
+        "PolygonalVectorField": "write a `VectorField`, with a function that tests where it is: `p in region`",
+        "angularSpeed": "a vehicle turns by its wheels: `take SetSteerAction(5 deg)`",
+        "collision": "contact is always detected, and ends the run",
         **dict.fromkeys(
             ("north", "east", "south", "west"),
             "write an angle, from east to north: `0 deg` is east, `90 deg` north, `180 deg` west, `-90 deg` south",

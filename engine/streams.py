@@ -164,7 +164,7 @@ def _method(word: str) -> int:
         return int(match[1], 16) << NUMBER_BITS | Method.CUSTOM
     names = [method.name.lower() for method in Method]
     if word not in names:
-        raise ArgumentError(f"`{word}` is no method of a stream key; valid: {', '.join(names)}", "name one of these")
+        raise ArgumentError(f"`{word}` is not a method of a stream key; valid: {', '.join(names)}", "name one of these")
     return Method[word.upper()]
 
 

@@ -94,7 +94,9 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
         remarks=remarks,
     )
     if proof.differ and not proof.reasons:
-        raise damaged(opened.folder / JOURNAL, f"the simulation of {proof.first} comes to something else again")
+        raise damaged(
+            opened.folder / JOURNAL, f"the simulation of {proof.first} gives another result when it is repeated"
+        )
     return proof
 
 

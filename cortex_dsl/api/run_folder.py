@@ -145,7 +145,7 @@ def same_objective(
     aims = named if given is None else tuple(given)
     if names_of(aims) != named:
         asked = ", ".join(names_of(aims))
-        raise StoreError(f"`{folder}` looks for {', '.join(named)}, not for {asked}", "search anew for that")
+        raise StoreError(f"`{folder}` looks for {', '.join(named)}, not for {asked}", "start a new search for that")
     known = known_objectives(program)
     if strange := [each for each in aims if isinstance(each, str) and each not in known]:
         raise StoreError(

@@ -183,7 +183,7 @@ def _run_folder(path: Path) -> Path:
         )
         raise StoreError(f"there is no folder `{folder}`", cure)
     if not folder.is_dir():
-        raise StoreError(f"`{folder}` is no folder", f"name the folder of a run, such as {example_run()}")
+        raise StoreError(f"`{folder}` is not a folder", f"name the folder of a run, such as {example_run()}")
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
     if is_study(folder):

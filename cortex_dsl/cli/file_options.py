@@ -291,7 +291,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Seque
             cure = "add --ga, --random or --method NAME to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
     if options.ego_batch is not None and options.ego is None:
-        raise UsageError("--ego-batch has no effect where nobody is named who drives", "add --ego NAME")
+        raise UsageError("--ego-batch has no effect without a driver", "add --ego NAME")
     if options.aggregate is not None and options.rollouts is None:
         raise UsageError("--aggregate has no effect with one scene for each individual", "add --rollouts K")
     if options.preset is not None and "ga" not in methods:

@@ -59,7 +59,7 @@ def _check(reader: Reader, options: argparse.Namespace) -> None:
     """Raises UsageError where the file cannot be meant."""
     path = options.file
     if path.suffix.lower() not in reader.suffixes:
-        raise UsageError(f"`{path}` is no recording that `cortexc {reader.name}` reads", _instead(path, reader))
+        raise UsageError(f"`{path}` is not a recording that `cortexc {reader.name}` reads", _instead(path, reader))
     try:
         if path.is_dir():
             raise UsageError(f"`{path}` is a folder", f"name a file in it: {', '.join(reader.suffixes)}")

@@ -55,7 +55,7 @@ def check_options(options: argparse.Namespace) -> None:
     """Raises UsageError where an option has no effect."""
     for name in NOT_OF_ALL if options.all else OF_ALL:
         if getattr(options, name) is not None:
-            where = "beside --all, by which nobody is the ego" if options.all else "without --all"
+            where = "beside --all, which has no ego" if options.all else "without --all"
             raise UsageError(
                 f"--{name} has no effect {where}", f"leave --{name} out" + ("" if options.all else ", or add --all")
             )

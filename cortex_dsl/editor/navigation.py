@@ -138,7 +138,7 @@ def rename(view: View, offset: int, name: str) -> list[Span]:
     """
     if not _NAME.fullmatch(name) or name in RESERVED:
         raise CannotRenameError(
-            f"`{name}` is no name",
+            f"`{name}` is not a name",
             "write letters, digits and `_`; no keyword",
         )
     index = view.index(offset)

@@ -268,11 +268,11 @@ def _remarks(recording: Recording, roles: Sequence[_Role], kept: Sequence[_Role]
     if crowd := [actors[role.actor].name for role in roles if role not in kept]:
         yield f"no room for their tracks in a scenario: {_some(crowd)}"
     if gone := [actors[role.actor].name for role in kept if len(recording.stretches(role.actor)) > 1]:
-        yield f"who is away for a while stays away in the scenario: {_some(gone)}"
+        yield f"actors that disappear for a while stay away in the scenario: {_some(gone)}"
     if recording.step != _step(recording):
         yield f"a scenario runs in steps of {STEPS[0]:g} to {STEPS[1]:g} s: {_step(recording):g} s is taken"
     if back := [actors[role.actor].name for role in kept if recording.states[0, role.actor, State.SPEED] < 0.0]:
-        yield f"a scenario begins nobody backwards; at the first sample these stand: {_some(back)}"
+        yield f"no actor starts backwards in a scenario; at the first sample these stand still: {_some(back)}"
 
 
 def _some(names: Sequence[str]) -> str:

@@ -198,7 +198,7 @@ def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
     count = words.pop(0) if words and not words[0].startswith("-") else ""
     flags, aims = words[::2], words[1::2]
     if len(flags) != len(aims) or any(flag != AIM for flag in flags):
-        raise UsageError(f"`{argument}` is no way to search", f"as in `:{method} 20 {AIM} avoidable`")
+        raise UsageError(f"`{argument}` is not a search method", f"as in `:{method} 20 {AIM} avoidable`")
     return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
 
 

@@ -112,7 +112,7 @@ class StatementBuilder:
             self.report(
                 errors.WRONG_IMPORT.at(
                     span_of(tree),
-                    "a name has no ending",
+                    "a name is written without its extension",
                     reason=errors.WRONG_IMPORT.why,
                     cure=f'write `{path.removesuffix(".scn")}` or `"{path}"`',
                 )

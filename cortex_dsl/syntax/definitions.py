@@ -113,7 +113,10 @@ def class_(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
 
 def _no_property(span: Span) -> Diagnostic:
     return errors.CLASS_BODY.at(
-        span, "a string is no property", reason=errors.CLASS_BODY.why, cure="its docstring is the first line of a class"
+        span,
+        "a string is not a property",
+        reason=errors.CLASS_BODY.why,
+        cure="its docstring is the first line of a class",
     )
 
 
@@ -175,7 +178,7 @@ def _in_order(builder: Builder, body: _Body, section: Branch) -> bool:
     builder.report(
         errors.MISPLACED_PART.at(
             _head(section, name),
-            f"a second `{name}:` in one scenario" if twice else "`setup:` stands before `compose:`",
+            f"a second `{name}:` in one scenario" if twice else "`setup:` goes before `compose:`",
             secondary=[Label(_head(first, first.data), "first here" if twice else "this comes second")],
             reason=errors.MISPLACED_PART.why,
             cure="put both into one block" if twice else "move this block above it",
@@ -193,7 +196,7 @@ def _stray_statement(builder: Builder, statement: Branch, section: Branch) -> No
     builder.report(
         errors.MISPLACED_PART.at(
             Span(span.start, _line_end(builder, span)),
-            f"this stands beside `{section.data}:`",
+            f"this is beside `{section.data}:`",
             secondary=[Label(_head(section, section.data), "a block of the same scenario")],
             reason=errors.MISPLACED_PART.why,
             cure="move it into `setup:`",
@@ -236,7 +239,7 @@ def stray_guard(builder: Builder, parts: Parts, span: Span) -> nodes.Statement:
     builder.report(
         errors.MISPLACED_PART.at(
             span_of(word),
-            f"`{word}` stands at the top of a behavior or scenario",
+            f"`{word}` belongs at the top of a behavior or scenario",
             "too late, or in another place",
             reason=errors.MISPLACED_PART.why,
             cure="move it above the statements, below the docstring",

@@ -1,6 +1,6 @@
-"""Every syntax error, declared once: its code, what it is called, why it is one, and an example with its cure.
+"""Every syntax error, declared once: its code, its title, why it is an error, and an example with its cure.
 
-Messages and places are made where an error is found; what is always true of it stands here.
+Messages and places are made where an error is found; what is always true of it is here.
 """
 
 from collections.abc import Sequence
@@ -57,21 +57,21 @@ class Code:
 UNEXPECTED = Code(
     "SCN101",
     "unexpected text",
-    "What stands here does not fit the grammar; the message says what would.",
+    "The text here does not fit the grammar; the message says what would.",
     "x = 3 +\n",
     "x = 3 + 1\n",
 )
 UNCLOSED_BRACKET = Code(
     "SCN102",
     "bracket never closed",
-    "Inside brackets a line may go on over several lines, so the end of the bracket must be written.",
+    "Inside brackets a statement may continue over several lines, so each bracket must be closed.",
     "x = max(1, 2\n",
     "x = max(1, 2)\n",
 )
 WRONG_BRACKET = Code(
     "SCN103",
     "closing bracket without its opening one",
-    "Brackets close in the reverse order of their opening, each with its own kind.",
+    "Brackets are closed in the reverse order of their opening, each by its own kind.",
     "x = (1, 2]\n",
     "x = (1, 2)\n",
 )
@@ -98,7 +98,7 @@ MISSING_BODY = Code(
 )
 WRONG_DEDENT = Code(
     "SCN107",
-    "indentation fits no block",
+    "indentation that matches no block",
     "A line that ends a block goes back to exactly the indentation of a line before it.",
     "behavior Rest():\n    wait\n  wait\n",
     "behavior Rest():\n    wait\n    wait\n",
@@ -120,7 +120,7 @@ MISSING_COLON = Code(
 ASSIGNMENT_IN_CONDITION = Code(
     "SCN110",
     "`=` where a comparison is meant",
-    "`=` gives a name to a value; `==` asks whether two values are equal.",
+    "`=` gives a name to a value; `==` tests whether two values are equal.",
     "require x = 3\n",
     "require x == 3\n",
 )
@@ -133,7 +133,7 @@ UNKNOWN_UNIT = Code(
 )
 MISPLACED_UNIT = Code(
     "SCN112",
-    "unit in a place where none is read",
+    "unit where none is allowed",
     "A unit follows a number or a call; everywhere else the same word is a name.",
     "y = x m\n",
     "y = x * 1 m\n",
@@ -148,7 +148,7 @@ RESERVED_WORD = Code(
 FOREIGN_SPELLING = Code(
     "SCN114",
     "spelling of another language",
-    "Other languages write this in another way; the help says how it is written here.",
+    "Other languages write this differently; the help says how it is written here.",
     "require a && b\n",
     "require a and b\n",
 )
@@ -162,7 +162,7 @@ NOT_SUPPORTED = Code(
 WRONG_TARGET = Code(
     "SCN116",
     "cannot be assigned to",
-    "On the left of `=` stands a name, or several names with commas.",
+    "The left side of `=` is a name, or several names with commas.",
     "f(x) = 3\n",
     "y = 3\n",
 )
@@ -170,7 +170,7 @@ ATTRIBUTE_CURE = "properties are given with `with` where the object is made"
 
 
 def no_target(span: Span, cure: str) -> Diagnostic:
-    """What stands on the left of `=` and is no name."""
+    """Return the diagnostic for a left side of `=` that is not a name."""
     return WRONG_TARGET.at(span, "only a name can be assigned to", "not a name", reason=WRONG_TARGET.why, cure=cure)
 
 
@@ -183,15 +183,15 @@ TOO_DEEP = Code(
 )
 STRANGE_CHARACTER = Code(
     "SCN118",
-    "character that means nothing here",
-    "Outside strings and comments only letters, digits and the signs of the language have a meaning.",
+    "character that has no meaning here",
+    "Outside strings and comments only letters, digits and the language's symbols have a meaning.",
     "x = 3 $\n",
     "x = 3\n",
 )
 MISSING_COMMA = Code(
     "SCN119",
     "missing comma",
-    "Commas part the specifiers of an object, the arguments of a call and the items of a list.",
+    "Commas separate the specifiers of an object, the arguments of a call and the items of a list.",
     "ego = new Car at p with speed 3\n",
     "ego = new Car at p, with speed 3\n",
 )
@@ -227,8 +227,8 @@ _READ = "while the file is read"
 MISPLACED_TEMPORAL = Code(
     "SCN124",
     "temporal operator in the wrong place",
-    "`always`, `eventually`, `next`, `until` and `implies` speak of a whole run, so they stand in the condition of a "
-    "`require`, joined by `and`, `or` and `not` alone.",
+    "`always`, `eventually`, `next`, `until` and `implies` apply to a whole run, so they belong in the condition of a "
+    "`require`, joined only by `and`, `or` and `not`.",
     "require f((x until y))\n",
     "require x until y\n",
 )
@@ -242,7 +242,7 @@ MISPLACED_PART = Code(
 )
 CLASS_BODY = Code(
     "SCN126",
-    "class with something else than properties",
+    "class with something other than properties",
     "The lines of a class are `name: value`, the defaults of its objects' properties.",
     "class Taxi(Car):\n    speed = 3\n",
     "class Taxi(Car):\n    speed: 3\n",
@@ -256,14 +256,14 @@ WRONG_IMPORT = Code(
 )
 WRONG_FORMATTED = Code(
     "SCN128",
-    "text with values that cannot be read",
-    'In `f"..."` a value stands between braces, with how it is laid out behind a colon; `{{` and `}}` are braces.',
+    "f-string that cannot be read",
+    'In `f"..."` a value goes between braces, with its format after a colon; `{{` and `}}` are literal braces.',
     'x = 3\ny = f"{x cars"\n',
     'x = 3\ny = f"{x} cars"\n',
 )
 EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "# later\n", "x = 1\n", _READ)
 BINARY_FILE = Code(
-    "SCN131", "not a text file", "A scenario is text; this file holds zero bytes.", "x = 1\n\0", "x = 1\n", _READ
+    "SCN131", "not a text file", "A scenario is text; this file contains NUL bytes.", "x = 1\n\0", "x = 1\n", _READ
 )
 WRONG_ENCODING = Code(
     "SCN132",
@@ -278,9 +278,9 @@ LARGE_FILE = Code(
 )
 LONE_RETURN = Code(
     "SCN134",
-    "lines end with a carriage return alone",
-    "A line ends with a line feed, or with a carriage return and a line feed; the carriage return alone is that of "
-    "very old systems, and here it would be a mere blank.",
+    "lines that end with only a carriage return",
+    "A line ends with a line feed, or with a carriage return and a line feed; only very old systems end it with a "
+    "carriage return alone, which is mere white space here.",
     "",
     "",
     _READ,

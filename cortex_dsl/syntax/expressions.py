@@ -105,7 +105,7 @@ class ExpressionBuilder:
         self.report(
             errors.MISPLACED_TEMPORAL.at(
                 span_of(tree),
-                f"`{word}` cannot stand here",
+                f"`{word}` cannot be used here",
                 "speaks of a whole run",
                 reason=errors.MISPLACED_TEMPORAL.why,
                 cure=f"write `require {'… ' if tree.data != 'temporal' else ''}{word} …` on a line of its own",

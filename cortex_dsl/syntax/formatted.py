@@ -84,7 +84,7 @@ def unescaped(literal: str, start: int, report: Callable[[Diagnostic], None], qu
         report(
             errors.WRONG_LITERAL.at(
                 Span(place, place + len(bad.text)),
-                f"`{bad.text}` is no escape",
+                f"`{bad.text}` is not an escape sequence",
                 reason="known escapes are \\n \\t \\r \\0 \\\\ \\\" \\' \\xHH \\uHHHH \\UHHHHHHHH",
                 cure="write `\\\\` for a backslash",
             )
@@ -129,7 +129,9 @@ def _hole(literal: str, place: int, end: int, start: int) -> Hole:
     sign = literal[stop : stop + 1] if stop < end else ""
     value = Span(start + place + 1, start + stop)
     if not literal[place + 1 : stop].strip() and sign:
-        raise _unreadable(start + place, start + stop + 1, "nothing stands between these braces", "write a value there")
+        raise _unreadable(
+            start + place, start + stop + 1, "there is nothing between these braces", "write a value there"
+        )
     if _SAYS_ITSELF.search(literal, place + 1, stop):
         raise _unreadable(
             start + stop - 1, start + stop, "`=` after a value is not supported", "write its name too: `x = {x}`"
@@ -142,7 +144,9 @@ def _hole(literal: str, place: int, end: int, start: int) -> Hole:
         layout, stop = written.group() if written else "", written.end() if written else stop
         sign = literal[stop : stop + 1] if stop < end else ""
     if sign == "{":
-        raise _unreadable(start + stop, start + stop + 1, "a layout holds no values", "write it as it is: `{x:.1f}`")
+        raise _unreadable(
+            start + stop, start + stop + 1, "a format cannot contain values", "write it as it is: `{x:.1f}`"
+        )
     if sign != "}":
         raise _unreadable(
             start + place, start + place + 1, "`{` is never closed", "close it, or write `{{` for a brace"
@@ -182,7 +186,7 @@ def _tree_of(source: Source, value: Span) -> Branch:
     statement, *more = tree.children
     assert isinstance(statement, Tree)
     if more or statement.data != "assign":
-        raise _unreadable(value.start, value.end, "this is no value", "write one value between the braces")
+        raise _unreadable(value.start, value.end, "this is not a value", "write one value between the braces")
     expression = statement.children[1]
     assert isinstance(expression, Tree)
     _move(expression, by)

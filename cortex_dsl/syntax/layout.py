@@ -153,7 +153,7 @@ class _Arrangement:
                 errors.MISSING_COMMA.at(
                     Span(previous.end, previous.end),
                     "missing comma between specifiers",
-                    "a line that goes on below ends in `,`",
+                    "a line that continues ends in `,`",
                     secondary=[Label(Span(line.start, line.start + len(line.word)), "the next specifier")],
                     cure="write a `,` at the end of the line",
                 )
@@ -168,7 +168,7 @@ class _Arrangement:
                     "this expression ends in the middle",
                     "the line ends here",
                     secondary=[Label(Span(line.start, line.end), "meant to belong to it?")],
-                    reason="an expression goes on over several lines only inside brackets",
+                    reason="an expression continues over several lines only inside brackets",
                     cure="put it into `(` and `)`",
                 )
             )

@@ -105,7 +105,7 @@ def _old_line_ends(source: Source, start: int) -> tuple[Source, Diagnostic]:
     return shown, errors.LONE_RETURN.at(
         Span(start, start),
         "a carriage return alone does not end a line",
-        "what follows would go on with this line",
+        "the text after it would continue this line",
         reason=f"the file has {count} of them" if count > 1 else "it is the only one in the file",
         cure="save the file with the line ends of Unix (LF) or Windows (CRLF)",
     )

@@ -58,7 +58,7 @@ def controller_of(name: str, driver: object) -> Controller:
     if callable(driver) and not isinstance(driver, type):
         return _Memoryless(cast("Callable[[Floats], Floats]", driver))
     raise ControllerError(
-        f"the controller `{name}` is no function and has not both `reset` and `act`, but is a {type(driver).__name__}",
+        f"the controller `{name}` is not a function and lacks `reset` or `act`; its type is `{type(driver).__name__}`",
         "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
         "`act(observations, active)`",
     )

@@ -136,7 +136,7 @@ class Stack:
 
     def _start(self) -> _Running:
         if os.name != "posix":
-            raise ControllerError("a process drives by pipes, which this system hands on to nobody", "drive in Python")
+            raise ControllerError("a process drives by pipes, which this system does not pass on", "drive in Python")
         if self._starts == STARTS:
             raise ControllerError(
                 f"`{shlex.join(self.command)}` was started {STARTS} times and never answered{self._said}",
@@ -308,7 +308,7 @@ def stack_of(command: str) -> Stack:
     try:
         words = tuple(shlex.split(command))
     except ValueError as error:
-        raise ControllerError(f"`{command}` is no command: {error}", "as in `process:./my_stack --fast`") from error
+        raise ControllerError(f"`{command}` is not a command: {error}", "as in `process:./my_stack --fast`") from error
     if not words:
         raise ControllerError("`process:` names no command", "as in `process:./my_stack --fast`")
     return Stack(words)

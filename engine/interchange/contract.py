@@ -47,7 +47,7 @@ def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
     """Read a file inside of this block; what the system says against it becomes an InterchangeError."""
     try:
         if not path.is_file():
-            what = "this is no file" if path.exists() else "there is no such file"
+            what = "this is not a file" if path.exists() else "there is no such file"
             raise InterchangeError(what, f"name {wanted}", str(path))
         yield
     except OSError as error:

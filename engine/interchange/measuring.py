@@ -113,9 +113,9 @@ def _run(recording: Recording) -> _Run:
 def _not_judged(recording: Recording) -> Iterator[str]:
     """Buildings stop and hide; whom the ego sees hangs on where it looks."""
     if recording.buildings is None:
-        yield "whether the ego runs into a building, or one hides anybody, is not judged: no buildings are known"
+        yield "whether the ego runs into a building, or one hides an actor, is not judged: no buildings are known"
     elif len(recording.buildings):
-        yield "the ego may run into a building; whom they hide is not judged: nothing says where it looks"
+        yield "the ego may run into a building; what buildings hide is not judged: nothing says where the ego looks"
 
 
 def _bodies(recording: Recording) -> tuple[Body, ...]:

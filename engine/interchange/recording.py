@@ -176,7 +176,7 @@ class Recording:
         broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))
         if len(broken):
             who, when = self.actors[int(broken[0, 1])].name, self.time[broken[0, 0]]
-            raise InterchangeError(f"the state of `{who}` at {when:g} s is no number", "take a run that did not break")
+            raise InterchangeError(f"`{who}` has no finite state at {when:g} s", "take a run that did not break")
 
     def taking_part(self) -> "Recording":
         """The same without those who never come in: a replay has no place for them.

@@ -113,7 +113,7 @@ def source_of(path: Path) -> Source:
     """
     rows = [row for row in SOURCES.values() if path.suffix.lower() in row.suffixes]
     if not rows:
-        raise InterchangeError("this is no recording", f"name a file that ends in {', '.join(SUFFIXES)}", path.name)
+        raise InterchangeError("this is not a recording", f"name a file that ends in {', '.join(SUFFIXES)}", path.name)
     if all(row.mark == b"" for row in rows):
         return rows[0]
     head = _head(path)

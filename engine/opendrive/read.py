@@ -282,7 +282,9 @@ def _read_building(node: Node, road: OdrRoad) -> list[tuple[float, ...]]:
     if node.number("zOffset", 0.0) >= OVERHEAD:
         return []
     if "radius" in node.attributes or node.every("outline", "outlines", "repeat"):
-        raise node.error("this building is no rectangle", 'give it a length and a width, without "radius" or outlines')
+        raise node.error(
+            "this building is not a rectangle", 'give it a length and a width, without "radius" or outlines'
+        )
     s, t = node.number("s", low=0.0, high=road.length + BEYOND), node.number("t")
     pose = road.reference(s).moved(0.0, t, node.number("hdg", 0.0))
     sizes = (node.number(name, low=0.01, high=LARGEST_BUILDING) for name in ("length", "width"))
@@ -293,7 +295,7 @@ def _on_buildings(unread: Sequence[str]) -> Iterator[str]:
     """On those that are left out, by the first."""
     if unread:
         first = f"{cited(unread[0])} and {len(unread) - 1} more" if unread[1:] else quoted(unread[0])
-        yield f"buildings are left out that are no rectangles, or have no place: {first}"
+        yield f"buildings that are not rectangles, or have no place, are left out: {first}"
 
 
 def _read_section(node: Node) -> OdrSection:

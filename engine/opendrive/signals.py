@@ -100,6 +100,6 @@ def signal_remarks(every: Collection[Signals], known: Mapping[str, OdrSignal]) -
     if unread := sum(each.unread for each in every):
         yield f"signals are left out whose id, place or lanes cannot be read: {unread}"
     if valueless := sum(each.valueless for each in every):
-        yield f"values of signals are left out that are no numbers: {valueless}"
+        yield f"values of signals that are not numbers are left out: {valueless}"
     if lost := sum(of.id not in known for each in every for of in each.references):
         yield f"references are left out to signals that are not there, or cannot be read: {lost}"

@@ -37,7 +37,7 @@ def whole_numbers(column: Sequence[Any]) -> Array:
     """
     array = np.array(column) if len(column) else np.zeros(0, dtype=np.int64)
     if array.dtype != np.int64:
-        raise TypeError("whole numbers must stand in a column of whole numbers")
+        raise TypeError("a column of whole numbers must contain whole numbers")
     return array
 
 

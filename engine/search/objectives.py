@@ -263,7 +263,7 @@ def of_function(function: Callable[[Outcomes], Any]) -> Objective:
             given = np.asarray(function(map_arrays(runs.outcomes, _read_only)))
         except Exception as error:
             what = f"the objective `{name}` failed: {type(error).__name__}: {error}"
-            raise ObjectiveError(what, "what was found before is kept; mend it, and search again") from error
+            raise ObjectiveError(what, "earlier results are kept; correct it, and search again") from error
         if given.shape != (len(runs.outcomes),):
             what = f"the objective `{name}` gave an array of shape {given.shape} for {len(runs.outcomes)} scenes"
             raise ObjectiveError(what, "give one number for each scene: an array of shape (n,)")

@@ -105,7 +105,7 @@ class Watched:
             if not isinstance(proposal, Proposal):
                 return f"must propose `engine.search.protocol.Proposal`, not `{type(proposal).__name__}`"
             if not isinstance(cast("object", proposal.genome), tuple) or not self.box.holds(proposal.genome):
-                return f"proposes {proposal.genome!r} for place {place}, which is no genome of the box"
+                return f"proposes {proposal.genome!r} for place {place}, which is not a genome of the box"
             born = Birth(self.generation, place)
             if proposal.reused is None and proposal.birth != born:
                 return f"proposes an individual for {born}, but calls it born at {proposal.birth}"

@@ -284,7 +284,9 @@ def tells_of_a_kill(error: Exception) -> bool:
 
 
 def _lost(message: str) -> WorkersLostError:
-    return WorkersLostError(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
+    return WorkersLostError(
+        message, "what was finished is kept: check their memory, then continue with `cortexc resume`"
+    )
 
 
 def batches_of(rows: int, workers: int) -> list[tuple[int, int]]:

@@ -1,10 +1,10 @@
 """Everything that a study says, computed from its records, and its verdict in plain words.
 
-Beside its comparisons that is two things. Our numbers beside the paper's, scenario by scenario, where a study runs its
-six with its two methods and its budget: the simulators differ (the paper's is Scenic's own), and the paper has one run
-of each; agreement in size is not expected, agreement in direction is what can be asked. And rates of random sampling,
-each individual an independent draw, with exact intervals and a test against the paper; nothing of the kind is said of
-any other method, as what it draws depends on what it found before.
+Apart from its comparisons that is two things. Our numbers beside the paper's, scenario by scenario, where a study runs
+its six with its two methods and its budget: the simulators differ (the paper's is Scenic's own), and the paper has one
+run of each; agreement in direction can be expected, agreement in size cannot. And rates of random sampling, where each
+individual is an independent draw, with exact intervals and a test against the paper; no other method has such rates, as
+what it draws depends on what it found before.
 """
 
 from collections.abc import Callable, Sequence
@@ -218,19 +218,19 @@ def findings(plan: Plan, records: Sequence[RunRecord]) -> Findings:
 def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
     """What may be claimed, and with how much caution."""
     if not comparisons:
-        return ("one method alone: there is nothing to compare it with",)
+        return ("only one method: there is nothing to compare it with",)
     sentences = [_about(plan, comparisons, method) for method in plan.contenders]
     if plan.shares_draws:
-        sentences.append("scenarios share their random numbers: they are no independent repetitions of one another")
+        sentences.append("scenarios share their random numbers: they are not independent repetitions of one another")
     runs = min(row.runs for row in comparisons if row.measure is PRIMARY)
     if runs < RUNS:
         count = f"{runs} run{'' if runs == 1 else 's'}"
-        sentences.append(f"with {count} of each this is a hint at most; a claim asks for {RUNS}")
+        sentences.append(f"with {count} of each this is at most a hint; a claim needs {RUNS}")
     return tuple(sentences)
 
 
 def _about(plan: Plan, comparisons: Sequence[Comparison], method: str) -> str:
-    """One contender, by what was named first."""
+    """One contender, by the outcomes that were named first."""
     tallies = "; ".join(f"{measure.name} {_tally(method, comparisons, measure)}" for measure in NAMED_FIRST)
     return f"{method} against {plan.baseline}: {tallies}"
 
@@ -251,13 +251,13 @@ def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> 
 RULE = (
     f"beats: at least {RUNS} runs of each, better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; "
     "A12: how often a run of the method is better than one of the baseline; one run is one observation; 95 %: "
-    "bootstrap, and no narrower than Newcombe's (2006), which is no single point where every run of one is better; "
-    "a run without a number, such as one that never collided, ranks last"
+    "bootstrap, never narrower than Newcombe's (2006), which has a width even where every run of one is better; a run "
+    "without a number, such as one that never collided, ranks last"
 )
 """What the words of a verdict mean."""
 FAMILIES = (
-    "avoidable collisions and their kinds, colliding genomes (yield: they differ in a bit) and kinds (variety) were "
-    "named first and are one family of tests; RL, MDG, MDEC and NIS are the second; all else is exploratory, each way "
-    "of counting a family of its own, and who picks one of them afterwards has not corrected for that"
+    "avoidable collisions and their kinds, colliding genomes (yield: they may differ in a single bit) and kinds "
+    "(variety) were named first and are one family of tests; RL, MDG, MDEC and NIS are the second; everything else is "
+    "exploratory, each way of counting is its own family, and picking one of them afterwards is not corrected for"
 )
 """Which tests may carry a claim."""

@@ -61,7 +61,7 @@ class Reader:
         if self.kind == ActorKind.OBSTACLE:
             return Drive(formula.ZERO, self._acceleration())
         if self.kind == ActorKind.PEDESTRIAN:
-            raise UnsayableError("the way of a pedestrian, who keeps to no lane", self.case.actors[self.actor].span)
+            raise UnsayableError("the path of a pedestrian, who follows no lane", self.case.actors[self.actor].span)
         return self._coasting() if not block else self._block(block)
 
     def _coasting(self) -> Drive:

@@ -70,7 +70,7 @@ STAND_INS: Mapping[str, StandIn] = {
             "else:",
             "    do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",
         ),
-        "it keeps its speed, also behind others",
+        "it keeps its speed, even behind other actors",
     ),
     "GapAcceptanceBehavior": StandIn(
         ("target_speed=10", "trajectory=None"),
@@ -95,12 +95,14 @@ STAND_INS: Mapping[str, StandIn] = {
     ),
     **dict.fromkeys(
         ("RSSBehavior", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
-        StandIn(("behavior",), ("do behavior",), "it drives as the behavior that it is given, and brakes for nobody"),
+        StandIn(
+            ("behavior",), ("do behavior",), "it drives as the behavior that it is given, and brakes for no other actor"
+        ),
     ),
     "LaneChoosingBehavior": StandIn(
         ("target_speed=10",),
         ("do FollowLaneBehavior(target_speed=target_speed)",),
-        "it keeps its lane and its speed, also behind others",
+        "it keeps its lane and its speed, even behind other actors",
     ),
     "WalkForwardBehavior": StandIn(
         ("speed=0.5",),
@@ -208,7 +210,7 @@ def by_position(node: nodes.Call, name: str) -> tuple[nodes.Argument, ...]:
     plain = [each for each in node.arguments if each.name is None]
     named = sorted((each for each in node.arguments if each.name), key=lambda each: places[each.name or ""])
     if [places[each.name or ""] for each in named] != list(range(len(plain), len(node.arguments))):
-        raise Unsaid(f"an argument of `{name}` behind one that is left out", node.span)
+        raise Unsaid(f"an argument of `{name}` after one that is left out", node.span)
     return (*plain, *(replace(each, name=None) for each in named))
 
 
@@ -222,7 +224,7 @@ def the_one(node: nodes.Call) -> nodes.Argument:
 
 def left_out(argument: nodes.Argument, number: int, name: str) -> str:
     parameters = BUILTINS[name].parameters
-    return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
+    return f"`{argument.name or parameters[number].name}`, which Scenic's does not have"
 
 
 # -- how Scenic finds a part of our road in the exported map: by a point that no other part has ------------------------

@@ -109,7 +109,7 @@ def _behaviour(to: "Expressions", node: nodes.Call, name: str) -> nodes.Expressi
     if name in STAND_INS:
         to.sheet.stand_ins[name] = None
         if lacks := STAND_INS[name].lacks:
-            to.sheet.remark(f"Scenic has no `{name}`; what stands in for it lacks something: {lacks}")
+            to.sheet.remark(f"Scenic has no `{name}`; its replacement lacks something: {lacks}")
     kept = []
     for number, argument in enumerate(node.arguments):
         known = argument.name and ALIASES.get(argument.name, argument.name)

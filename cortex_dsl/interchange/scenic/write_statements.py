@@ -119,7 +119,7 @@ def _require(file: Statements, node: nodes.Require) -> Block:
     """Scenic takes a probability as a number only."""
     probability = None if node.probability is None else file.to(node.probability)
     if probability is not None and not isinstance(probability, nodes.Number):
-        raise Unsaid("probability that is worked out", node.span)
+        raise Unsaid("probability that is computed", node.span)
     return (replace(node, condition=file.to(node.condition), probability=probability),)
 
 

@@ -97,9 +97,9 @@ AVOIDANCES = {
     Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, but the ego itself braked as hard"),
     Avoidance.UNSEEN: ("unseen", "warn", "no conflict within the next 4 s was visible for long enough"),
     Avoidance.LOST: ("lost from the start", "warn", "the scene begins so late that even the hardest braking fails"),
-    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another runs into the ego, however early the ego brakes"),
-    Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "no failure of the ego: another ran into its rear"),
-    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "no failure of the ego: it stood where it may stand"),
+    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another actor hits the ego however early it brakes"),
+    Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "not the ego's failure: another hit its rear"),
+    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "not the ego's failure: it stood where it may stand"),
 }
 """Name, style and meaning."""
 
@@ -121,10 +121,10 @@ def lost_text(avoided: Avoided) -> str:
 
 
 def struck_text(avoided: Avoided) -> str:
-    """`2 of them are no failure of the ego …`; empty where there are none."""
+    """`2 of them are not the ego's failure …`; empty where there are none."""
     if not avoided.struck:
         return ""
-    return f"{avoided.struck:,} of them are no failure of the ego: it was struck from behind, or while it stood"
+    return f"{avoided.struck:,} of them are not the ego's failure: it was struck from behind, or while it stood"
 
 
 def system_lines(avoided: Avoided) -> list[str]:

@@ -17,9 +17,9 @@ BLAMES = {
     Blame.NONE: ("not judged", "quiet"),
 }
 """Word and style."""
-MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: no failure of the ego"
+MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
 SUCCESSION = "(n + 1) / (N + 2)"
-"""How shares of what is rare are worked out."""
+"""How shares of rare events are computed."""
 APART = "worst first, avoidable ones before others of the same risk; each partner and kind once before any twice"
 """How the worst are chosen; see `engine.search.ranking`."""
 

@@ -38,7 +38,7 @@ def withheld_text(found: Probability) -> str:
     return f"{reason.format(tied=percent(found.tied, 0), reached=found.reached, effective=effective)}; {cure}"
 
 
-EXPOSURE = "ranges are drawn uniformly, which is no model of how often such values occur in traffic"
+EXPOSURE = "ranges are drawn uniformly, which is not a model of how often such values occur in traffic"
 """Return what such a probability does not mean."""
 SAMPLE_TIME = (
     "drivers look and act once in every step of the simulation: in the examples, steps of 0.05 s show 2 to 5 % more "
@@ -97,7 +97,7 @@ NO_SHARE = {
     "subset": "runs of a chain depend on one another",
     "importance": "more runs are drawn where failures are",
 }
-"""Why what was counted is no estimate."""
+"""Why the counted share is not an estimate."""
 
 
 def levels_text(found: Probability) -> str:
@@ -116,9 +116,9 @@ def effective_text(found: Probability) -> str:
 
 
 def counts_text(found: Probability) -> str:
-    """What the estimate was made from: numbers whose quotient it is, or the word that they are none."""
+    """What the estimate was made from: numbers whose quotient it is, or a remark that the quotient is not it."""
     tried = "draw" if found.condition == JOINT else "simulation"
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method in NO_SHARE:
-        return f"{runs}; {NO_SHARE[found.method]}, so the share of failures is no estimate"
+        return f"{runs}; {NO_SHARE[found.method]}, so the share of failures is not an estimate"
     return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"

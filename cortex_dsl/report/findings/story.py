@@ -95,9 +95,9 @@ STRUCK = {Fault.STRUCK_FROM_BEHIND: "from behind", Fault.STRUCK_STANDING: "while
 
 
 def _struck(program: Cast, outcomes: Outcomes, row: int) -> str:
-    """`; ego was struck from behind, which is no failure of its own`, where it was."""
+    """`; ego was struck from behind, which is not its failure`, where it was."""
     how = STRUCK.get(Fault(max(0, int(outcomes.fault[row, int(outcomes.contact_actors[row, 1]) - 1]))))
-    return f"; {program.actors[0]} was struck {how}, which is no failure of its own" if how else ""
+    return f"; {program.actors[0]} was struck {how}, which is not its failure" if how else ""
 
 
 def end_text(program: Cast, reason: EndReason, rule: int) -> str:

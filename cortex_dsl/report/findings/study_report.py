@@ -1,5 +1,5 @@
-"""Numbers of a study as people read them: what the run in the middle has, also where it has none; and how the study
-differs from the paper.
+"""Numbers of a study as people read them: medians, also where the median run has no number; and how the study differs
+from the paper.
 """
 
 import math
@@ -40,7 +40,7 @@ def missing_lines(rows: "tuple[Comparison, ...] | list[Comparison]") -> list[str
 
 
 def differences(rows: Sequence[Beside]) -> list[str]:
-    """Where ours differ from the paper's, in words; the first line is the sum of it."""
+    """Where ours differ from the paper's, in words; the first line is the summary."""
     against = [row for row in rows if not row.same_direction]
     windows = [row for row in rows if row.measure.name.startswith("NIS")]
     others = [row for row in rows if row not in windows]
@@ -48,13 +48,13 @@ def differences(rows: Sequence[Beside]) -> list[str]:
     alike = sum(row.same_direction for row in windows)
     lines = [
         f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
-        f"{alike} of {len(windows)} of NIS do, one observation counted again: all share the windows that decide it",
-        *(f"the other way in {row.letter}: {row.measure.name}" for row in against),
+        f"{alike} of {len(windows)} of NIS do, but they are one observation: all share the windows that decide it",
+        *(f"opposite direction in {row.letter}: {row.measure.name}" for row in against),
     ]
     for name in dict.fromkeys(row.measure.name for row in rows):
         ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
         lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")
-    return [*lines, "another simulator and one run each: sizes are not expected to agree"]
+    return [*lines, "the simulators differ and the paper has one run each: sizes are not expected to agree"]
 
 
 _RATIOS = ("ratio", "paper_ratio")
@@ -126,7 +126,7 @@ def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
                 f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
-                f"{pace_text(each.rate)} a second"
+                f"{pace_text(each.rate)} per second"
             )
 
 

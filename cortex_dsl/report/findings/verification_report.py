@@ -16,7 +16,7 @@ ANSWERS: Mapping[Answer, tuple[str, str, str]] = {
     Answer.SURVIVES: ("survives", "bad", "with slipping tyres the danger is the same"),
     Answer.DIFFERS: ("differs", "warn", "with slipping tyres it is dangerous in another way, such as a near miss"),
     Answer.MODEL: ("artefact of the model", "good", "a car with slipping tyres is not in this danger"),
-    Answer.STEP: ("artefact of the step", "good", "nor is the model of the search with finer time steps"),
+    Answer.STEP: ("artefact of the step", "good", "the model of the search with finer time steps is not in it either"),
     Answer.NOT_JUDGED: ("not judged", "quiet", "no cited tyre data for an ego of this kind"),
     Answer.BACKWARDS: ("not judged: backwards", "quiet", "no cited tyre data for an ego that drives backwards"),
 }
@@ -37,7 +37,7 @@ def drive_text(program: Program, drive: Drive | None, unit: SpeedUnit = KM_H) ->
     if drive.collided:
         speed = unit.number(drive.closing_speed, 0)
         return f"{program.actors[drive.partner]} at {speed} {unit.name}, {fixed(drive.time, 2)} s"
-    return f"no collision, {fixed(drive.min_distance, 2)} m" if drive.partner != NOBODY else "nobody met"
+    return f"no collision, {fixed(drive.min_distance, 2)} m" if drive.partner != NOBODY else "no other actor met"
 
 
 def counts_text(answers: Sequence[Verified]) -> str:

@@ -39,22 +39,22 @@ AVOIDANCE_STYLES = {
     Avoidance.LOST: "warn",
     Avoidance.NO_BRAKING_HELPS: "warn",
 }
-"""What speaks against the ego stands out."""
+"""Answers that count against the ego stand out."""
 
 
 # -- kinds of failures -------------------------------------------------------------------------------------------------
 
 
 KINDS = (
-    "One kind: the same other, on the same side, heading the same way, both about as fast, and the same answer of the "
-    f"reference driver. {MEANING[0].upper()}{MEANING[1:]}."
+    "One kind: the same other actor, on the same side, with the same relative heading, both at similar speeds, and the "
+    f"same verdict of the reference driver. {MEANING[0].upper()}{MEANING[1:]}."
 )
 SHOWN = 20
 """Kinds that the page shows."""
 
 
 def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
-    """What happened, those kinds first that a competent driver would have avoided."""
+    """What happened, first the kinds that a competent driver would have avoided."""
     if not analysis.kinds:
         return None
     most = max(each.count for each in analysis.kinds)
@@ -98,7 +98,7 @@ def places(space: ParamSpace, analysis: Analysis) -> Node:
     ]
     note = f"Failures that lie together in the space of params. {JUDGED[0].upper()}{JUDGED[1:]}."
     head = ("failures", "where", "of them", "fail there", "lift")
-    return part("places", "Where they lie", note, table(head, rows, "kinds"))
+    return part("places", "Where failures lie", note, table(head, rows, "kinds"))
 
 
 def _bar(share: float) -> Element:
@@ -126,7 +126,7 @@ def grids(analysis: Analysis) -> Node:
         )
         for grid in shown
     ]
-    note = "How the ego and the other met at the closest approach: collisions by speeds, by angle, by side."
+    note = "How the ego and the other actor met at the closest approach: collisions by speed, angle and side."
     return part("met", "How they met", note, element("div", panels, class_="panels"))
 
 
@@ -209,9 +209,9 @@ def avoided(analysis: Analysis) -> Node:
     ]
     note = (
         f"{counted(found.driven, 'collision')}, each driven again by the reference driver of {DRIVER}. "
-        "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene; "
-        "one in which the ego was struck from behind, or while it stood, against the other. "
-        "Shares are of what this search kept: no rates."
+        "An avoidable collision counts against the ego as configured; an unavoidable one may be due to the scene; one "
+        "in which the ego was struck from behind, or while it stood, is due to the other actor. "
+        "Shares refer to what this search kept; they are not rates."
     )
     more = [
         text for text in (lost_text(found), struck_text(found), *system_lines(found), fastest_text(analysis)) if text
@@ -264,15 +264,15 @@ def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations, goal
 def _note(found: Sensitivity | None, goal: str) -> Iterator[str]:
     if found is not None:
         yield (
-            "Bars: the share of the variance that is left when every other param is known (the total index of Sobol', "
-            f"brackets 95 %), from {found.simulations:,} simulations of their own, drawn as the file says. What is "
-            "explained is the mean over chance, that is, over lanes, places and what else a scene draws; the last row "
-            "is what chance leaves when every param is known. Risk and collision: given a valid run, which "
+            "Bars: the share of the variance that remains when every other param is known (the total Sobol' index, "
+            f"brackets 95 %), from {found.simulations:,} separate simulations, drawn as the file says. The indices are "
+            "of the mean over chance, that is, over lanes, places and everything else that a scene draws; the last row "
+            "is the variance that remains when every param is known. Risk and collision: given a valid run, which "
             f"{percent(found.valid_share)} of the simulations were. "
         )
     yield (
-        f"Trend: Spearman's rank correlation with {goal} among what the search simulated; it also shows what the "
-        "search bred for, and is no proof of cause."
+        f"Trend: Spearman's rank correlation with {goal} among the simulations of the search; it also reflects what "
+        "the search selected for, and does not prove a cause."
     )
 
 

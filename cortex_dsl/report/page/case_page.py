@@ -256,11 +256,11 @@ def _again(replay: CaseReplay, place: Place) -> Element:
     ]
     return element(
         "details",
-        element("summary", "See it again"),
+        element("summary", "Run it again"),
         [element("pre", line, class_="command") for line in command],
         element(
             "p",
-            "As a scenario of its own, which runs to the same outcome bit for bit with ",
+            "A separate scenario, which gives the same outcome bit for bit with ",
             element("code", f"cortexc {next(iter(replay.files))}"),
             "; its stream of random numbers is ",
             element("code", format_key(place.case.key)),

@@ -78,7 +78,7 @@ def _cells(window: Window) -> Iterator[Element]:
         ("ttc_at_ms", metrics["ttc_at_ms"]),
     ):
         yield element("td", figure(name, value, fixed(value, 2)), class_="number")
-    yield element("td", "after contact with a third" if window.after_contact else "")
+    yield element("td", "after contact with a third actor" if window.after_contact else "")
 
 
 # -- drawings ----------------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ def _cells(window: Window) -> Iterator[Element]:
 
 def _drawings(report: RankedReport, shown: Sequence[Window], tracks: Tracks) -> Element:
     cards = [_card(report, window, tracks) for window in shown[:DRAWN]]
-    note = "ways of both in their window, outlines where they are nearest; x to the right, y up"
+    note = "paths of both in their window, outlines at the closest approach; x to the right, y up"
     return part("drawings", "Drawings", note, element("div", cards, style="display:flex;flex-wrap:wrap;gap:1rem"))
 
 
@@ -139,9 +139,8 @@ def _points(points: Floats, low: Floats, high: Floats, scale: float) -> str:
 
 def _remarks(report: RankedReport) -> Node:
     pairs = [
-        f"{one} and {other} overlap from the start, so that nothing led to it"
-        for one, other in report.ranked.overlapping
+        f"{one} and {other} overlap from the start, and nothing led to it" for one, other in report.ranked.overlapping
     ]
     lines = [element("li", text) for text in (*report.remarks, *pairs)]
     again = element("p", element("code", report.again))
-    return part("remarks", "Taken for granted, or set aside", "", element("ul", lines), again)
+    return part("remarks", "Assumptions and exclusions", "", element("ul", lines), again)

@@ -1,4 +1,4 @@
-"""The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
+"""The report of one search: a page for those who decide, and for the engineer who is responsible for it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ LINKS = (
     ("#kinds", "Kinds"),
     ("#probability", "Probability"),
     ("#params", "Params"),
-    ("#again", "Do it again"),
+    ("#again", "Reproduce it"),
 )
 
 
@@ -200,7 +200,7 @@ def _cases(found: RunPage) -> Node:
         "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
-        "what it sees, and what is hidden from it."
+        "what it sees and what is hidden from it."
     )
     tabs = [
         element(
@@ -270,5 +270,5 @@ def _footer(found: RunPage) -> Element:
         "footer",
         f"Written by cortexc from the journal in {found.run.folder} "
         f"({counted(len(found.record.evaluations), 'individual')}; "
-        f"searched with version {version}). This file needs no network and holds all its data.",
+        f"searched with version {version}). This file needs no network and contains all its data.",
     )

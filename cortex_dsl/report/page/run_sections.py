@@ -1,4 +1,4 @@
-"""Sections of a run's page: plain words, where it failed, how probable a collision is, how runs ended, do it again."""
+"""Sections of a run's page: plain words, where it failed, how probable a collision is, how runs ended, to repeat it."""
 
 from collections.abc import Iterator, Sequence
 from shlex import quote
@@ -66,7 +66,7 @@ def _answer(question: str, answer: Node, name: str = "") -> Node:
 def _searched(record: Record) -> Node:
     manifest = record.manifest
     genes = [f"{p.name} ({_range(p)})" for p in manifest.parameters]
-    others = ", ".join(manifest.actors[1:]) or "nobody else"
+    others = ", ".join(manifest.actors[1:]) or "no other actor"
     return element(
         "p",
         f"The scenario {manifest.name}, in which {manifest.actors[0]} drives with {others}. "
@@ -96,7 +96,7 @@ def _how_much(record: Record) -> Node:
         ". ",
         figure("by_simulation.runs", simulated.runs, counted(simulated.runs, "simulation")),
         " were distinct",
-        "; the others repeat the best of the generation before." if record.evaluations.reused.any() else ".",
+        "; the others repeat the best of the previous generation." if record.evaluations.reused.any() else ".",
         took,
     )
 
@@ -188,8 +188,8 @@ def where_it_fails(record: Record) -> Iterator[Node]:
             class_="key",
         )
         note = (
-            f"Pairs of params, those first that tell the most about which simulations {finds.verb} (mutual "
-            f"information, with Miller's correction). The shade is the share of valid ones in a cell that {finds.verb}."
+            f"Pairs of params, the most informative about which simulations {finds.verb} first (mutual information, "
+            f"with Miller's correction). The shade is the share of valid simulations in a cell that {finds.verb}."
         )
         charts = [
             element(
@@ -236,11 +236,11 @@ def _explorer(record: Record, best: HeatMap, many: str) -> Element:
     )
 
 
-# -- how probable a collision is: estimates that lie beside the journal, or how to come by one -------------------------
+# -- how probable a collision is: estimates that lie beside the journal, or how to get one -----------------------------
 
 NOTE = (
-    "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "
-    f"of this: it goes where it has found danger. And {EXPOSURE}; "
+    "Given a valid run, when every param is drawn as the file says. The results of a search say nothing about this: "
+    f"it samples where it has found danger. Also, {EXPOSURE}; "
     f"{SAMPLE_TIME}."
 )
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
@@ -256,7 +256,7 @@ def likely(run: OpenedRun) -> Element:
     if found:
         return part("probability", "How probable is it?", NOTE, table(HEAD, [_row(each) for each in found], "likely"))
     command = element("pre", f"cortexc probability {quote(str(run.folder))}", class_="command")
-    missing = element("p", "It has not been estimated yet; this does, and the next report shows it:", class_="note")
+    missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
     return part("probability", "How probable is it?", NOTE, missing, command)
 
 
@@ -276,17 +276,17 @@ def _number(tag: str, value: str, interval: str) -> Element:
     return element(tag, value, element("br"), element("small", interval, class_="quiet"), class_="number")
 
 
-# -- how the runs ended, and how to do it all again --------------------------------------------------------------------
+# -- how the runs ended, and how to repeat all of it -------------------------------------------------------------------
 
 STREAMS = (
-    "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on "
+    "seed.method.run.generation.index.rollout: each scene draws from its own stream, so results depend neither on "
     "threads nor on order"
 )
 
 
 def ends(run: OpenedRun) -> Element:
     rows, whole = how_runs_ended(run)
-    note = "Every distinct simulation, by what became of it."
+    note = "Every distinct simulation, by how it ended."
     return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
 
 
@@ -329,14 +329,14 @@ def again(run: OpenedRun) -> Element:
     edited = [
         element(
             "p",
-            f"{name} says something else today than when this run was started; the text below is that of the run.",
+            f"{name} has changed since this run was started; the text below is that of the run.",
             class_="note",
         )
         for name in run.edited
     ]
     return part(
         "again",
-        "Do it again",
+        "Reproduce it",
         "The same command gives the same journal, row by row.",
         element("pre", command, class_="command") if command else None,
         element("pre", f"cortexc report {quote(str(folder))}", class_="command"),

@@ -1,4 +1,4 @@
-"""The report of a study: what may be claimed, how sure it is, and every run behind it."""
+"""The report of a study: what may be claimed, how certain it is, and every run behind it."""
 
 from collections.abc import Iterator, Sequence
 from shlex import join
@@ -20,13 +20,13 @@ from engine.study.verdict import FAMILIES, RULE, Findings, findings
 
 LINKS = (
     ("#verdict", "Verdict"),
-    ("#primary", "Who finds more"),
+    ("#primary", "Which method finds more"),
     ("#boxes", "Run by run"),
     ("#curves", "Curves"),
     ("#tests", "Tests"),
     ("#rates", "Random sampling"),
-    ("#paper", "Beside the paper"),
-    ("#again", "Do it again"),
+    ("#paper", "Compared with the paper"),
+    ("#again", "Reproduce it"),
 )
 
 
@@ -59,10 +59,10 @@ def _hero(study: Study, found: Findings) -> Element:
         (f"{plan.individuals:,}", "individuals in each run"),
         (f"{distinct_simulations(study):,}", "distinct simulations"),
     )
-    unfinished = f"This study is not finished: {len(records):,} runs are." if not study.complete else ""
+    unfinished = f"This study is not finished: so far {len(records):,} runs are." if not study.complete else ""
     return element(
         "header",
-        element("p", "Study of methods of search", class_="kicker"),
+        element("p", "Study of search methods", class_="kicker"),
         element("h1", _title(study)),
         element("p", ", ".join(subject.name for subject in plan.subjects), class_="description"),
         element("p", unfinished, class_="note") if unfinished else None,
@@ -97,10 +97,10 @@ def _parts(study: Study, found: Findings) -> Iterator[Node]:
 
 def _limits() -> Element:
     texts = (
-        "Rates of a searcher are no probabilities: it goes where it has found danger.",
+        "Rates of a search method are not probabilities: it samples where it has found danger.",
         "A result holds for these scenarios, this budget and this simulator.",
-        "Runs are the observations; what lies inside one run is not independent and is not tested.",
-        "A larger yield is no larger variety: read kinds beside collisions.",
+        "Runs are the observations; simulations within one run are not independent and are not tested.",
+        "A larger yield does not mean a larger variety: read the kinds together with the collisions.",
     )
     inner = element("div", element("h3", "What this does not show"), element("ul", [element("li", t) for t in texts]))
     return element("section", element("div", inner, class_="answer limits"), class_="part")
@@ -124,9 +124,9 @@ def _style(study: Study, method: str) -> str:
 
 def _boxes(study: Study, found: Findings) -> Node:
     note = (
-        "Each box is the runs of one method that have the number: median, quartiles, whiskers within one and a half "
-        f"boxes. Stars: Holm's p of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, 0.001; "
-        "▲ better, ▼ worse."
+        "Each box shows the runs of one method that have the number: median, quartiles, whiskers within 1.5 box "
+        f"lengths. Stars: Holm-corrected p of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, "
+        "0.001; ▲ better, ▼ worse."
     )
     blocks = [
         [
@@ -149,7 +149,7 @@ def _box(study: Study, found: Findings, scenario: int, name: str) -> Element:
 
 
 def _consolidated(study: Study) -> Node:
-    """All scenarios together, as the paper's first figure; scenarios differ, so this is for the eye and not tested."""
+    """All scenarios together, as in the paper's first figure; scenarios differ, so this is shown and not tested."""
     plan = study.plan
     if len(plan.subjects) < 2:
         return None
@@ -165,7 +165,7 @@ def _consolidated(study: Study) -> Node:
             for method in (plan.baseline, *plan.contenders)
         ]
         panels.append(_panel(measure, box_chart(boxes, f"{measure.name}, all scenarios")))
-    title = element("h3", "All scenarios together, for the eye: tests are scenario by scenario", class_="sub")
+    title = element("h3", "All scenarios together (not tested: tests are scenario by scenario)", class_="sub")
     return [title, element("div", panels, class_="panels")]
 
 
@@ -184,8 +184,8 @@ def _panel(measure: Measure, chart: Element) -> Element:
 
 def _curves(study: Study) -> Element:
     note = (
-        "Median over the runs, generation by generation, with the middle half as a band; medians smoothed by the "
-        "filter of Savitzky and Golay, as in the paper. Elites count in every generation that kept them."
+        "Median over the runs, generation by generation, with the middle half as a band; medians are smoothed by a "
+        "Savitzky-Golay filter, as in the paper. Elites count in every generation that kept them."
     )
     blocks = [
         [
@@ -232,7 +232,7 @@ def _again(study: Study) -> Element:
     rows = [element("tr", element("th", name, scope="row"), element("td", str(value))) for name, value in facts]
     return part(
         "again",
-        "Do it again",
+        "Reproduce it",
         "The same command gives the same study, run by run.",
         element("pre", markup.command_again(("study", *command)), class_="command") if command is not None else None,
         element("pre", join(("cortexc", "report", str(study.folder))), class_="command"),
@@ -243,5 +243,5 @@ def _again(study: Study) -> Element:
 def _footer(study: Study) -> Element:
     return element(
         "footer",
-        f"Written by cortexc from the study in {study.folder}. This file needs no network and holds all its data.",
+        f"Written by cortexc from the study in {study.folder}. This file needs no network and contains all its data.",
     )

@@ -1,4 +1,6 @@
-"""The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
+"""The tables of a study on its page: the primary outcomes, every test, random sampling, and the comparison with the
+paper.
+"""
 
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import method_name
@@ -32,11 +34,11 @@ def primary(study: Study, found: Findings) -> Node:
         name = element("b", f"{measure.name[0].upper()}{measure.name[1:]}")
         tables += [element("p", name, f": {measure.meaning}.", class_="note"), table(head, rows, "tests")]
     note = (
-        "Four outcomes named before the study was run, one family of tests: what speaks against the ego, and how many "
-        "kinds of it; then the yield, genomes that may differ in a bit, and its variety."
+        "Four outcomes named before the study was run, one family of tests: avoidable collisions, which count against "
+        "the ego, and their kinds; then the yield, genomes that may differ in a single bit, and its variety."
     )
     work = [element("p", f"{text}.", class_="note") for text in yields_text(study.plan, study.records)]
-    return part("primary", "Who finds more", note, tables, work)
+    return part("primary", "Which method finds more", note, tables, work)
 
 
 def _primary_row(row: Comparison) -> Element:
@@ -109,8 +111,8 @@ def tests(found: Findings) -> Node:
     )
     note = (
         "Two-sided Mann-Whitney tests, Holm's correction in each family; ▲ and A12 above 0.5: the method is better. "
-        "What is exploratory suggests, and shows nothing by itself: who picks one of its families has not corrected "
-        "for that."
+        "Exploratory tests suggest, and show nothing by themselves: picking one of their families afterwards is not "
+        "corrected for."
     )
     inner = element("details", element("summary", counted(len(rows), "test")), table(head, rows, "tests"))
     return part("tests", "Every test", note, inner)
@@ -131,7 +133,7 @@ def rates(found: Findings) -> Node:
         for row in found.rates
     ]
     head = ("scenario", "valid", "95 %", "collide, of valid", "95 %")
-    note = "What a uniformly random set of params comes to: independent draws, intervals of Clopper and Pearson."
+    note = "Outcomes of uniformly random sets of params: independent draws, Clopper-Pearson intervals."
     return part("rates", "Random sampling", note, table(head, rows, "rates"))
 
 
@@ -152,7 +154,7 @@ def paper(found: Findings) -> Node:
             _cell(row.ratio, 2),
             *(_cell(value, row.measure.decimals) for value in (row.paper_ga, row.paper_random)),
             _cell(row.paper_ratio, 2),
-            element("td", "" if row.same_direction else "the other way", class_="verdict-word"),
+            element("td", "" if row.same_direction else "opposite", class_="verdict-word"),
             class_="begins" if before is not None and before.letter != row.letter else None,
         )
         for before, row in zip((None, *found.beside), found.beside, strict=False)
@@ -160,10 +162,10 @@ def paper(found: Findings) -> Node:
     studies = [element("tr", [element("td", str(value)) for value in vars(row).values()]) for row in found.studies]
     head = ("", "metric", "GA", "random", "ratio", "paper: GA", "paper: random", "paper: ratio", "")
     others = ("study", "test cases", "seconds each", "collisions", "valid", "metrics")
-    note = "Medians of our runs beside the paper's one run. Another simulator: direction can be compared, size cannot."
+    note = "Medians of our runs and the paper's one run. The simulators differ: compare directions, not sizes."
     return part(
         "paper",
-        "Beside the paper",
+        "Compared with the paper",
         note,
         table(head, beside, "beside"),
         element("ul", [element("li", line) for line in differences(found.beside)], class_="note"),
@@ -173,7 +175,7 @@ def paper(found: Findings) -> Node:
 
 
 def _named(row: Beside) -> Element:
-    """The paper's letter; the file on pointing at it."""
+    """The paper's letter, with the file as its tooltip."""
     return element("abbr", row.letter, title=row.scenario)
 
 

@@ -120,8 +120,8 @@ MARKS = "blank: no simulation; ·: no collision; ░ ▒ ▓ █: more and more 
 INDICES = """\
 total: share of the variance that is left when all other params are known
 alone: share that the param explains by itself; brackets: 95 % bootstrap
-Sobol' indices of the mean over chance, that is lanes, places and all else a
-scene draws; row chance: what remains when every param is known
+Sobol' indices of the mean over chance: lanes, places and everything else that
+a scene draws; row chance: what remains when every param is known
 risk, collision: among valid runs"""
 
 
@@ -131,7 +131,7 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     parts: list[RenderableType] = [heading(program.name), *_summary(program, analysis), *_partners(program, analysis)]
     if analysis.failures:
         parts.append(section("Kinds of failures", _kinds(program, analysis), collisions_text(analysis.came)))
-        parts.append(section("Where they lie", _clusters(space, analysis), "grouped by their params"))
+        parts.append(section("Where failures lie", _clusters(space, analysis), "grouped by their params"))
     covered = [grid for grid in analysis.grids if grid.covered]
     parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
     parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
@@ -191,7 +191,7 @@ SHOWN = 12
 
 
 def _kinds(program: Program, analysis: Analysis) -> RenderableType:
-    """What happened, those kinds first that a competent driver would have avoided."""
+    """What happened, first the kinds that a competent driver would have avoided."""
     rows = [
         (
             Text(whole(each.count)),

@@ -27,7 +27,7 @@ def ranking_view(report: RankedReport) -> RenderableType:
     if len(ranked):
         parts.append(section("Worst", _table(report), f"profile {report.profile}"))
     if any(window.after_contact for window in windows(ranked, report.top)):
-        parts.append(Text("  * one of the two had touched a third before", "quiet"))
+        parts.append(Text("  * one of the two had touched a third actor before", "quiet"))
     if ranked.overlapping:
         parts.append(section("Set aside", Text(overlapping_text(report))))
     return Group(*parts, *ending(report.remarks, report.written, report.again))
@@ -39,7 +39,7 @@ def overlapping_text(report: RankedReport) -> str:
     named = ", ".join(f"{one} and {other}" for one, other in pairs[:MOST_PAIRS])
     more = f" and {len(pairs) - MOST_PAIRS:,} more" if len(pairs) > MOST_PAIRS else ""
     verb = "overlaps" if len(pairs) == 1 else "overlap"
-    return f"{counted(len(pairs), 'pair')} {verb} from the start, so that nothing led to it: {named}{more}"
+    return f"{counted(len(pairs), 'pair')} {verb} from the start, and nothing led to it: {named}{more}"
 
 
 def _table(report: RankedReport) -> RenderableType:

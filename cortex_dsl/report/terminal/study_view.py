@@ -29,12 +29,11 @@ from engine.study.verdict import FAMILIES, RULE, Beside, Findings, RandomRates
 
 
 def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
-    """Whatever there is to be said beside the paper."""
+    """What the study shows in comparison with the paper."""
     if findings.beside:
-        note = "medians of ours; the paper's one run"
-        yield section(
-            "Beside the paper", Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside)), note
-        )
+        note = "medians of our runs; the paper's one run"
+        table = Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside))
+        yield section("Compared with the paper", table, note)
     if findings.rates:
         note = "independent draws; Clopper-Pearson 95 %"
         yield section("Random sampling", _rates_table(findings.rates, width), note)
@@ -70,7 +69,7 @@ def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
                 Text(fixed(row.paper_ga, decimals)),
                 Text(fixed(row.paper_random, decimals)),
                 Text(fixed(row.paper_ratio, 2), style),
-                Text("" if row.same_direction else "other way", style),
+                Text("" if row.same_direction else "opposite", style),
             )
         )
     return _fitted(head, body, width, {2: 84, 3: 84, 5: 84, 6: 84})
@@ -122,7 +121,7 @@ def _studies_table(rows: Sequence[StudyRow]) -> RenderableType:
     head = (
         left(wrap=True),
         left("test cases", wrap=True),
-        left("s a simulation", wrap=True),
+        left("s per simulation", wrap=True),
         left("collisions", wrap=True),
         left("valid", wrap=True),
     )
@@ -192,7 +191,7 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     yield Text(f"{counted(distinct_simulations(study), 'simulation')}, {duration(seconds)} of work", "quiet")
     if not study.complete:
         total = plan.runs * len(plan.subjects) * len(plan.methods)
-        yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
+        yield Text(f"not finished: {len(records):,} of {total:,} runs", "warn")
     if failed := sum(record.figures.simulations.error_runs for record in records):
         yield Text(f"{counted(failed, 'simulation')} failed and are not counted", "bad")
     for line in yields_text(plan, records):
@@ -215,9 +214,9 @@ def _scenario(study: Study, findings: Findings, name: str, width: int) -> Render
     plan, rows = study.plan, [row for row in findings.comparisons if row.scenario == name]
     room = width - MARGIN
     if not rows:
-        return indented(Text(f"{name}: {plan.methods[0]} alone, see runs.csv", "quiet"))
+        return indented(Text(f"{name}: only {plan.methods[0]}, see runs.csv", "quiet"))
     if len(plan.methods) > STACKED:
-        return section(name, _matrix(plan, rows, room), "medians; p, A12 and quartiles stand in tests.csv")
+        return section(name, _matrix(plan, rows, room), "medians; p, A12 and quartiles are in tests.csv")
     table = _pair(plan, rows) if len(plan.methods) == 2 and room >= SIDE_BY_SIDE else _stack(plan, rows, room)
     lines = [Text(line, "quiet") for line in missing_lines(rows)]
     return section(name, Group(table, *lines))
@@ -306,7 +305,7 @@ def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:
         if shown:
             parts.append(section(topic, _table(shown)))
     if not everything:
-        parts += [Text(), Text("--all shows what holds, too", "quiet")]
+        parts += [Text(), Text("--all also shows the statements that hold", "quiet")]
     return Group(*parts)
 
 
@@ -314,9 +313,9 @@ def _summary(claims: Sequence[Claim]) -> Iterator[Text]:
     """What the paper says and what we infer are counted apart: an assumption that fails is one cause, not many."""
     own = said(claims)
     wrong = sum(not claim.holds for claim in own)
-    tail = " things that the paper says do not follow from its own numbers"
+    tail = " statements of the paper do not follow from its own numbers"
     yield Text.assemble((f"{wrong} of {len(own)}", "bad"), tail)
-    yield Text("beside them, what would follow if (an assumption of cortexc's; where it fails, one cause):", "quiet")
+    yield Text("apart from them, what follows if (an assumption of cortexc's; if it fails, one cause):", "quiet")
     for assumption, rows in by_assumption(claims).items():
         failing = sum(not claim.holds for claim in rows)
         yield Text(

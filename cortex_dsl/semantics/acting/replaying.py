@@ -68,6 +68,6 @@ def _numbers(job: Job, number: int, line: str) -> list[float]:
     except ValueError:
         found = []
     if len(found) != len(NAMES) or not all(math.isfinite(value) and abs(value) <= FARTHEST for value in found):
-        reason = f"row {number} does not hold five finite numbers"
-        raise BAD_TRACK.mistake(job.call.spans["track"], reason=reason, cure="write numbers alone, with commas between")
+        reason = f"row {number} does not contain five finite numbers"
+        raise BAD_TRACK.mistake(job.call.spans["track"], reason=reason, cure="write only numbers, separated by commas")
     return found

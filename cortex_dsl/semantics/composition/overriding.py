@@ -36,7 +36,7 @@ def override(ev: Evaluator, node: nodes.Override, instance: Instance) -> None:
                 specifier.span,
                 name="the place of an object",
                 here="",
-                reason="where it is follows from how it moves",
+                reason="its place follows from its motion",
                 cure="override its behavior, as in `override x with behavior B()`",
             )
         _property(ev, target, specifier, instance)
@@ -76,7 +76,7 @@ def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> No
         reason, cure = "how fast it is follows from what it does", "override its behavior"
         raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
     if name in SETTLED:
-        reason, cure = "it is used before the run only", "give it where the object is made"
+        reason, cure = "it is used only before the run", "set it where the object is made"
         raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
     if name not in ("behavior", *IGNORED) and instance is not ev.run.root:
         raise CANNOT_OVERRIDE.mistake(
@@ -84,5 +84,5 @@ def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> No
             name=name,
             here="by a scenario that another one starts",
             reason="it is the same from the first sample to the last",
-            cure="give it where the object is made; only `behavior` can change during the run",
+            cure="set it where the object is made; only `behavior` can change during the run",
         )

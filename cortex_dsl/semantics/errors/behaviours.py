@@ -9,7 +9,7 @@ RECURSIVE = Problem(
     cure="use `while True:` to repeat",
     page=Page(
         "behavior that runs itself",
-        "What a behavior does is written out when the file is compiled, which would never end.",
+        "A behavior is expanded when the file is compiled; one that runs itself would never end.",
         "behavior Drive():\n"
         "    do FollowLaneBehavior() for 1 s\n"
         "    do Drive()\n"
@@ -25,11 +25,11 @@ RECURSIVE = Problem(
 NEVER_ACTS = Problem(
     "SCN602",
     "this {what} never acts",
-    "it would run round and round within one step",
+    "it would loop forever within one step",
     "add {words} to it",
     page=Page(
         "loop that never acts",
-        "Time goes on only when a behavior acts or waits. A loop or handler without either would run for ever "
+        "Time advances only when a behavior acts or waits. A loop or handler that does neither would run forever "
         "within one step.",
         "behavior Count():\n"
         "    n = 0\n"
@@ -49,11 +49,11 @@ NEVER_ACTS = Problem(
 IDLE_BEHAVIOUR = warning(
     "SCN603",
     "the behavior `{name}` never acts",
-    "the object just rolls on",
+    "the object just coasts",
     "add `take` or `do`",
     page=Page(
         "behavior that does nothing",
-        "An object whose behavior neither acts nor waits rolls on, as one without behavior does.",
+        "An object whose behavior neither acts nor waits coasts, like one without a behavior.",
         "behavior Rest():\n    pass\n\nego = new Car on road, with behavior Rest()\n",
         "behavior Rest():\n    take SetBrakeAction(1)\n\nego = new Car on road, with behavior Rest()\n",
     ),
@@ -71,13 +71,13 @@ NOT_A_BEHAVIOUR = Problem(
 )
 LEAVES_WRITTEN_OUT = Problem(
     "SCN615",
-    "a loop over things that are no numbers cannot be left",
-    "each of its rounds is written out before the run",
+    "`break` and `continue` need a loop over numbers",
+    "a loop over anything else is unrolled when the file is compiled",
     "loop over numbers, as in `for i in range(3)`, or write `while`",
     page=Page(
-        "leaving a loop over objects",
-        "In a behavior a loop over lanes or objects is written out, a round after the other; `break` and `continue`"
-        " need a loop that the run goes through, over numbers.",
+        "`break` in a loop over objects",
+        "In a behavior, a loop over lanes or objects is unrolled when the file is compiled; `break` and `continue` "
+        "need a loop over numbers, which the run iterates.",
         "ego = new Car on road, with behavior B()\nbehavior B():\n    for lane in network.lanes:\n        wait\n"
         "        if self.speed > 3 m/s:\n            break\n",
         "ego = new Car on road, with behavior B()\nbehavior B():\n    for i in range(8):\n        wait\n"
@@ -90,7 +90,7 @@ NOT_AN_ACTION = Problem(
     cure="{suggestion}",
     page=Page(
         "`take` without an action",
-        "`take` sets pedals, steering or speed for one step; a behavior is done with `do`.",
+        "`take` sets pedals, steering or speed for one step; a behavior is run with `do`.",
         "behavior Stop():\n    take BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
         "behavior Stop():\n    do BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
     ),
@@ -101,7 +101,7 @@ SAME_ACTION = Problem(
     cure="keep one of the two",
     page=Page(
         "the same action twice",
-        "All actions of one `take` happen in the same step, so each is there once.",
+        "All actions of one `take` apply in the same step, so each may appear only once.",
         "behavior Stop():\n"
         "    take SetBrakeAction(1), SetBrakeAction(0.5)\n"
         "\n"
@@ -119,7 +119,7 @@ OBJECT_CHANGES = Problem(
     "use two variables",
     page=Page(
         "object that changes during the run",
-        "Lanes and objects are settled with the scene. Only numbers and truths can change while a behavior runs.",
+        "Lanes and objects are fixed with the scene. Only numbers and truth values can change while a behavior runs.",
         "behavior Drive():\n"
         "    lane = network.lanes[0]\n"
         "    while True:\n"
@@ -142,8 +142,8 @@ CANNOT_SET = Problem(
     "properties of your own, as in `with laps 0`, can be set while a behavior runs",
     page=Page(
         "property that cannot be set",
-        "A behavior sets properties that the file itself has given to an object. What the simulation works out follows "
-        "from what the object does, and all other properties are settled with the scene.",
+        "A behavior can set properties that the file itself has given to an object. What the simulation computes "
+        "follows from what the object does, and all other properties are fixed with the scene.",
         "behavior Jump():\n    self.position = (3, 4)\n    wait\n\nego = new Car on road, with behavior Jump()\n",
         "behavior Count():\n    while True:\n        self.steps += 1\n        wait\n\n"
         "ego = new Car on road, with steps 0, with behavior Count()\n",
@@ -155,7 +155,7 @@ DIMENSION_CHANGES = Problem(
     cure="use another name",
     page=Page(
         "variable that changes its dimension",
-        "A variable measures one thing throughout, so that every use of it can be checked.",
+        "A variable keeps one dimension throughout, so that every use of it can be checked.",
         "behavior Drive():\n"
         "    x = 1 m\n"
         "    wait\n"
@@ -178,7 +178,7 @@ ONLY_WHILE_RUNNING = Problem(
     cure="use it in a behavior",
     page=Page(
         "only known during the run",
-        "`require` is tested before anything moves; pedals and sight exist from then on.",
+        "`require` is tested before anything moves; pedals and sight exist only during the run.",
         "ego = new Car on road\nrequire withinDistanceToAnyObjs(ego, 3 m)\n",
         "ego = new Car on road\nterminate when withinDistanceToAnyObjs(ego, 3 m)\n",
     ),
@@ -189,7 +189,7 @@ OBSTACLE_BEHAVIOUR = Problem(
     cure="use a Car or a Pedestrian",
     page=Page(
         "obstacle with a behavior",
-        "An Obstacle is a thing that never moves by itself.",
+        "An Obstacle never moves by itself.",
         "ego = new Car on road\nbox = new Obstacle ahead of ego by 5 m, with behavior IdleBehavior()\n",
         "ego = new Car on road\nbox = new Obstacle ahead of ego by 5 m\n",
     ),
@@ -207,13 +207,13 @@ CALLED_BEHAVIOUR = Problem(
 )
 MAY_NOT_ACT = warning(
     "SCN612",
-    "this loop may go round without acting",
-    "where none of its branches acts, time stands still, nothing can change, and the run fails",
-    "`wait` in an `else:`, or at the end of the loop",
+    "this loop may repeat without acting",
+    "if none of its branches acts, time stands still, nothing can change, and the run fails",
+    "add a `wait` in an `else:`, or at the end of the loop",
     page=Page(
         "loop that may not act",
-        "Time goes on only when a behavior acts or waits. There is a way through this loop on which it does neither, "
-        "and nothing changes on the way, so once it is taken the loop runs for ever within one step.",
+        "Time advances only when a behavior acts or waits. This loop has a path that does neither and changes "
+        "nothing, so once that path is taken the loop runs forever within one step.",
         "behavior Creep():\n    while True:\n"
         "        if self.speed < 2 m/s:\n            take SetThrottleAction(0.3)\n\n"
         "ego = new Car on road, with behavior Creep()\n",
@@ -225,13 +225,13 @@ MAY_NOT_ACT = warning(
 )
 TOO_MANY_BODIES = Problem(
     "SCN613",
-    "behaviors and scenarios are written out more than {limit} times",
+    "behaviors and scenarios are expanded more than {limit} times",
     "each `do` is replaced by what it runs, and here they multiply",
-    "let each run fewer of the others: a `while` repeats one without writing it out again",
+    "let each run fewer of the others: a `while` repeats one without expanding it again",
     page=Page(
         "behaviors that multiply",
-        "What a `do` runs is written out in its place when the file is compiled. Twelve behaviors of which each runs "
-        "the next one twice are written out 4,096 times.",
+        "Each `do` is replaced by what it runs when the file is compiled. Twelve behaviors that each run the next one "
+        "twice are expanded 4,096 times.",
         "behavior B0():\n    wait\n"
         + "".join(map("behavior B{0}():\n    do B{1}()\n    do B{1}()\n".format, range(1, 12), range(11)))
         + "\nego = new Car on road, with behavior B11()\n",
@@ -240,26 +240,26 @@ TOO_MANY_BODIES = Problem(
     ),
 )
 DEEP_BY_RUNNING = (
-    ", with those of the behaviors and scenarios that run it",
+    ", counting those of the behaviors and scenarios that run it",
     "each `do` is replaced by what it runs",
     "let one behavior `do` several after one another, instead of each the next",
 )
 DEEP_BY_BRANCHES = (
     ": there are too many `elif`",
-    "each `elif` lies inside the `else` of the one before it",
-    "ask for one half first, `if x < 30: … else: …`, and put the finer `if` inside each; or compute what it decides",
+    "each `elif` is nested in the `else` of the one before it",
+    "split the cases first, `if x < 30: … else: …`, and put the finer `if` inside each; or compute the result directly",
 )
 """What is counted, the reason and the cure."""
 TOO_DEEP_BODIES = Problem(
     "SCN614",
-    "this block lies more than {limit} blocks deep{counted}",
+    "this block is nested more than {limit} blocks deep{counted}",
     "{reason}",
     "{cure}",
     page=Page(
-        "blocks that lie too deep",
-        "What a `do` runs is written out in its place when the file is compiled, so that a chain of behaviors of which "
-        "each runs the next one becomes a block within a block, as if all of it were written in one place. A chain of "
-        "`elif`, too, is one `if` inside the `else` of another.",
+        "blocks nested too deeply",
+        "Each `do` is replaced by what it runs when the file is compiled, so a chain of behaviors that each run the "
+        "next one becomes blocks within blocks, as if all of it were written in one place. A chain of `elif` is also "
+        "one `if` inside the `else` of another.",
         "behavior B0():\n    wait\n"
         + "".join(map("behavior B{}():\n    do B{}()\n".format, range(1, 70), range(69)))
         + "\nego = new Car on road, with behavior B69()\n",
@@ -270,13 +270,13 @@ TOO_DEEP_BODIES = Problem(
 
 LANE_OF_THE_RUN = Problem(
     "SCN630",
-    "a lane that only the run knows has no `{name}`",
-    "where an object is, is a matter of the moment; the compiler cannot list what hangs on it",
+    "a lane that is known only during the run has no `{name}`",
+    "an object may change lanes during the run, so the compiler cannot list what depends on its lane",
     "{suggestion}",
     page=Page(
-        "attribute of a lane of the run",
-        "`self.lane` is where the object is now. Its neighbours, its length and its section can be asked for; lists "
-        "such as its maneuvers only of lanes that the compiler knows.",
+        "attribute of a lane that is known only during the run",
+        "`self.lane` is the lane that the object is in now. Its neighbours, length and section can be used; lists "
+        "such as its maneuvers exist only for lanes that the compiler knows.",
         "behavior Turn():\n    do FollowTrajectoryBehavior(10, self.lane.maneuvers[0])\n"
         "ego = new Car on road, with behavior Turn()\n",
         "lane = network.lanes[0]\nbehavior Turn():\n    do FollowTrajectoryBehavior(10, lane.maneuvers[0])\n"
@@ -287,11 +287,11 @@ LANE_OF_THE_RUN = Problem(
 
 NOT_A_DRIVER = Problem(
     "SCN631",
-    "`{behaviour}` is for vehicles, and this is {actual}",
+    "`{behaviour}` is for vehicles, but this is {actual}",
     cure="give it to a Car or another vehicle",
     page=Page(
         "behavior for vehicles",
-        "Some behaviors steer wheels, and `SetReverseAction` puts a gear in; people and obstacles have neither.",
+        "Some behaviors steer wheels, and `SetReverseAction` engages a gear; people and obstacles have neither.",
         "ego = new Car on road\nnew Pedestrian on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
         "ego = new Car on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
     ),
@@ -301,7 +301,7 @@ NO_INTERSECTION = Problem(
     "SCN632",
     "this trajectory crosses no intersection",
     "no other traffic crosses or joins it",
-    "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
+    "lead it through one, as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
     page=Page(
         "trajectory without an intersection",
         "Gap acceptance waits at the entry of an intersection, so the trajectory must lead through one.",
@@ -314,13 +314,13 @@ NO_INTERSECTION = Problem(
 
 WALKS_IN_LANE = warning(
     "SCN633",
-    "this Pedestrian walks in the middle of the lane, as a car drives",
+    "this Pedestrian walks in the middle of the lane, like a car",
     "`{behaviour}` follows lanes",
     "to cross the road write `CrossingBehavior(ego)`, to walk straight on `WalkForwardBehavior()`, and turn the walker "
     "with `facing`",
     page=Page(
         "pedestrian who follows a lane",
-        "Lanes and trajectories are ways of vehicles. A pedestrian may be sent along them, but is seldom meant to be.",
+        "Lanes and trajectories are for vehicles. A pedestrian may follow them, but that is seldom intended.",
         "ego = new Car on road\nnew Pedestrian on road, with behavior FollowLaneBehavior(1 m/s)\n",
         "ego = new Car on road\nnew Pedestrian on road, with behavior CrossingBehavior(ego)\n",
     ),
@@ -328,13 +328,13 @@ WALKS_IN_LANE = warning(
 
 CONTROLLED_TWICE = Problem(
     "SCN634",
-    "the controller `{name}` drives something else already",
+    "the controller `{name}` already drives something else",
     "a controller drives one object, in one way",
     'name another one, as in `ExternalBehavior(controller="other")`',
     page=Page(
         "one controller for two objects",
-        "A controller is asked for one object, for the same actions, equally often. What stands in several places of a "
-        "behavior has the same arguments there.",
+        "A controller drives one object, always with the same actions and at the same interval. Where it is named in "
+        "several places of a behavior, its arguments must be the same in all of them.",
         'ego = new Car on road, with behavior ExternalBehavior(controller="mine")\n'
         'new Car on road, with behavior ExternalBehavior(controller="mine")\n',
         'ego = new Car on road, with behavior ExternalBehavior(controller="mine")\n'

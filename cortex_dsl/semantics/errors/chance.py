@@ -1,5 +1,5 @@
-"""SCN5xx: what is random. SCN53x: what is proved of a file before anything is drawn. SCN69x: what only shows while a
-scene is drawn or runs.
+"""SCN5xx: random values and choices. SCN53x: what is proved of a file before anything is drawn. SCN69x: what only shows
+while a scene is drawn or runs.
 """
 
 from cortex_dsl.diagnostics import Page
@@ -8,10 +8,11 @@ from cortex_dsl.semantics.errors.problems import Problem, note
 TURNED_RANGE = note(
     "SCN515",
     "this range is reversed: it is read from {low} to {high}",
-    "Scenic draws from a reversed range as from the same one the right way round",
+    "Scenic draws from a reversed range as if its bounds were in order",
     page=Page(
         "reversed range in a Scenic file",
-        "In a file with Scenic's `model` line a range may be reversed, which means the same; elsewhere it is an error.",
+        "In a file with Scenic's `model` line a reversed range means the same as one in order; elsewhere it is an "
+        "error.",
         "model scenic.domains.driving.model\nego = new Car on road, with speed Range(9, 3)\n",
         "model scenic.domains.driving.model\nego = new Car on road, with speed Range(3, 9)\n",
     ),
@@ -22,14 +23,14 @@ REVERSED_RANGE = Problem(
     cure="write the lower bound first: {high}, {low}",
     page=Page(
         "reversed range",
-        "The lower bound comes first. Scenic takes it in silence, and never draws anything sensible.",
+        "The lower bound comes first. Scenic accepts a reversed range without a message.",
         "ego = new Car on road, with speed Range(9, 5) m/s\n",
         "ego = new Car on road, with speed Range(5, 9) m/s\n",
     ),
 )
 EMPTY_RANGE = Problem(
     "SCN502",
-    "this range holds a single value: {low}",
+    "this range contains a single value: {low}",
     "nothing is random in it",
     "write the value itself, or widen it",
     page=Page(
@@ -41,11 +42,11 @@ EMPTY_RANGE = Problem(
 )
 NOTHING_TO_RESAMPLE = Problem(
     "SCN516",
-    "`resample` draws a number again, but this is no drawn one: it is {actual}",
-    "a constant, a sum and a param of the search are not what one distribution draws",
+    "`resample` needs a number that was drawn, but this is {actual}",
+    "a constant, a sum or a param of the search is not drawn from one distribution",
     "write the distribution itself again",
     page=Page(
-        "`resample` of what was not drawn",
+        "`resample` of a value that was not drawn",
         "`resample(x)` draws once more from the distribution that x was drawn from; a constant has none.",
         "x = 5\nego = new Car at (x, resample(x))\n",
         "x = Range(4, 6)\nego = new Car at (x, resample(x))\n",
@@ -78,11 +79,11 @@ NO_OPTIONS = Problem(
 )
 LIST_AS_OPTION = Problem(
     "SCN514",
-    "`Uniform` chooses among its arguments, and this is only one: a list",
+    "`Uniform` chooses among its arguments, but there is only one: a list",
     "it would always choose the whole list",
     "write a `*` in front of it: `Uniform(*{text})`",
     page=Page(
-        "list where its items are meant",
+        "list instead of its items",
         "`Uniform(a, b)` chooses between a and b. A list is unpacked into its items with `*`.",
         "lane = Uniform(network.lanes)\nego = new Car in lane.centerline\n",
         "lane = Uniform(*network.lanes)\nego = new Car in lane.centerline\n",
@@ -95,8 +96,8 @@ TOO_MANY_VARIANTS = Problem(
     "choose from shorter lists, or fix some choices",
     page=Page(
         "too many combinations",
-        "Each way of making all finite choices is compiled on its own; there may be 4,096 at most. Lanes do not count "
-        "where only places depend on them: above 1,024 ways the scene draws them.",
+        "Each combination of finite choices is compiled separately; there may be at most 4,096. Lanes on which only "
+        "places depend do not count: above 1,024 combinations they are drawn with the scene.",
         "map intersection(lanes=4, rows=3, cols=3)\n"
         "a = Uniform(*network.maneuvers)\n"
         "b = Uniform(*network.maneuvers)\n"
@@ -114,7 +115,7 @@ NOT_CONSTANT = Problem(
     "{purpose} must be known at compile time, but this depends on a draw, a param or the run",
     cure="use a constant, or a finite choice such as `DiscreteRange`",
     page=Page(
-        "value that must be known",
+        "value that must be known at compile time",
         "Some values decide the structure of the scene, so they must be known when the file is compiled.",
         "ego = new Car in network.lanes[Range(0, 3)].centerline\n",
         "ego = new Car in network.lanes[DiscreteRange(0, 3)].centerline\n",
@@ -127,7 +128,7 @@ GENE_BOUNDS = Problem(
     "use numbers, or drop `param` to draw it again for every scene",
     page=Page(
         "bounds that are not constant",
-        "A search moves in a box, so each param that it chooses has bounds of its own.",
+        "A search explores a box, so the bounds of each param that it chooses are constant.",
         "param A = Range(1, 2) m/s\nparam B = Range(0, A)\nego = new Car on road, with speed B\n",
         "param A = Range(1, 2) m/s\nparam B = Range(0, 1)\nego = new Car on road, with speed A * B\n",
     ),
@@ -139,7 +140,7 @@ GENE_VARIES = Problem(
     "use numbers",
     page=Page(
         "param that differs from scene to scene",
-        "A search moves in one box, the same for every scene.",
+        "A search explores one box, the same for every scene.",
         "n = len(Uniform([1], [1, 2]))\nparam V = Range(0, n) m/s\nego = new Car on road, with speed V\n",
         "param V = Range(0, 2) m/s\nego = new Car on road, with speed V\n",
     ),
@@ -161,18 +162,18 @@ NOT_WHOLE = Problem(
     cure="round it",
     page=Page(
         "not a whole number",
-        "Lanes, steps and items are counted.",
+        "Lanes, steps and items are counted in whole numbers.",
         "ego = new Car in network.lanes[0.5].centerline\n",
         "ego = new Car in network.lanes[0].centerline\n",
     ),
 )
 MIXED_OPTIONS = Problem(
     "SCN511",
-    "the options are unlike: {left} and {right}",
+    "the options do not match: {left} and {right}",
     cure="give them all the same dimension",
     page=Page(
-        "unlike options",
-        "Whichever is drawn, the value is used in the same place, so all options measure the same.",
+        "options that do not match",
+        "Whichever option is drawn is used in the same place, so all of them must have the same dimension.",
         "ego = new Car on road, with speed Uniform(5 m/s, 9 m)\n",
         "ego = new Car on road, with speed Uniform(5 m/s, 9 m/s)\n",
     ),
@@ -182,8 +183,8 @@ FIXED_EXHAUSTED = Problem(
     "`Fixed` was evaluated {count} times, but has {given} values",
     cure="give it a value for each time, or draw with `Uniform(...)`",
     page=Page(
-        "`Fixed` without a value left",
-        "`Fixed(a, b)` gives its values one after the other, and has no third.",
+        "`Fixed` with no values left",
+        "`Fixed(a, b)` gives its values one after another; there is no third.",
         "ego = new Car on road\ncars = [new Car at (Fixed(9, 18), 0) for i in range(3)]\n",
         "ego = new Car on road\ncars = [new Car at (Fixed(9, 18, 27), 0) for i in range(3)]\n",
     ),
@@ -191,11 +192,11 @@ FIXED_EXHAUSTED = Problem(
 RANDOM_WHILE_RUNNING = Problem(
     "SCN513",
     "objects cannot be chosen again during the run",
-    "lanes and other objects are settled with the scene",
+    "lanes and other objects are fixed with the scene",
     "choose outside the behavior and pass the choice as an argument",
     page=Page(
         "object chosen during the run",
-        "Lanes and objects are settled with the scene; only numbers can be drawn while a behavior runs.",
+        "Lanes and objects are fixed with the scene; only numbers can be drawn while a behavior runs.",
         "behavior Wander():\n"
         "    while True:\n"
         "        do FollowLaneBehavior(laneToFollow=Uniform(*network.lanes)) for 1 s\n"
@@ -230,8 +231,8 @@ INFEASIBLE = Problem(
     "{cure}",
     page=Page(
         "file without a valid scene",
-        "Interval reasoning over the ranges of all params and draws proves that no attempt can pass: every one of them "
-        "would be thrown away. The requirements named are a smallest set for which this is proved.",
+        "Interval arithmetic over the ranges of all params and draws proves that no attempt can pass: every one of "
+        "them would be rejected. The requirements named are a smallest set for which this is proved.",
         "param D = Range(5, 20) m\nego = new Car on road\nrequire D >= 15 m\nrequire D * 2 <= 25 m\n",
         "param D = Range(5, 20) m\nego = new Car on road\nrequire D >= 10 m\nrequire D * 2 <= 25 m\n",
         shown="by `--check`",
@@ -239,14 +240,14 @@ INFEASIBLE = Problem(
 )
 OFF_THE_ROAD = Problem(
     "SCN531",
-    "`{name}` does not stand on the road",
-    "at the start all of its outline must lie on the road, so every scene would be thrown away",
-    "put it into a lane, as in `in lane.centerline`, or turn it, as in `facing roadDirection`; if it is to stand "
-    "beside the road write `with regionContainedIn None`, and after `at` also `facing 90 deg`",
+    "`{name}` is not on the road",
+    "at the start its whole outline must lie on the road, so every scene would be rejected",
+    "put it in a lane, as in `in lane.centerline`, or turn it, as in `facing roadDirection`; to place it beside the "
+    "road write `with regionContainedIn None`, and after `at` also `facing 90 deg`",
     page=Page(
         "object off the road",
-        "Vehicles begin on the road, with all of their outline. x counts to the east and y to the north, in metres "
-        "from the centre of the map.",
+        "Vehicles start on the road, with their whole outline. x points east and y north, in metres from the centre "
+        "of the map.",
         "ego = new Car on road\nnew Truck at (20, -30)\n",
         "ego = new Car on road\nnew Truck at (20, -30), facing 90 deg, with regionContainedIn None\n",
         shown="by `--check`, and where no scene was found",
@@ -254,12 +255,12 @@ OFF_THE_ROAD = Problem(
 )
 ON_TOP = Problem(
     "SCN532",
-    "`{name}` stands on top of `{other}`",
-    "at the start no two outlines may overlap, so every scene would be thrown away",
-    "move one of them, as in `ahead of {other} by 5 m`; or say `with allowCollisions True` if it is meant",
+    "`{name}` overlaps `{other}`",
+    "at the start no two outlines may overlap, so every scene would be rejected",
+    "move one of them, as in `ahead of {other} by 5 m`; or write `with allowCollisions True` if this is intended",
     page=Page(
-        "object on top of another",
-        "A scene begins without contact: the outlines of no two objects overlap.",
+        "object that overlaps another",
+        "A scene starts without contact: no two outlines overlap.",
         "ego = new Car at (1.75, -30), facing 90 deg\nnew Car at (1.75, -29), facing 90 deg\n",
         "ego = new Car at (1.75, -30), facing 90 deg\nnew Car at (1.75, -20), facing 90 deg\n",
         shown="by `--check`, and where no scene was found",
@@ -275,8 +276,8 @@ STUCK = Problem(
     "`take` an action or `wait` in every loop",
     page=Page(
         "behavior that got stuck",
-        "A loop went round and round within one step. Where that is certain the compiler says SCN602; here it depended "
-        "on the run.",
+        "A loop never ended within one step. Where that is certain the compiler reports SCN602; here it depended on "
+        "the run.",
         "behavior Count():\n    n = 0\n    while True:\n        n = n + 1\n        if n < 0:\n            wait\n\n"
         "ego = new Car on road, with behavior Count()\n",
         "behavior Count():\n    n = 0\n    while True:\n        n = n + 1\n        wait\n\n"
@@ -288,7 +289,7 @@ UNDEFINED = Problem(
     "SCN691",
     "{what} is not a finite number in this scene",
     "{reason}",
-    "narrow the ranges, or keep it legal with `max`, `min` or `... if ... else ...`",
+    "narrow the ranges, or keep it finite with `max`, `min` or `... if ... else ...`",
     page=Page(
         "value that is not a number",
         "A root, quotient or logarithm has no finite value for some of the numbers that can be drawn, and one of them "

@@ -9,7 +9,7 @@ UNKNOWN_NAME = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown name",
-        "A name means what the file gives it above this line, or what is built in. Letters count, capitals too.",
+        "A name must be built in, or defined above this line. Upper and lower case differ.",
         "ego = new Car on road\nrequire eog.speed < 3 m/s\n",
         "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
     ),
@@ -55,7 +55,7 @@ UNKNOWN_ARGUMENT = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown argument",
-        "An argument given by name must have the name that the function gives it.",
+        "An argument given by name must have the name of a parameter of the function.",
         "ego = new Car on road, with behavior FollowLaneBehavior(target_sped=5 m/s)\n",
         "ego = new Car on road, with behavior FollowLaneBehavior(target_speed=5 m/s)\n",
     ),
@@ -66,7 +66,7 @@ UNKNOWN_PARAM = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown param",
-        "`globalParameters` holds the params of this file and nothing else.",
+        "`globalParameters` contains the params of this file and nothing else.",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.W\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.V\n",
     ),
@@ -77,7 +77,7 @@ UNKNOWN_CLASS = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown class",
-        "After `new` stands a class: one that is built in, or one of the file's own.",
+        "`new` takes a class: a built-in one, or one that the file defines.",
         "ego = new Cra on road\n",
         "ego = new Car on road\n",
     ),
@@ -89,7 +89,7 @@ UNKNOWN_OVERRIDE = Problem(
     cure="{suggestion}",
     page=Page(
         "`-p` names no param",
-        "`-p NAME=VALUE` holds a param of the file fixed. A misspelt name would otherwise change nothing.",
+        "`-p NAME=VALUE` fixes the value of a param of the file. A misspelt name would otherwise change nothing.",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
         options=("SPEED=5", "V=5"),
@@ -110,11 +110,11 @@ BAD_OVERRIDE = Problem(
 DUPLICATE = Problem(
     "SCN210",
     "{what} `{name}` is defined twice",
-    "only one can be meant",
+    "the name would be ambiguous",
     "rename one",
     page=Page(
         "defined twice",
-        "Two params, behaviors or arguments of one name: only one of them could be meant where the name is used.",
+        "If two params, behaviors or arguments share a name, a use of the name is ambiguous.",
         "param V = Range(1, 9) m/s\nparam V = 5 m/s\nego = new Car on road, with speed V\n",
         "param V = Range(1, 9) m/s\nparam W = 5 m/s\nego = new Car on road, with speed max(V, W)\n",
     ),
@@ -125,7 +125,7 @@ UNUSED_BEHAVIOUR = warning(
     cure="remove it, or give it to an object",
     page=Page(
         "behavior never used",
-        "A behavior does something only when an object has it, or another behavior does it.",
+        "A behavior runs only when an object has it, or when another behavior runs it with `do`.",
         "behavior Rest():\n    wait\n\nego = new Car on road\n",
         "behavior Rest():\n    wait\n\nego = new Car on road, with behavior Rest()\n",
     ),
@@ -137,8 +137,8 @@ UNUSED_GENE = warning(
     "use it, or remove it",
     page=Page(
         "param never used",
-        "A search chooses a value for every param with a range. One that nothing reads costs it a dimension for "
-        "nothing.",
+        "A search chooses a value for every param with a range. One that nothing reads adds a dimension without any "
+        "effect.",
         "param V = Range(1, 9) m/s\nego = new Car on road\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
     ),
@@ -150,21 +150,21 @@ SECOND_EGO = warning(
     "give one of them another name, or `new` without a name",
     page=Page(
         "second ego",
-        "A scenario has one vehicle under test. `ego` may be given to another object further down, as in Scenic, but "
-        "a file that does so mostly wants a second car.",
+        "A scenario has one vehicle under test. `ego` may be assigned to another object further down, as in Scenic, "
+        "but usually a second car is meant.",
         "lane = network.lanes[0]\nego = new Car in lane.centerline\nego = new Car ahead of ego by 9 m\n",
         "lane = network.lanes[0]\nego = new Car in lane.centerline\nlead = new Car ahead of ego by 9 m\n",
     ),
 )
 SELF_AS_PARAMETER = Problem(
     "SCN213",
-    "`self` is no parameter of a {kind}",
+    "`self` is not a parameter of a {kind}",
     "{reason}",
     "leave it out of the brackets",
     page=Page(
         "`self` among the parameters",
-        "The object that a behavior drives is `self` there, without being named in its brackets as in Python; a call "
-        "gives the other arguments only. Monitors and scenarios drive none.",
+        "In a behavior, `self` is the object that it drives; unlike in Python, it is not listed in the brackets, and a "
+        "call gives only the other arguments. Monitors and scenarios drive no object.",
         "behavior Go(self, v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
         "behavior Go(v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
     ),
@@ -172,11 +172,11 @@ SELF_AS_PARAMETER = Problem(
 SHADOWS = hint(
     "SCN211",
     "`{name}` hides the built-in {kind} of that name",
-    "in this file the name means something else than everywhere else",
+    "the name has another meaning in this file than in all others",
     "choose another name",
     page=Page(
         "name of something built in",
-        "A file may use the name again, but a reader will take it for what is built in.",
+        "A file may redefine the name, but a reader will take it for the built-in one.",
         "max = 9 m/s\nego = new Car on road, with speed max\n",
         "fastest = 9 m/s\nego = new Car on road, with speed fastest\n",
     ),
@@ -189,7 +189,7 @@ DEAD_GENE = warning(
     page=Page(
         "dead param",
         "All uses of the param are in places that are never reached or that make no difference: a behavior "
-        "that no object has, a product with 0, a branch that is decided already.",
+        "that no object has, a product with 0, a branch that is already decided.",
         "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
         "ego = new Car on road\n",
         "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
@@ -199,21 +199,21 @@ DEAD_GENE = warning(
 UNUSED_NAME = hint(
     "SCN223",
     "the {what} `{name}` is never read",
-    cure="remove it, or begin it with `_` if it is meant",
+    cure="remove it, or start its name with `_` if this is intended",
     page=Page(
         "name that is never read",
-        "What is worked out and then not used is often a mistake: another name was meant further down.",
+        "A value that is computed and never used is often a mistake: another name was meant further down.",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by 5 m\n",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by gap\n",
     ),
 )
 UNUSED_CLASS = warning(
     "SCN224",
-    "no object is made of the class `{name}`",
+    "the class `{name}` has no objects",
     cure="write `new {name} ...`, or remove it",
     page=Page(
         "class never used",
-        "A class says what its objects are like; without objects it says nothing.",
+        "A class describes its objects; without any it has no effect.",
         "class Taxi(Car):\n    width: 2 m\n\nego = new Car on road\n",
         "class Taxi(Car):\n    width: 2 m\n\nego = new Taxi on road\n",
     ),
@@ -221,11 +221,11 @@ UNUSED_CLASS = warning(
 UNUSED_SCENARIO = hint(
     "SCN225",
     "the scenario `{name}` is not part of this run",
-    "`{entry}` runs, and does not start it",
+    "`{entry}` runs and does not start it",
     "start it in a `compose:` with `do {name}()`, or run it alone with `--scenario {name}`",
     page=Page(
         "scenario that is not started",
-        "Of several scenarios in a file one runs, with those that it starts.",
+        "When a file has several scenarios, one of them runs, with those that it starts.",
         "scenario Main():\n    setup:\n        ego = new Car on road\n\nscenario Traffic():\n    setup:\n"
         "        new Car on road\n",
         "scenario Main():\n    setup:\n        ego = new Car on road\n    compose:\n        do Traffic()\n\n"
@@ -239,7 +239,7 @@ UNUSED_SCENARIO = hint(
 MISSING_IMPORT = Problem(
     "SCN230",
     "there is no file {path}",
-    "imports are looked for beside the file that imports them",
+    "imports are searched for beside the file that imports them",
     "{suggestion}",
     page=Page(
         "import of a missing file",
@@ -255,7 +255,7 @@ IMPORT_CYCLE = Problem(
     cure="move what both need into a file of its own",
     page=Page(
         "files that import each other",
-        "An imported file is read to its end before the importing one goes on, which two files cannot do for each "
+        "An imported file is read to its end before the importing one continues, so two files cannot import each "
         "other.",
         shown="while the imports of a file are read",
     ),
@@ -280,7 +280,7 @@ UNREADABLE_IMPORT = Problem(
     cure="check the file and its permissions",
     page=Page(
         "import that cannot be read",
-        "The file is there, but the system does not let it be read.",
+        "The file exists, but the system does not allow it to be read.",
         shown="while the imports of a file are read",
     ),
 )
@@ -288,12 +288,12 @@ UNREADABLE_IMPORT = Problem(
 
 NAMELESS_IMPORT = Problem(
     "SCN234",
-    "`{path}` is not one name",
-    "an import gives its file one name",
+    "`{path}` is not a single name",
+    "an import gives its file a single name",
     "write `{statement} as {name}`",
     page=Page(
         "import without a name",
-        "What a file defines is reached through one name. A path with dots or slashes needs `as`.",
+        "The definitions of a file are reached through a single name. A path with dots or slashes needs `as`.",
         shown="when a path with dots is imported without `as`",
     ),
 )
@@ -305,7 +305,7 @@ NOT_IN_FILE = Problem(
     cure="{suggestion}",
     page=Page(
         "import of a missing name",
-        "`from FILE import NAME` takes a name that the file gives a value to at its top level.",
+        "`from FILE import NAME` imports a name that the file defines at its top level.",
         shown="when an imported file does not define the name",
     ),
 )
@@ -318,8 +318,8 @@ NOT_IN_IMPORT = Problem(
     "move it into the file that is run",
     page=Page(
         "statement in an imported file",
-        "An imported file gives definitions, params, objects and requirements. The road, the ego and the end of the "
-        "run are decided by the file that is run.",
+        "An imported file provides definitions, params, objects and requirements. The road, the ego and the end of "
+        "the run are decided by the file that is run.",
         shown="when an imported file has such a statement",
     ),
 )

@@ -1,4 +1,4 @@
-"""The shape of a declared diagnostic, the exceptions by which elaboration stops doing what cannot be done, and the
+"""The shape of a declared diagnostic, the exceptions by which elaboration gives up on a value or a variant, and the
 findings that it collects over all variants.
 """
 
@@ -13,7 +13,7 @@ from engine.frozen import frozen
 
 @frozen
 class Problem:
-    """One kind of finding. Texts are `str.format` templates over the fields that `at` is given."""
+    """One kind of finding. Texts are `str.format` templates over the fields passed to `at`."""
 
     code: str
     message: str
@@ -40,7 +40,7 @@ class Problem:
 
 
 class Mistake(Signal):
-    """A value cannot be had. `diagnostic` is None when the cause has been reported already."""
+    """A value cannot be computed. `diagnostic` is None when the cause has been reported already."""
 
     def __init__(self, diagnostic: Diagnostic | None = None) -> None:
         super().__init__("" if diagnostic is None else diagnostic.message)
@@ -48,7 +48,7 @@ class Mistake(Signal):
 
 
 class Rejection(Signal):
-    """A variant cannot be: a random choice has nothing to choose from."""
+    """A variant is impossible: a random choice has nothing to choose from."""
 
     def __init__(self, reason: str, span: Span) -> None:
         super().__init__(reason)
@@ -107,7 +107,7 @@ class Findings:
         return copied
 
     def is_settled(self, span: Span) -> bool:
-        """Whether an error of an earlier stage stands at a place, so that nothing more is told there."""
+        """Whether an earlier stage reported an error at a place, so that no further one is reported there."""
         return span in self._settled
 
     @property

@@ -65,7 +65,7 @@ NO_SINGLE_INTERSECTION = Problem(
     cure="choose one: `intersection = Uniform(*network.intersections)`",
     page=Page(
         "ambiguous intersection",
-        "`intersection` names the only one. A map with several has no such one.",
+        "`intersection` names the only intersection of a map; it is ambiguous where there are several.",
         "map intersection(cols=2)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
         "map intersection(cols=2)\n"
         "intersection = Uniform(*network.intersections)\n"
@@ -77,10 +77,10 @@ NO_MAP_FILE = Problem(
     "SCN438",
     "there is no file `{file}` beside this one",
     "`map opendrive` reads the roads of an OpenDRIVE file",
-    "put the file there, or name its place as seen from this file",
+    "put the file there, or give its path relative to this file",
     page=Page(
-        "map file that is not there",
-        "The name of the file is seen from the folder in which the scenario lies.",
+        "missing map file",
+        "The path of the file is relative to the folder of the scenario.",
         'map opendrive("nowhere.xodr")\nego = new Car on road\n',
         "map road(length=500 m)\nego = new Car on road\n",
     ),
@@ -91,63 +91,63 @@ BAD_MAP_FILE = Problem(
     cure="{cure}",
     page=Page(
         "map file that cannot be read",
-        "The file is there, but it is broken, too large, or has no lane that can be driven on.",
+        "The file exists, but it is broken, too large, or has no lane that can be driven on.",
         shown="while the map is read",
     ),
 )
 MAP_REMARK = note(
     "SCN449",
-    "of the roads of `{file}`: {message}",
-    cure="correct the file, or keep to roads that this does not touch",
+    "roads of `{file}`: {message}",
+    cure="correct the file, or use only roads that this does not affect",
     page=Page(
         "roads of a file, as they were read",
-        "A file may contradict itself: links that lead nowhere, ends that do not meet, lanes that jump aside. It is "
-        "read as far as it goes; what was mended or left out is said.",
+        "A file may contradict itself: links that lead nowhere, ends that do not meet, lanes that jump sideways. It is "
+        "read as far as possible; what was corrected or left out is reported.",
         shown="while the map is read",
     ),
 )
 MAP_SIGNS = note(
     "SCN458",
-    "of the map `{file}`: {what}",
+    "map `{file}`: {what}",
     cure="{cure}",
     page=Page(
         "traffic lights and signs of a file",
-        "A file of roads says where traffic lights and signs stand, not what lights show. They are there to be asked "
-        "for; drivers heed lights where the scenario says by `signals(...)` what they show, and no signs.",
+        "A road file says where traffic lights and signs stand, not what the lights show. A scenario can use them; "
+        "drivers obey lights only where `signals(...)` says what they show, and never signs.",
         shown="while the map is read",
     ),
 )
 MAP_WITHOUT_INTERSECTION = Problem(
     "SCN448",
     "this map has no intersection",
-    cure="write `map intersection(ways=4, lanes=1)`, or place objects by `network.lanes`",
+    cure="write `map intersection(ways=4, lanes=1)`, or place objects with `network.lanes`",
     page=Page(
         "no intersection",
-        "`intersection` names the only one of the map. A lone road has none.",
+        "`intersection` names the only intersection of the map. A lone road has none.",
         "map road(length=500 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
         "map intersection(approach=50 m)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
     ),
 )
 DEFAULT_MAP = note(
     "SCN441",
-    "no `map`: an intersection of {ways} roads with {lanes} a direction is used",
+    "no `map`: an intersection of {ways} roads with {lanes} per direction is used",
     "{reason}",
-    "write `{road}` to say so",
+    "write `{road}` to make it explicit",
     page=Page(
         "map not given",
-        "A file that names no map runs on one intersection; saying so makes the file complete.",
+        "A file that names no map runs on one intersection; naming it makes the file complete.",
         "ego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
     ),
 )
 SCENIC_MAP = note(
     "SCN442",
-    "the map file is not there: a gridded intersection is used instead",
+    "the map file is missing: a gridded intersection is used instead",
     "{reason}",
     "add a line like `{road}` to choose its shape",
     page=Page(
-        "map file that is not there",
-        "Files of Scenic name a map of CARLA or OpenDRIVE. Where that file is not beside them, the road is a grid of "
+        "missing map file of a Scenic file",
+        "Scenic files name a map of CARLA or OpenDRIVE. Where that file is not beside them, the road is a grid of "
         "intersections.",
         "param map = localPath('Town05.xodr')\nego = new Car on road\n",
         "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
@@ -159,7 +159,7 @@ SCENIC_MODEL = note(
     "this file keeps Scenic's headings, which count from north; in files without `model` they count from east",
     page=Page(
         "`model` line",
-        "Files of Scenic name the simulator whose classes they use. Here they are built in.",
+        "Scenic files name the simulator whose classes they use. Here these classes are built in.",
         "model scenic.simulators.carla.model\nego = new Car on road\n",
         "ego = new Car on road\n",
     ),
@@ -170,7 +170,7 @@ SCENIC_MODEL = note(
 NOT_ON_GRID = Problem(
     "SCN450",
     "roads here have no `{name}`",
-    "they are made of lanes and intersections only, those of a map file too",
+    "they consist of lanes and intersections only, also in a map file",
     "place people with `right of ego by 3` or `at (x, y)`, and `with regionContainedIn None`",
     page=Page(
         "not part of a road",
@@ -181,12 +181,12 @@ NOT_ON_GRID = Problem(
 )
 NO_SIGNALS = Problem(
     "SCN451",
-    "{what} needs traffic lights, and nothing says what they show",
+    "{what} needs traffic lights, but nothing says what they show",
     cure="add a line like `signals(green=10 s, yellow=3 s)` after the map",
     page=Page(
         "no traffic lights",
-        "Intersections have lights that show something only where the file says `signals(...)`; a map's file may say "
-        "where they stand.",
+        "Traffic lights show something only where the scenario has `signals(...)`; a map file may say where they "
+        "stand.",
         "ego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
         "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
     ),
@@ -206,10 +206,11 @@ SIGNALS_UNUSED = warning(
     "SCN453",
     "no actor looks at the traffic lights",
     "they change nothing by themselves",
-    "drive with `obey_signals=True`, or ask `withinDistanceToRedYellowTrafficLight(self, 15)`",
+    "drive with `obey_signals=True`, or use `withinDistanceToRedYellowTrafficLight(self, 15)`",
     page=Page(
         "traffic lights without effect",
-        "Lights act through those who look at them: a library behavior with `obey_signals`, or a condition.",
+        "Lights have an effect only where something reads them: a library behavior with `obey_signals`, or a "
+        "condition.",
         "signals()\nego = new Car on road, with behavior FollowLaneBehavior()\n",
         "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
     ),
@@ -220,7 +221,7 @@ SIGNALS_TWICE = Problem(
     "all intersections share one plan",
     "remove one",
     page=Page(
-        "two plans of the lights",
+        "two signal plans",
         "All intersections share one plan.",
         "signals()\nsignals(green=5 s)\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
         "signals(green=5 s)\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
@@ -240,19 +241,19 @@ ENVIRONMENT_TWICE = Problem(
 )
 ENVIRONMENT_LATE = Problem(
     "SCN456",
-    "the environment stands below `{name}`",
-    "how far objects see follows from it, and statements run in their order",
+    "the environment is set below `{name}`",
+    "it decides how far objects see, and statements run in order",
     "move it above all objects",
     page=Page(
         "environment below an object",
-        "How far an object sees follows from the environment, and a `require` between the two could not know it.",
+        "The environment decides how far an object sees, and a `require` between the two could not know it.",
         "ego = new Car on road\nenvironment(sight=60 m)\n",
         "environment(sight=60 m)\nego = new Car on road\n",
     ),
 )
 SCENIC_SIGNALS = note(
     "SCN447",
-    "the map's traffic lights are answered by a fixed plan: green 10 s, yellow 3 s, all red 2 s",
+    "the map's traffic lights follow a fixed plan: green 10 s, yellow 3 s, all red 2 s",
     cure="add a line like `signals(green=10 s, offset=5 s)` to choose its times",
     page=Page(
         "lights of Scenic's maps",

@@ -11,7 +11,7 @@ UNKNOWN_SCENARIO = Problem(
     page=Page(
         "unknown scenario",
         "`--scenario NAME` picks one of the scenarios that the file defines.",
-        shown="when `--scenario` names none",
+        shown="when `--scenario` names no scenario of the file",
     ),
 )
 WHICH_SCENARIO = Problem(
@@ -30,7 +30,7 @@ NEEDS_ARGUMENTS = Problem(
     "SCN243",
     "the scenario `{name}` cannot run by itself",
     "its parameter `{parameter}` has no default",
-    "give it one, or start it from another scenario",
+    "give it a default, or start the scenario from another one",
     page=Page(
         "scenario that needs arguments",
         "The scenario that is run is started without arguments.",
@@ -83,7 +83,7 @@ MADE_AGAIN = Problem(
     "start it outside the loop, or make its objects in the scenario that starts it and pass them as arguments",
     page=Page(
         "objects made again and again",
-        "The objects of a run are settled with the scene. A scenario in a loop or a handler may start any number of "
+        "The objects of a run are fixed with the scene. A scenario in a loop or a handler may start any number of "
         "times and would need new ones each time.",
         f"{_PARK}{_MAIN}        while True:\n            do Park() for 1 s\n",
         f"{_PARK}{_MAIN}        do Park() for 1 s\n        do Park() for 1 s\n",
@@ -108,7 +108,7 @@ SCENARIO_CYCLE = Problem(
     cure="use `while True:` to repeat",
     page=Page(
         "scenario that starts itself",
-        "What a scenario starts is written out when the file is compiled, which would never end.",
+        "A scenario is expanded when the file is compiled; one that starts itself would never end.",
         f"{_MAIN}        do Main()\n",
         f"{_CUT}{_MAIN}        do Cut(9 m)\n",
     ),
@@ -120,9 +120,9 @@ CANNOT_OVERRIDE = Problem(
     "{cure}",
     page=Page(
         "property that cannot be overridden",
-        "A scenario may replace the behavior of an object for as long as it runs. The other properties are settled "
-        "with the scene: only what runs from the first sample to the last can set them, and nothing can set a place "
-        "or a speed.",
+        "A scenario may replace the behavior of an object while it runs. The other properties are fixed with the "
+        "scene: only a scenario that runs from the first sample to the last can override them, and none can override "
+        "a place or a speed.",
         f"{_MAIN}        do Slow(ego)\n\nscenario Slow(car):\n    setup:\n        override car with width 1 m\n",
         f"{_MAIN}        do Slow(ego)\n\n"
         "scenario Slow(car):\n    setup:\n        override car with behavior BrakeBehavior()\n",
@@ -130,13 +130,13 @@ CANNOT_OVERRIDE = Problem(
 )
 LATER_TEMPORAL = Problem(
     "SCN657",
-    "`{statement}` cannot stand in a scenario that another one starts",
+    "`{statement}` cannot be used in a scenario that another one starts",
     "{reason}",
     "{cure}",
     page=Page(
         "requirement over time in a scenario that starts later",
         "Only `require always` and monitors can watch a part of a run. What must happen eventually is judged over the "
-        "whole run, at the top level or in the scenario that the run is.",
+        "whole run, at the top level or in the scenario that is run.",
         f"{_CUT}scenario Watch():\n    setup:\n        require eventually ego.speed < 1 m/s\n\n"
         f"{_MAIN}        do Watch()\n",
         f"{_CUT}scenario Watch():\n    setup:\n        require always ego.speed < 99 m/s\n\n"
@@ -162,22 +162,22 @@ SETTLED_ARGUMENT = Problem(
     "SCN660",
     "the argument `{name}` of a scenario cannot depend on the run",
     "objects are set up before the run begins",
-    "use what is known with the scene: a number, a param, a draw, an object",
+    "use a value that is fixed with the scene: a number, a param, a draw, an object",
     page=Page(
         "scenario argument that changes during the run",
-        "The setup of a scenario is worked out with the scene, its arguments with it.",
+        "The setup of a scenario is evaluated with the scene, and so are its arguments.",
         f"{_CUT}{_MAIN}        gap = ego.speed * 2 s\n        do Cut(gap)\n",
         f"{_CUT}{_MAIN}        do Cut(Range(5, 9) m)\n",
     ),
 )
 SETTING_IN_SCENARIO = Problem(
     "SCN659",
-    "`{statement}` cannot stand in a scenario",
+    "`{statement}` cannot be used in a scenario",
     "{reason}",
     "move it to the top level",
     page=Page(
         "top-level statement in a scenario",
-        "The road, the params and the settings of the run are those of the whole file.",
+        "The road, the params and the settings of the run belong to the whole file.",
         "scenario Main():\n    setup:\n        map intersection()\n        ego = new Car on road\n",
         "map intersection()\n\nscenario Main():\n    setup:\n        ego = new Car on road\n",
     ),
@@ -194,7 +194,7 @@ NOT_A_MONITOR = Problem(
     cure="{cure}",
     page=Page(
         "not a monitor",
-        "`require monitor` starts something that `monitor` defined. A behavior belongs to an object.",
+        "`require monitor` starts a monitor, which `monitor` defines. A behavior belongs to an object.",
         f"behavior Slow():\n    wait\n\n{_CAR}require monitor Slow()\n",
         f"{_SLOW}{_CAR}require monitor Slow()\n",
     ),
@@ -237,11 +237,11 @@ UNUSED_MONITOR = warning(
 LOOKS_ONCE = warning(
     "SCN624",
     "the monitor `{name}` never waits",
-    "it looks at the first sample and is over",
-    "put its body into `while True:`, and `wait` at the end of that",
+    "it checks the first sample and then ends",
+    "put its body in `while True:`, with a `wait` at the end",
     page=Page(
-        "monitor that looks once",
-        "A monitor runs until its body ends. To look at every sample it must go round a loop, with a `wait` in it.",
+        "monitor that checks once",
+        "A monitor runs until its body ends. To check every sample it needs a loop with a `wait` in it.",
         f"monitor Slow():\n    require ego.speed < 9 m/s\n\n{_CAR}require monitor Slow()\n",
         f"{_SLOW}{_CAR}require monitor Slow()\n",
     ),
@@ -249,7 +249,7 @@ LOOKS_ONCE = warning(
 DO_SEVERAL = Problem(
     "SCN625",
     "`do` runs one behavior at a time",
-    "an object does one thing at once",
+    "an object does one thing at a time",
     "write one `do` after the other, `do choose` for one of them, or `do shuffle` for all in random order",
     page=Page(
         "`do` with several behaviors",
@@ -260,12 +260,12 @@ DO_SEVERAL = Problem(
 )
 ONE_OPTION = warning(
     "SCN626",
-    "`do {mode}` has one option only",
+    "`do {mode}` has only one option",
     "nothing is left to chance",
     "write `do` alone, or add options",
     page=Page(
         "one option",
-        "A choice among one thing is that thing.",
+        "A choice with one option always takes that option.",
         "behavior B():\n    do choose BrakeBehavior()\n\nego = new Car on road, with behavior B()\n",
         "behavior B():\n    do BrakeBehavior()\n\nego = new Car on road, with behavior B()\n",
     ),
@@ -277,7 +277,7 @@ NO_WEIGHT = Problem(
     "as in `do {mode} {{A(): 1, B(): 2}}`",
     page=Page(
         "options without weight",
-        "An option is as likely as its weight says: its weight over the sum of all that are allowed.",
+        "The probability of an option is its weight divided by the sum of the weights of all options that are allowed.",
         "behavior B():\n    do choose {IdleBehavior(): 0, BrakeBehavior(): 0}\n\n"
         "ego = new Car on road, with behavior B()\n",
         "behavior B():\n    do choose {IdleBehavior(): 1, BrakeBehavior(): 3}\n\n"
@@ -288,7 +288,7 @@ GUARD_NEVER = warning(
     "SCN628",
     "this {guard} can never hold",
     "every run that starts `{name}` here is aborted",
-    "change the {guard}, or what the behavior is given",
+    "change the {guard}, or the arguments of the behavior",
     page=Page(
         "guard that never holds",
         "A guard that is false when its behavior starts aborts the run. This one is false whatever happens.",

@@ -1,4 +1,4 @@
-"""SCN4xx: requirements and other statements; SCN46x, SCN47x: requirements on the whole run, and records of it."""
+"""SCN4xx: requirements and other statements. SCN46x, SCN47x: requirements on the whole run, and records of it."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, hint, note, warning
@@ -19,11 +19,11 @@ ASSERTION = Problem(
     "SCN476",
     "this assertion is false",
     "{reason}",
-    "correct what it speaks of; what random values must satisfy is a `require`",
+    "correct the values in it; write `require` for what random values must satisfy",
     page=Page(
         "assertion that is false",
-        "An `assert` says what its author takes for granted: of values that are known it is checked when the file is"
-        " compiled, of random ones it is required of the scene, and in a behavior a run that breaks it is aborted.",
+        "An `assert` states what its author takes for granted. On known values it is checked when the file is "
+        "compiled, on random ones it is a requirement on the scene, and in a behavior a run that breaks it is aborted.",
         "ego = new Car on road\nassert len(network.lanes) > 1000\n",
         "ego = new Car on road\nassert len(network.lanes) > 1\n",
     ),
@@ -63,7 +63,7 @@ NOT_SUPPORTED = Problem(
     "{cure}",
     page=Page(
         "not possible",
-        "The language has the construct, but not for these things; the message says for which.",
+        "The language has the construct, but not in this combination; the message says which.",
         "spot = new Point at (0, 0), facing 90 deg\nego = new Car at spot\n",
         "spot = new OrientedPoint at (0, 0), facing 90 deg\nego = new Car at spot\n",
     ),
@@ -81,11 +81,11 @@ EMPTY_FILE = Problem(
 )
 STATEMENT_PLACE = Problem(
     "SCN431",
-    "`{statement}` stands {here}, but belongs {there}",
+    "`{statement}` is {here}, but belongs {there}",
     cure="{cure}",
     page=Page(
         "statement in the wrong place",
-        "What an object does stands in a behavior; what the scene is stands at the top level.",
+        "What an object does belongs in a behavior; what the scene consists of belongs at the top level.",
         "ego = new Car on road\nwait\n",
         "behavior Rest():\n    wait\n\nego = new Car on road, with behavior Rest()\n",
     ),
@@ -96,7 +96,7 @@ NO_EFFECT = note(
     "{reason}",
     page=Page(
         "line without effect",
-        "Files of Scenic set things that are not simulated here; the line is read and left alone.",
+        "Scenic files may set things that are not simulated here; the line is read and ignored.",
         "param weather = 'ClearNoon'\nego = new Car on road\n",
         "ego = new Car on road\n",
     ),
@@ -116,10 +116,10 @@ NEVER_RUNS = warning(
 ALWAYS_TRUE = warning(
     "SCN480",
     "this `require` always holds",
-    "it removes nothing, whatever is drawn or searched",
+    "it rejects nothing, whatever is drawn or searched",
     "change or remove it",
     page=Page(
-        "requirement that removes nothing",
+        "requirement that rejects nothing",
         "The ranges of its params alone make it true. Perhaps a sign, a unit or a limit is wrong.",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\nrequire V < 30 m/s\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\nrequire V < 5 m/s\n",
@@ -127,9 +127,9 @@ ALWAYS_TRUE = warning(
 )
 WINDOW = hint(
     "SCN481",
-    "`{name}` is drawn anywhere on its lane, and this keeps a window of it",
+    "`{name}` is drawn anywhere on its lane, and this keeps only a window of it",
     "all other scenes are drawn in vain, and count as invalid in a search",
-    "write `{name} = new {kind} {place}` and remove this `require`; or `# allow SCN481` if the window is meant",
+    "write `{name} = new {kind} {place}` and remove this `require`; or `# allow SCN481` if the window is intended",
     page=Page(
         "window on a uniform placement",
         "`before … by …` puts the object where the `require` wants it, so that no scene is rejected. The paper's "
@@ -143,10 +143,10 @@ OVERRIDE_OUTSIDE = warning(
     "SCN482",
     "`-p {name}={value}` is outside the range of the param",
     "the file draws it between {low} and {high}",
-    "choose a value in the range, or widen the range if the file means more",
+    "choose a value in the range, or widen the range in the file",
     page=Page(
         "`-p` outside the range",
-        "The run is one that no search of this file could find.",
+        "No search of this file could find such a run.",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
         options=("V=20", "V=5"),
@@ -161,7 +161,7 @@ BAD_SETTING = Problem(
     'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw again',
     page=Page(
         "wrong setting",
-        "`simulation(...)` pins settings of the run; each takes a certain kind of value.",
+        "`simulation(...)` fixes settings of the run; each takes a certain kind of value.",
         "ego = new Car on road\nsimulation(stream=5)\n",
         "ego = new Car on road\nsimulation(time_step=0.05 s)\n",
     ),
@@ -170,11 +170,11 @@ BAD_SETTING = Problem(
 
 NO_SYSTEM_PARAM = Problem(
     "SCN483",
-    "`system` lists params of this file, and `{actual}` is none",
+    "`system` lists params of this file, but `{actual}` is not one",
     "they are the params of the system under test, which `--freeze` holds fixed",
     "{suggestion}",
     page=Page(
-        "no param of the system",
+        "not a param of the system",
         "`simulation(system=[...])` names the params that belong to the system under test.",
         "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKES])\n",
         "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKE])\n",
@@ -188,7 +188,7 @@ BARE_EXPRESSION = warning(
     cure="{cure}",
     page=Page(
         "value that is not used",
-        "A line that only works out a value changes nothing. Perhaps `require` is missing in front of it.",
+        "A line that only computes a value changes nothing. Perhaps `require` is missing in front of it.",
         "ego = new Car on road\nego.speed < 3 m/s\n",
         "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
     ),
@@ -198,8 +198,8 @@ BARE_EXPRESSION = warning(
 
 TEMPORAL_PLACE = Problem(
     "SCN460",
-    "`{operator}` cannot stand here",
-    "it speaks of a whole run, so only the condition of a `require` at the top level may hold it",
+    "`{operator}` cannot be used here",
+    "it applies to a whole run, so only the condition of a `require` at the top level may contain it",
     "{cure}",
     page=Page(
         "temporal operator in the wrong place",
@@ -214,12 +214,12 @@ TEMPORAL_PLACE = Problem(
 SOFT_TEMPORAL = Problem(
     "SCN461",
     "a temporal requirement cannot be soft",
-    "the coin of `require[p]` is tossed for a scene, and this is about the run",
+    "`require[p]` is decided by chance for each scene, but this is about the run",
     "remove `[...]`",
     page=Page(
         "soft temporal requirement",
-        "`require[p]` holds a condition against a share of the scenes that are drawn. A temporal requirement is judged "
-        "when the run is over, too late for drawing another scene.",
+        "`require[p]` applies a condition to a share of the scenes that are drawn. A temporal requirement is judged "
+        "when the run is over, too late to draw another scene.",
         "ego = new Car on road, with speed 5 m/s\nrequire[0.5] always ego.speed > 3 m/s\n",
         "ego = new Car on road, with speed 5 m/s\nrequire always ego.speed > 3 m/s\n",
     ),
@@ -231,7 +231,7 @@ TEMPORAL_HOLDS = warning(
     "remove it, or change its condition",
     page=Page(
         "temporal requirement that always holds",
-        "What cannot be false requires nothing.",
+        "A condition that cannot be false requires nothing.",
         "limit = 3 m\nego = new Car on road, with speed 5 m/s\nrequire always limit < 4 m\n",
         "limit = 3 m\nego = new Car on road, with speed 5 m/s\nrequire always (distance to intersection) < limit\n",
     ),
@@ -239,12 +239,12 @@ TEMPORAL_HOLDS = warning(
 NEVER_CHANGES = warning(
     "SCN463",
     "nothing in this condition changes during the run",
-    "it is the same in all samples, so it decides about the scene alone",
+    "it is the same in all samples, so it is a condition on the scene alone",
     "write `require` without temporal operators: scenes in which it fails are then drawn again",
     page=Page(
-        "temporal requirement about what never changes",
-        "A run that breaks a temporal requirement is aborted and counts as invalid. A condition that is settled with "
-        "the scene is better said of the scene: then another scene is drawn instead.",
+        "temporal requirement about something that never changes",
+        "A run that breaks a temporal requirement is aborted and counts as invalid. A condition that is fixed with the "
+        "scene is better required of the scene: then another scene is drawn instead.",
         "gap = Range(3, 9) m\nego = new Car on road, with speed 5 m/s\nrequire always gap > 5 m\n",
         "gap = Range(3, 9) m\nego = new Car on road, with speed 5 m/s\nrequire gap > 5 m\n",
     ),
@@ -253,7 +253,7 @@ NO_END = hint(
     "SCN464",
     "this must come true within {limit:g} s",
     "a run of a file without `terminate after` lasts that long at most",
-    "write `terminate after {limit:g} s`, or another time, to say how long there is",
+    "write `terminate after {limit:g} s`, or another time, to make the limit explicit",
     page=Page(
         "`eventually` without a time",
         "What must happen at some time must happen before the run ends. Without `terminate after` that is the default "
@@ -267,12 +267,12 @@ CONTACT_UNSEEN = warning(
     "SCN465",
     "`{one}` and `{other}` can touch without breaking this",
     "{reason}",
-    "to throw such runs away write `({cure})`, which is as far as both come in two steps",
+    "to reject such runs write `({cure})`, which is as far as both move in two steps",
     page=Page(
-        "`always` on a distance that contact passes by",
-        "Requirements on the run are looked at in samples, up to the last before contact; contact itself ends the run "
-        "as a collision. Who is fast enough passes a fixed distance within one step. A distance that grows with the "
-        "speeds is not passed: all runs in which these two collide are aborted, and a search finds other collisions.",
+        "`always` on a distance that contact can skip",
+        "Requirements on the run are checked at samples, up to the last before contact; contact itself ends the run "
+        "as a collision. A fast actor covers a fixed distance within one step. A distance that grows with the speeds "
+        "is never skipped: all runs in which these two collide are aborted, and a search finds other collisions.",
         "ego = new Car on road, with speed 5 m/s\ntruck = new Truck ahead of ego by 20 m\n"
         "require always (minimum distance from ego to truck) > 0.5 m\n",
         "ego = new Car on road, with speed 5 m/s\ntruck = new Truck ahead of ego by 20 m\n"
@@ -285,7 +285,7 @@ UNRECORDABLE = Problem(
     "a record is a number, a truth value or a place",
     "{cure}",
     page=Page(
-        "record of something else",
+        "value that cannot be recorded",
         "A record is a series of numbers. Numbers and truth values are kept as they are, places as their coordinates.",
         "ego = new Car on road\nrecord ego\n",
         "ego = new Car on road\nrecord ego.position\n",
@@ -306,12 +306,12 @@ RECORD_VARIES = Problem(
 )
 NOT_ON_FOOT = Problem(
     "SCN680",
-    "`{behaviour}` is for people on foot, and this is {actual}",
-    "what has wheels goes where they point",
+    "`{behaviour}` is for people on foot, but this is {actual}",
+    "a vehicle moves where its wheels point",
     "write `SetSpeedAction` and `SetSteerAction`, or give it to a Pedestrian",
     page=Page(
         "action for people on foot",
-        "Who walks turns at once, and goes on in that direction; a vehicle has to steer.",
+        "A pedestrian turns at once and walks on in that direction; a vehicle has to steer.",
         "behavior B():\n    take SetWalkingSpeedAction(2 m/s)\nego = new Car on road, with behavior B()\n",
         "behavior B():\n    take SetWalkingSpeedAction(2 m/s)\nego = new Car on road\n"
         "new Pedestrian on road, with behavior B()\n",

@@ -1,4 +1,4 @@
-"""SCN3xx: units and types. SCN4xx: values, and the limits of what is worked out."""
+"""SCN3xx: units and types. SCN4xx: values, and the limits of evaluation."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, warning
@@ -9,8 +9,8 @@ DIMENSION_MISMATCH = Problem(
     cure="{cure}",
     page=Page(
         "wrong dimension",
-        "Every place knows what it measures: a speed, a length, an angle. A number with a unit must fit; a bare "
-        "number takes the place's own unit.",
+        "Every argument and property has a dimension: a speed, a length, an angle. A number with a unit must have that "
+        "dimension; a bare number takes its SI unit.",
         "ego = new Car on road, with speed 5 m\n",
         "ego = new Car on road, with speed 5 m/s\n",
     ),
@@ -18,11 +18,11 @@ DIMENSION_MISMATCH = Problem(
 UNLIKE_OPERANDS = Problem(
     "SCN302",
     "{left} and {right} cannot be {joined}",
-    "both sides must measure the same",
+    "both sides must have the same dimension",
     "{cure}",
     page=Page(
-        "unlike operands",
-        "What is added or compared must measure the same; metres and seconds cannot be put together.",
+        "operands of different dimensions",
+        "Values that are added or compared must have the same dimension; metres and seconds do not.",
         "ego = new Car on road\nrequire ego.speed < 3 m\n",
         "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
     ),
@@ -33,7 +33,7 @@ WRONG_KIND = Problem(
     cure="{cure}",
     page=Page(
         "wrong kind of value",
-        "Lanes, objects, numbers, truths and lists are different things; this place takes another one.",
+        "Lanes, objects, numbers, truth values and lists are different kinds of value; here another kind is needed.",
         "ego = new Car on road\nrequire distance from ego to intersection\n",
         "ego = new Car on road\nrequire (distance from ego to intersection) < 20 m\n",
     ),
@@ -45,7 +45,7 @@ NO_OPERATOR = Problem(
     "{cure}",
     page=Page(
         "operator that does not fit",
-        "Arithmetic works on numbers; things such as lanes can only be compared with `==`, `is` and `in`.",
+        "Arithmetic works on numbers; other values, such as lanes, can only be compared with `==`, `is` and `in`.",
         "ego = new Car on road\nrequire ego + 1 == 2\n",
         "ego = new Car on road\nrequire ego.speed + 1 < 2\n",
     ),
@@ -63,11 +63,11 @@ UNKNOWN_UNIT = Problem(
 TWO_UNITS = Problem(
     "SCN306",
     "this value has a unit twice",
-    "the values inside already are {kind}",
+    "the values inside are already {kind}",
     "write the unit in one place",
     page=Page(
         "unit given twice",
-        "A unit is read once: behind each bound, or behind the whole distribution.",
+        "A unit is given once: after each bound, or after the whole distribution.",
         "x = Range(1 m, 2 m) km\nego = new Car at (x, 0 m)\n",
         "x = Range(1, 2) km\nego = new Car at (x, 0 m)\n",
     ),
@@ -100,7 +100,7 @@ TOO_MANY_ARGUMENTS = Problem(
     cure="as in `{signature}`",
     page=Page(
         "too many arguments",
-        "More values are given than the function has a use for.",
+        "More arguments are given than the function has parameters.",
         "ego = new Car on road, with speed Range(1, 5, 9) m/s\n",
         "ego = new Car on road, with speed Range(1, 9) m/s\n",
     ),
@@ -108,11 +108,11 @@ TOO_MANY_ARGUMENTS = Problem(
 POWER_NOT_CONSTANT = Problem(
     "SCN310",
     "the exponent of {what} must be a known whole number",
-    "else the dimension of the result would be unknown",
+    "otherwise the dimension of the result would be unknown",
     "write it as a number: `** 2`",
     page=Page(
         "power of unknown dimension",
-        "A square metre is no cubic metre: the exponent of a number with a unit decides its dimension, so it must "
+        "A square metre is not a cubic metre: the exponent of a number with a unit decides its dimension, so it must "
         "be known.",
         "ego = new Car on road\nrequire ego.length ** Range(1, 2) > 16 m\n",
         "ego = new Car on road\nrequire ego.length ** 2 > 16 m * 1 m\n",
@@ -121,11 +121,11 @@ POWER_NOT_CONSTANT = Problem(
 NEVER_EQUAL = warning(
     "SCN312",
     "{left} and {right} are never equal",
-    "a text is equal to nothing but a text",
+    "a text is equal only to another text",
     "{cure}",
     page=Page(
         "comparison that never holds",
-        "Lanes, maneuvers, their types and numbers are things of their own, and no text is equal to them.",
+        "Lanes, maneuvers, their types and numbers are not texts, and no text is equal to them.",
         "m = Uniform(*[m for m in network.maneuvers if m.type != 'LEFT_TURN'])\n"
         "ego = new Car in m.startLane.centerline\n",
         "m = Uniform(*[m for m in network.maneuvers if m.type != ManeuverType.LEFT_TURN])\n"
@@ -139,7 +139,7 @@ SUSPICIOUS_ANGLE = warning(
     "write `{value:g} deg` if degrees are meant",
     page=Page(
         "angle that looks like degrees",
-        "Angles without a unit are radians, as in Scenic, and more than a full turn of them is hardly meant.",
+        "Angles without a unit are radians, as in Scenic, and more than a full turn is rarely intended.",
         "ego = new Car at (0, -30), facing 90\n",
         "ego = new Car at (0, -30), facing 90 deg\n",
     ),
@@ -147,12 +147,12 @@ SUSPICIOUS_ANGLE = warning(
 SUSPICIOUS_SPEED = warning(
     "SCN321",
     "a bare {value:g} here is {value:g} m/s, which is {kmh:.4g} km/h",
-    "speeds without a unit are metres a second",
-    "write `km/h` behind the number if that is meant",
+    "speeds without a unit are metres per second",
+    "write `km/h` after the number if that is meant",
     page=Page(
         "speed that looks like km/h",
-        "Speeds without a unit are metres a second, as in Scenic, and more than 40 of them (144 km/h) are hardly "
-        "meant.",
+        "Speeds without a unit are metres per second, as in Scenic, and more than 40 m/s (144 km/h) is rarely "
+        "intended.",
         "ego = new Car on road, with speed 50\n",
         "ego = new Car on road, with speed 50 km/h\n",
     ),
@@ -164,7 +164,7 @@ SUSPICIOUS_LENGTH = warning(
     "write `{value:g} cm`, `{value:g} ft` or `{value:g} m`",
     page=Page(
         "length that looks like centimetres",
-        "Lengths without a unit are metres, as in Scenic, and more than 500 of them leave the map.",
+        "Lengths without a unit are metres, as in Scenic, and more than 500 m leaves the map.",
         "ego = new Car on road\ncar = new Car ahead of ego by 800\n",
         "ego = new Car on road\ncar = new Car ahead of ego by 800 cm\n",
     ),
@@ -184,11 +184,11 @@ SUSPICIOUS_TIME = warning(
 SUSPICIOUS_ACCELERATION = warning(
     "SCN324",
     "a bare {value:g} here is {value:g} m/s^2, which is {gravities:.3g} g",
-    "accelerations without a unit are metres a second squared; tyres on a dry road give 10",
-    "write a unit behind the number: `m/s^2` or `g`",
+    "accelerations without a unit are metres per second squared; tyres on a dry road give 10",
+    "write a unit after the number: `m/s^2` or `g`",
     page=Page(
         "acceleration beyond tyres",
-        "Accelerations without a unit are m/s^2, and more than 20 of them are no car's.",
+        "Accelerations without a unit are m/s^2, and no car reaches more than 20 m/s^2.",
         "ego = new Car in network.lanes[0].centerline,\n    with behavior FollowLaneBehavior(max_lateral=300)\n",
         "ego = new Car in network.lanes[0].centerline,\n    with behavior FollowLaneBehavior(max_lateral=0.3 g)\n",
     ),
@@ -196,18 +196,19 @@ SUSPICIOUS_ACCELERATION = warning(
 BARE_BESIDE_UNIT = warning(
     "SCN325",
     "a bare {value:g} beside a number in {unit} is {value:g} {si}, which is {converted:.4g} {unit}",
-    "a number without a unit counts in SI, whatever unit its neighbour is written in",
+    "a number without a unit is in SI units, whatever unit its neighbour is written in",
     "write `{value:g} {unit}`, or `{value:g} {si}` if that is meant",
     page=Page(
         "bare number beside another unit",
-        "A number without a unit is SI: added to a param in km/h, or compared with it, it counts metres a second.",
+        "A number without a unit is in SI units: added to a param in km/h, or compared with it, it is in metres per "
+        "second.",
         "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\nrequire V > 10\n",
         "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\n"
         "require V > 30 km/h\n",
     ),
 )
 
-# -- SCN4xx: values, and the limits of what is worked out --------------------------------------------------------------
+# -- SCN4xx: values, and the limits of evaluation ----------------------------------------------------------------------
 
 NOT_FINITE = Problem(
     "SCN401",
@@ -216,7 +217,8 @@ NOT_FINITE = Problem(
     "check the numbers in it",
     page=Page(
         "not a finite number",
-        "Numbers are finite here: nothing is divided by zero, and roots and logarithms are taken of what has one.",
+        "All numbers must be finite: nothing may be divided by zero, and a root or logarithm needs a number that has "
+        "one.",
         "ego = new Car on road, with speed 1 / 0\n",
         "ego = new Car on road, with speed 1 / 2\n",
     ),
@@ -239,7 +241,7 @@ MAY_LEAVE_RANGE = Problem(
     "narrow its range",
     page=Page(
         "may leave its range",
-        "Some value that can be drawn or searched would be refused here; so the range itself must be narrower.",
+        "A value that can be drawn or searched would be refused here, so the range itself must be narrower.",
         "param W = Range(-1, 2) m\nego = new Car on road, with width W\n",
         "param W = Range(1, 2) m\nego = new Car on road, with width W\n",
     ),
@@ -261,7 +263,7 @@ BAD_UNPACKING = Problem(
     cure="write one name for each value",
     page=Page(
         "names and values do not match",
-        "Several names on the left take a list of as many values.",
+        "Several names on the left need as many values on the right.",
         "x, y = (1, 2, 3)\nego = new Car at (x, y)\n",
         "x, y = (1, 2)\nego = new Car at (x, y)\n",
     ),
@@ -287,32 +289,32 @@ TOO_DEEP = Problem(
     "compute it in fewer steps",
     page=Page(
         "too many operations in a row",
-        "Each is done on the result of the one before; later stages walk along this chain, so its length is limited.",
+        "Each operation uses the result of the one before; later stages follow this chain, so its length is limited.",
         "param P = Range(1, 2)\nx = sum([P * i for i in range(200)])\nego = new Car on road, with speed x / 9999\n",
         "param P = Range(1, 2)\nx = P * sum(range(200))\nego = new Car on road, with speed x / 9999\n",
     ),
 )
 TOO_MUCH_WORK = Problem(
     "SCN434",
-    "this file takes too long to work out",
-    "loops, lists, functions and behaviors come to more than {limit} evaluations",
+    "this file takes too long to evaluate",
+    "loops, lists, functions and behaviors need more than {limit} evaluations",
     "end loops sooner, and use shorter lists and ranges",
     page=Page(
-        "too much to work out",
-        "Loops, lists, functions and behaviors are worked out when the file is compiled; the limit ends what would "
-        "take for ever.",
+        "too much to evaluate",
+        "Loops, lists, functions and behaviors are evaluated when the file is compiled; the limit stops what would "
+        "take forever.",
         "big = range(5000)\nx = len([a for a in big for b in big])\nego = new Car on road, with speed x / 1e9\n",
         "big = range(50)\nx = len([a for a in big for b in big])\nego = new Car on road, with speed x / 1e9\n",
     ),
 )
 ENDLESS_LAMBDA = Problem(
     "SCN435",
-    "this function calls itself too deep, or without end",
+    "this function calls itself too deeply, or without end",
     cure="use a list instead of recursion",
     page=Page(
-        "lambda without end",
-        "A function that calls itself is worked out at once, whatever its condition says about values that are drawn. "
-        "Thirty calls within each other are the limit, fewer where each holds many loops and lists.",
+        "endless recursion",
+        "A function that calls itself is evaluated when the file is compiled, whatever its condition says about drawn "
+        "values. Thirty nested calls are the limit, fewer where each contains many loops and lists.",
         "f = lambda n: f(n + 1)\nego = new Car on road, with speed f(1)\n",
         "f = lambda n: n + 1\nego = new Car on road, with speed f(1)\n",
     ),
@@ -323,7 +325,7 @@ LIST_TOO_LONG = Problem(
     cure="use a shorter one",
     page=Page(
         "list too long",
-        "Every item of a list is worked out when the file is compiled, so its length is limited.",
+        "Every item of a list is evaluated when the file is compiled, so its length is limited.",
         "x = list(range(9000)) + list(range(9000))\nego = new Car on road, with speed len(x) / 1e4\n",
         "x = list(range(900)) + list(range(900))\nego = new Car on road, with speed len(x) / 1e4\n",
     ),
@@ -335,7 +337,7 @@ BAD_TRACK = Problem(
     page=Page(
         "track that cannot be replayed",
         "A track is a text: the line `time,x,y,heading,speed`, then a row of five numbers for each sample, in SI units "
-        "and radians, in the order of time.",
+        "and radians, in order of time.",
         'TRACK = """\ntime,x,y,heading,speed\n0,0,0,0,10\n"""\n'
         "ego = new Car on road, with behavior ReplayBehavior(TRACK)\n",
         'TRACK = """\ntime,x,y,heading,speed\n0,0,0,0,10\n1,10,0,0,10\n"""\n'

@@ -20,7 +20,7 @@ def lane_under(ev: Evaluator, place: Value) -> Value:
         return lane_at(ev, current_pose(ev, place))
     if isinstance(place, Pose):
         return lane_at(ev, place)
-    point = position(ev, place, ev.algebra.span, "what is asked for its lane")
+    point = position(ev, place, ev.algebra.span, "the point whose lane is needed")
     if (only := _only_lane(ev, point)) is not None:
         return only
     return lane_at(ev, Pose(point.x, point.y, ev.algebra.literal(math.nan)))
@@ -71,7 +71,7 @@ def _known(ev: Evaluator, place: Value, name: str) -> Lane | Point:
     where = current_pose(ev, place) if isinstance(place, Actor) else place
     if isinstance(where, Pose) and isinstance(lane := chosen(where.lane), Lane):
         return lane
-    point = position(ev, where, ev.algebra.span, f"what `{name}` is asked for")
+    point = position(ev, where, ev.algebra.span, f"the argument of `{name}`")
     x, y = closed_value(point.x), closed_value(point.y)
     if x is None or y is None:
         suggestion = "ask at a point that is known before the run, as in `(3 m, 40 m)`"

@@ -257,7 +257,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
     if isinstance(value, Area) and name in _NETWORK:
-        cure = f"a region is where one may stand; the map is asked by `network.{name}`"
+        cure = f"a region is only an area; for the map write `network.{name}`"
     raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
 
 
@@ -265,7 +265,7 @@ def _of_an_item(items: tuple[Value, ...], name: str) -> str:
     """What to write for an attribute that a list does not have; a trajectory is one of lanes."""
     place = {"startLane": 0, "connectingLane": 1, "endLane": len(items) - 1}.get(name)
     if items and place is not None and place < len(items) and all(isinstance(item, Lane) for item in items):
-        return f"it is a list of lanes, and this one is `[{place}]` of it"
+        return f"it is a list of lanes; write `[{place}]` for this one"
     return "take one of its items, such as the first: `[0]`"
 
 

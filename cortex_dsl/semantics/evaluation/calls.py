@@ -165,7 +165,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
 def _turn_into(ev: Evaluator, heading: Given, span: Span) -> Term:
     """By how much who acts is to turn, to head as asked for; who walks turns at once."""
     if (actor := ev.moment.actor) is None:
-        raise ONLY_WHILE_RUNNING.mistake(span, what="who walks")
+        raise ONLY_WHILE_RUNNING.mistake(span, what="the pedestrian")
     pose = geometry.current_pose(ev, actor)
     return wrapped(geometry.heading_at(ev, heading.value, Vector(pose.x, pose.y), heading.span) - pose.heading)
 

@@ -43,7 +43,7 @@ def param_value(ev: Evaluator, entry: nodes.ParamEntry) -> Value:
     name = call.function.id
     if name in ("Normal", "Fixed"):
         if name == "Normal":
-            reason = "a normal distribution has no bounds that a search could keep to"
+            reason = "a normal distribution has no bounds for a search"
             ev.report(NUISANCE_PARAM.at(entry.value.span, name=entry.name, reason=reason))
         return ev.evaluate(entry.value)
     given = evaluate_arguments(ev, call.arguments)

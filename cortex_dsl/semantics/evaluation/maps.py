@@ -67,7 +67,7 @@ def _file(ev: Evaluator, node: nodes.Map) -> MapSpec:
             given[0].span if given else node.span,
             what="`map opendrive` takes the name of one file",
             reason="",
-            cure='as in `map opendrive("roads/town.xodr")`, seen from this file',
+            cure='as in `map opendrive("roads/town.xodr")`, relative to this file',
         )
     name, span = given[0].value, given[0].span
     found = ev.file.find_map(name)

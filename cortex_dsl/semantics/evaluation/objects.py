@@ -57,7 +57,7 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
             node.class_span,
             name=node.class_name,
             suggestion=did_you_mean(node.class_name, known)
-            or "as in `new Car`; for what stands still and is no vehicle, `new Obstacle`",
+            or "as in `new Car`; for something that stands still and is not a vehicle, `new Obstacle`",
         )
     if ev.moment.running or ev.moment.later:
         raise NOT_SUPPORTED.mistake(

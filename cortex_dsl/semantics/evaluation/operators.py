@@ -158,7 +158,7 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     raise NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure)
 
 
-_NUMBER_OF_IT = "take a number of it, such as `ego.speed`, or `distance from ego to lane`"
+_NUMBER_OF_IT = "use a number, such as `ego.speed`, or `distance from ego to lane`"
 _TO_TEXT = 'to write it into the text use `f"{x}"`, or `str(x)`; `int("3")` reads the number in a text'
 _DISPLACED = "to displace a place write `place offset by (0 m, 10 m)`: so far to the right, and so far ahead"
 

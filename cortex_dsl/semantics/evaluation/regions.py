@@ -220,7 +220,7 @@ attribute_names = tuple(_JOINED)
 
 def _area(value: Value, span: Span) -> Area:
     if not isinstance(value, Area):
-        cure = "as in `CircularRegion((0, 0), 20)`; those of the map are no such regions"
+        cure = "as in `CircularRegion((0, 0), 20)`; a region of the map does not do"
         raise WRONG_KIND.mistake(span, what="this", expected="a region of the file", actual=kind_name(value), cure=cure)
     return value
 

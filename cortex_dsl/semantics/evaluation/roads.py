@@ -201,7 +201,7 @@ def reasons_for_road(road: RoadSpec) -> str:
     """Why a default road is no plain one; nothing for a plain one."""
     found = []
     if road.lanes > 1:
-        found.append(f"{road.lanes} lanes a direction, since the file asks for neighbouring lanes")
+        found.append(f"{road.lanes} lanes per direction, since the file asks for neighbouring lanes")
     if road.approach != RoadSpec().approach:
         found.append(f"arms of {road.approach:g} m, since it keeps that far from the intersection")
     return "it has " + " and ".join(found) if found else ""

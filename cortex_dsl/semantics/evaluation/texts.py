@@ -176,7 +176,7 @@ def _is_python(ev: Evaluator, x: Given, name: str) -> bool:
     """Whole numbers are of the class `int`, others of `float`."""
     match x.value:
         case Quantity() as number if name in _NUMBERS:
-            known = ev.constant(number, x.span, "a number whose class is asked for")
+            known = ev.constant(number, x.span, "a number whose class is tested")
             return known.is_integer() == (name == "int")
         case Truth():
             return name == "int"

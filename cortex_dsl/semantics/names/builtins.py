@@ -319,8 +319,8 @@ OVER_RUN: Mapping[str, str] = {**REDUCERS, **{row.name: row.sentence for row in 
 
 UNASSIGNABLE: Mapping[str, str] = {
     "self": "it is the object that a behavior drives",
-    "none": "it stands for no value",
-    "globalParameters": "it holds the params",
+    "none": "it means no value",
+    "globalParameters": "it contains the params",
 }
 """Names that a file cannot give a value to, and why."""
 

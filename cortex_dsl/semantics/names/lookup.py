@@ -64,7 +64,7 @@ class Names:
                 self._param(name, node.name_span)
             case nodes.Temporal(operator=operator) if operator in TIMED:
                 cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
-                cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
+                cure = cure or "join it only by `and`, `or` and `not`, in a `require`"
                 self.table.findings.add(TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
             case _:
                 for part in parts(node):

@@ -121,7 +121,7 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
     elif (around.setup or around.compose) and kind in NOT_IN_SETUP:
         _refuse(findings, statement, TOP_LEVEL[kind], NOT_IN_SETUP[kind])
     elif around.setup and isinstance(statement, nodes.Param) and any(e.name in OF_THE_FILE for e in statement.entries):
-        _refuse(findings, statement, "param", "it says something of the whole file")
+        _refuse(findings, statement, "param", "it applies to the whole file")
     elif around.setup and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "in a setup", "in a behavior or a `compose`")
     elif around.compose and kind in TOP_LEVEL:

@@ -1,6 +1,6 @@
-"""Mistakes of habit: what another language, an older Scenic or a fuller one would have taken.
+"""Mistakes of habit: what another language, an older Scenic or a fuller one would have accepted.
 
-Comments of C, ranges of OpenSCENARIO, signs of other languages, statements that Scenic has and this language has not.
+Comments of C, ranges of OpenSCENARIO, signs of other languages, statements that Scenic has and this language lacks.
 Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
 
@@ -63,7 +63,7 @@ def beyond_along(context: ErrorContext) -> Diagnostic | None:
         return None
     return errors.UNEXPECTED.at(
         context.found.span,
-        "`beyond` is on a line of sight, not on a way",
+        "`beyond` is measured on a line of sight, not on a trajectory",
         cure="write `after` instead of `beyond`, as in `after intersection by 10 m along trajectory`",
     )
 
@@ -94,7 +94,7 @@ def foreign_spelling(context: ErrorContext) -> Diagnostic | None:
         )
     if found.text == "?":
         return errors.FOREIGN_SPELLING.at(
-            found.span, "`?` is no operator", cure="a choice between two values is `a if condition else b`"
+            found.span, "`?` is not an operator", cure="a choice between two values is `a if condition else b`"
         )
     if found.text == ";" or (found.text == "{" and context.wants_operator):
         return errors.FOREIGN_SPELLING.at(
@@ -123,7 +123,10 @@ def text_prefix(context: ErrorContext) -> Diagnostic | None:
         return None
     if before.text.lower() == "f":
         return errors.NOT_SUPPORTED.at(
-            before.span, "a name holds no values", reason="it is the same in all scenes", cure="write a plain string"
+            before.span,
+            "a name cannot contain values",
+            reason="it is the same in all scenes",
+            cure="write a plain string",
         )
     return errors.NOT_SUPPORTED.at(
         before.span, f"strings with the prefix `{before.text}` are not supported", cure="write a plain string"
@@ -164,17 +167,17 @@ def _foreign(span: Span, message: str, cure: str) -> Diagnostic:
 
 
 def odd_blank(context: ErrorContext) -> Diagnostic | None:
-    """A blank from a web page or a word processor, which looks like any other and parts no words."""
+    """A space from a web page or a word processor, which looks like any other and separates no words."""
     start = context.before.span.end if context.before is not None else context.line.start
     found = _ODD_BLANK.search(context.source.text, start, max(start, context.found.span.start))
     if found is None:
         return None
     return errors.FOREIGN_SPELLING.at(
         Span(*found.span()),
-        f"this blank is the character U+{ord(found.group()):04X}",
-        "no ordinary blank",
-        reason="text that was copied from a web page or a word processor has such blanks",
-        cure="delete it and type a blank",
+        f"this space is the character U+{ord(found.group()):04X}",
+        "not an ordinary space",
+        reason="text that was copied from a web page or a word processor may contain such spaces",
+        cure="delete it and type a space",
     )
 
 
@@ -209,7 +212,7 @@ def between(context: ErrorContext) -> Diagnostic | None:
     if found.text != "between" or not context.wants_operator or before is None:
         return None
     name = before.text if before.kind == "name" else "x"
-    return _foreign(found.span, "`between` is no comparison", f"write `low <= {name} <= high`")
+    return _foreign(found.span, "`between` is not an operator", f"write `low <= {name} <= high`")
 
 
 def new_behind(context: ErrorContext) -> Diagnostic | None:
@@ -217,7 +220,7 @@ def new_behind(context: ErrorContext) -> Diagnostic | None:
     before, found = context.before, context.found
     if found.text != "new" or before is None or before.kind != "name" or not context.wants_operator:
         return None
-    message = f"`new` stands in front of `{before.text}`"
+    message = f"`new` goes before `{before.text}`"
     return _foreign(before.span.to(found.span), message, f"write `new {before.text}`")
 
 
@@ -229,7 +232,7 @@ def with_behind(context: ErrorContext) -> Diagnostic | None:
     if context.words[place - 2].text != ",":
         return None
     name = context.words[place - 1]
-    return _foreign(name.span.to(found.span), f"`with` stands in front of `{name.text}`", f"write `with {name.text} …`")
+    return _foreign(name.span.to(found.span), f"`with` goes before `{name.text}`", f"write `with {name.text} …`")
 
 
 def typed_name(context: ErrorContext) -> Diagnostic | None:
@@ -239,7 +242,7 @@ def typed_name(context: ErrorContext) -> Diagnostic | None:
         return None
     if after is None or after.kind != "name" or not after.text[0].isupper():
         return None
-    return _foreign(found.span, "a name is given a value with `=`", f"write `{first.text} = new {after.text} on road`")
+    return _foreign(found.span, "a name gets its value with `=`", f"write `{first.text} = new {after.text} on road`")
 
 
 def range_in_brackets(context: ErrorContext) -> Diagnostic | None:
@@ -258,4 +261,4 @@ def range_in_brackets(context: ErrorContext) -> Diagnostic | None:
 
 def _as_range(match: re.Match[str], span: Span) -> Diagnostic:
     cure = f"write `Range({match['low']}, {match['high']})`"
-    return _foreign(span, "a range is written with its name", cure)
+    return _foreign(span, "a range is written `Range(low, high)`", cure)

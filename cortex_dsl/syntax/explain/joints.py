@@ -48,7 +48,7 @@ def misspelt_joint(context: ErrorContext) -> Diagnostic | None:
 
 def _misspelt(word: Word, meant: str) -> Diagnostic:
     return errors.UNEXPECTED.at(
-        word.span, f"`{word.text}` is no word of this statement", f"did you mean `{meant}`?", cure=f"write `{meant}`"
+        word.span, f"`{word.text}` is not a word of this statement", f"did you mean `{meant}`?", cure=f"write `{meant}`"
     )
 
 
@@ -76,7 +76,7 @@ def temporal_elsewhere(context: ErrorContext) -> Diagnostic | None:
 
 def _misplaced(word: Word, cure: str) -> Diagnostic:
     return errors.MISPLACED_TEMPORAL.at(
-        word.span, f"`{word.text}` cannot stand here", reason=errors.MISPLACED_TEMPORAL.why, cure=cure
+        word.span, f"`{word.text}` cannot be used here", reason=errors.MISPLACED_TEMPORAL.why, cure=cure
     )
 
 
@@ -90,7 +90,7 @@ def guard(context: ErrorContext) -> Diagnostic | None:
             Span(before.span.end, before.span.end),
             f"nothing follows `{first.text}:`",
             "expected a condition",
-            reason="the condition of a guard stands on the same line",
+            reason="the condition of a guard goes on the same line",
             cure=f"write `{first.text}: CONDITION`",
         )
     return missing_guard_colon(first) if context.place == 1 and _begins_value(context.found) else None
@@ -101,7 +101,7 @@ def missing_guard_colon(word: Word) -> Diagnostic:
         Span(word.span.end, word.span.end),
         f"missing `:` after `{word.text}`",
         "expected `:`",
-        reason="a guard is its word, `:` and a condition",
+        reason="a guard is its keyword, `:` and a condition",
         cure=f"write `{word.text}: CONDITION`",
     )
 
@@ -124,7 +124,7 @@ def class_head(context: ErrorContext) -> Diagnostic | None:
 
 
 def class_line(context: ErrorContext) -> Diagnostic | None:
-    """A line of a class that is no `name: value`."""
+    """A line of a class that is not `name: value`."""
     first, found = context.first, context.found
     if context.place == 1 and context.accepts <= {"COLON"} and first.kind == "name" and first.text not in BLOCK_WORDS:
         if found.text == "[":
@@ -141,9 +141,9 @@ def class_line(context: ErrorContext) -> Diagnostic | None:
     if context.place == 0 and {"NAME", "STRING", "_PASS"} <= context.accepts and "NUMBER" not in context.accepts:
         return errors.CLASS_BODY.at(
             found.span,
-            f"`{found.text}` cannot stand in a class",
+            f"`{found.text}` cannot be used in a class",
             reason=errors.CLASS_BODY.why,
-            cure="write `name: value`; what an object does is its `behavior`",
+            cure="write `name: value`; what an object does belongs in its `behavior`",
         )
     return None
 
@@ -153,13 +153,13 @@ def wrong_import(context: ErrorContext) -> Diagnostic | None:
     if first.text not in ("import", "from") or first.kind != "name":
         return None
     if found.text in ("-", "/", "\\"):
-        return _wrong_import(found, f"`{found.text}` cannot stand in a name", _quoted_path(context))
+        return _wrong_import(found, f"`{found.text}` cannot be part of a name", _quoted_path(context))
     if found.text in (".", "..", "...") and context.place == 1:
         return _wrong_import(found, "a path does not begin with a dot", _quoted_path(context))
     if first.text == "from" and found.kind == "end" and context.before is not None and context.before.text == "import":
-        return _wrong_import(found, "nothing follows `import`", "name what is imported, or write `*` for everything")
+        return _wrong_import(found, "nothing follows `import`", "name what to import, or write `*` for everything")
     if first.text == "import" and found.text == ",":
-        return _wrong_import(found, "one import on a line", "write one line for each file")
+        return _wrong_import(found, "only one import per line", "write one line for each file")
     if first.text == "import" and found.text == "from":
         name, path = context.words[1].text, context.after.text if context.after is not None else "cars"
         return _wrong_import(found, "`from` comes first", f"write `from {path or 'cars'} import {name}`")
@@ -196,7 +196,7 @@ def side_without_of(context: ErrorContext) -> Diagnostic | None:
         return None
     meant = _SIDES[word.text]
     cure = f"write `{meant}`, as in `{meant} ego by 5 m`"
-    return errors.UNEXPECTED.at(word.span, f"`{word.text}` is no specifier", f"did you mean `{meant}`?", cure=cure)
+    return errors.UNEXPECTED.at(word.span, f"`{word.text}` is not a specifier", f"did you mean `{meant}`?", cure=cure)
 
 
 def misspelt_specifier(context: ErrorContext) -> Diagnostic | None:
@@ -207,5 +207,5 @@ def misspelt_specifier(context: ErrorContext) -> Diagnostic | None:
     if (meant := nearest(found.text, SPECIFIER_WORDS)) is None:
         return None
     return errors.UNEXPECTED.at(
-        found.span, f"`{found.text}` is no specifier", f"did you mean `{meant}`?", cure=f"write `{meant}`"
+        found.span, f"`{found.text}` is not a specifier", f"did you mean `{meant}`?", cure=f"write `{meant}`"
     )

@@ -33,7 +33,7 @@ def equals_after_with(context: ErrorContext) -> Diagnostic | None:
 
 
 def _next_text(context: ErrorContext) -> str:
-    """What stands after the error, up to the next comma outside brackets."""
+    """The text after the error, up to the next comma outside brackets."""
     depth, end = 0, context.line.end
     for word in context.words[context.place + 1 :]:
         depth += (word.text in ("(", "[", "{")) - (word.text in (")", "]", "}"))
@@ -71,7 +71,7 @@ def forgotten_do(context: ErrorContext) -> Diagnostic | None:
     return errors.INCOMPLETE.at(
         Span(context.line.start, context.line.start + len(call)),
         f"`do` is missing before `{context.first.text}`",
-        "a behavior is done with `do`",
+        "a behavior is run with `do`",
         cure=f"write `do {call} {context.found.text} …`",
     )
 
@@ -83,10 +83,10 @@ def wait_for_a_time(context: ErrorContext) -> Diagnostic | None:
     time = context.source.text[context.found.span.start : context.line.end].strip()
     return errors.UNEXPECTED.at(
         context.found.span,
-        "`wait` waits for one step and takes no time",
-        "a time",
-        reason="what goes on for a time is a behavior, and `IdleBehavior` lets the car roll",
-        cure=f"write `do IdleBehavior() for {time}` (or `do BrakeBehavior() for {time}` to stand)",
+        "`wait` waits for one step and takes no duration",
+        "a duration",
+        reason="only a behavior can run for a time; `IdleBehavior` lets the car coast",
+        cure=f"write `do IdleBehavior() for {time}` (or `do BrakeBehavior() for {time}` to stop)",
     )
 
 
@@ -105,7 +105,7 @@ def name_of_a_requirement(context: ErrorContext) -> Diagnostic | None:
         return None
     name = Span(context.words[start].span.end, context.line.end)
     written = context.source.slice(name).split("#")[0].strip()
-    return errors.UNEXPECTED.at(found.span, "a name of several words stands in quotes", cure=f'write `as "{written}"`')
+    return errors.UNEXPECTED.at(found.span, "a name of several words needs quotes", cure=f'write `as "{written}"`')
 
 
 def place_without_brackets(context: ErrorContext) -> Diagnostic | None:
@@ -124,7 +124,7 @@ def place_without_brackets(context: ErrorContext) -> Diagnostic | None:
     x, y = number[1].strip(), number[2].strip()
     return errors.UNEXPECTED.at(
         Span(words[start + 1].span.start, number.end()),
-        "a place of two numbers stands in brackets",
+        "a place of two numbers needs brackets",
         cure=f"write `at ({x}, {y})`",
     )
 
@@ -197,11 +197,11 @@ def percent(context: ErrorContext) -> Diagnostic | None:
         return None
     number = context.words[context.place - 2]
     cure = f"write `{float(number.text) / 100:g}`" if number.kind == "number" else "divide by 100"
-    return errors.FOREIGN_SPELLING.at(before.span, "there are no per cent here", "`%` is a remainder", cure=cure)
+    return errors.FOREIGN_SPELLING.at(before.span, "there are no percentages", "`%` is the remainder", cure=cure)
 
 
 def function_in_a_class(context: ErrorContext) -> Diagnostic | None:
-    """`def __init__(self):` and whatever else Python has in its classes."""
+    """`def __init__(self):` and other functions that Python has in its classes."""
     if context.first.text != "def" or not ({"NAME", "STRING", "_PASS"} <= context.accepts):
         return None
     if "NUMBER" in context.accepts:
@@ -245,7 +245,7 @@ def range_in_words(context: ErrorContext) -> Diagnostic | None:
     unit = f" {units.pop()}" if len(units) == 1 else ""
     inside = context.source.text[: match.start()].endswith("Range(")
     cure = f"write `{low}, {high}`" if inside else f"write `Range({low}, {high}){unit}`"
-    return errors.FOREIGN_SPELLING.at(Span(*match.span()), "a range is written with its name", cure=cure)
+    return errors.FOREIGN_SPELLING.at(Span(*match.span()), "a range is written `Range(low, high)`", cure=cure)
 
 
 def distance_first(context: ErrorContext) -> Diagnostic | None:
@@ -262,7 +262,7 @@ def distance_first(context: ErrorContext) -> Diagnostic | None:
         way = " along trajectory"
     cure = f"write `{word} {match['thing']} by {match['distance'].strip()}{way.rstrip()}`"
     return errors.UNEXPECTED.at(
-        Span(*match.span()), "the distance stands at the end, after `by`", "in another order", cure=cure
+        Span(*match.span()), "the distance goes at the end, after `by`", "in the wrong order", cure=cure
     )
 
 
@@ -276,15 +276,15 @@ def contact(context: ErrorContext) -> Diagnostic | None:
     cure = f"leave the line out; to end the run earlier write {near}" if context.first.text == "terminate" else ""
     return errors.UNEXPECTED.at(
         found.span,
-        f"`{found.text}` is no comparison",
+        f"`{found.text}` is not an operator",
         "no condition is needed for that",
-        reason="contact is always looked for, and a run ends with it by itself",
-        cure=cure or f"write {near} for what is about to happen",
+        reason="contact is always detected, and it ends the run by itself",
+        cure=cure or f"write {near} for the moment before contact",
     )
 
 
 def _around(context: ErrorContext, pattern: re.Pattern[str]) -> re.Match[str] | None:
-    """The match that holds the place of the error."""
+    """The match that contains the place of the error."""
     place, text = context.found.span.start, context.source.text
     start, end = max(context.line.start, place - LONGEST), min(context.line.end, place + LONGEST)
     found = (match for match in pattern.finditer(text, start, end) if match.start() <= place <= match.end())

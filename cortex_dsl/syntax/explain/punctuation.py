@@ -19,7 +19,7 @@ _STATEMENT_WORDS = (
     "signals", "expect", "maximize", "minimize",
 )  # fmt: skip
 _NAMING = frozenset({"behavior", "class", "import", "map", "model", "monitor", "param", "scenario"})
-"""Words after which a name stands."""
+"""Words that a name follows."""
 _NAME_OF_A_THING = {
     "param": "a name and a value: `param SPEED = Range(5, 10)`",
     "behavior": "a name and brackets: `behavior Drive(trajectory):`",
@@ -58,7 +58,7 @@ def second_assignment(context: ErrorContext) -> Diagnostic | None:
     if context.found.text != "=" or not earlier or context.bracket is not None:
         return None
     return errors.WRONG_TARGET.at(
-        context.found.span, "only one `=` in an assignment", cure="write one line for each name, or `==` to compare"
+        context.found.span, "an assignment has only one `=`", cure="write one line for each name, or `==` to compare"
     )
 
 
@@ -89,7 +89,7 @@ def missing_brackets(context: ErrorContext) -> Diagnostic | None:
     if kind not in ("behavior", "monitor") or context.found.text != ":" or "LPAR" not in context.accepts:
         return None
     return errors.UNEXPECTED.at(
-        context.found.span, f"a {kind} has brackets after its name", "expected `()`", cure="write `():`"
+        context.found.span, f"a {kind} needs brackets after its name", "expected `()`", cure="write `():`"
     )
 
 
@@ -164,12 +164,12 @@ def misplaced_unit(context: ErrorContext) -> Diagnostic | None:
     start = found.span.start
     unit = max((word for word in UNIT_WORDS if context.source.text.startswith(word, start)), key=len)
     if before.kind == "name":
-        cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {unit}`; else leave the unit away"
+        cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {unit}`; otherwise omit the unit"
     else:
         cure = f"multiply by it: `… * 1 {unit}`"
     return errors.MISPLACED_UNIT.at(
         Span(start, start + len(unit)),
-        f"the unit `{unit}` cannot stand here",
+        f"the unit `{unit}` cannot be used here",
         "a unit follows a number or a call",
         reason=errors.MISPLACED_UNIT.why,
         cure=cure,
@@ -189,8 +189,8 @@ def continued_line(context: ErrorContext) -> Diagnostic | None:
         Span(line.start, line.start + len(line.word)),
         f"`{line.word}` must be indented",
         "a specifier",
-        secondary=[Label(Span(previous.end - 1, previous.end), "goes on below")],
-        reason="a line goes on after a comma only if the next one is indented deeper",
+        secondary=[Label(Span(previous.end - 1, previous.end), "continues below")],
+        reason="a line continues after a comma only if the next one is indented deeper",
         cure="indent this line by four spaces",
     )
 
@@ -226,7 +226,7 @@ def strange_character(context: ErrorContext) -> Diagnostic | None:
         return None
     shown = f"`{found.text}`" if found.text.isprintable() else f"U+{ord(found.text[0]):04X}"
     return errors.STRANGE_CHARACTER.at(
-        found.span, f"the character {shown} means nothing here", reason=errors.STRANGE_CHARACTER.why, cure="remove it"
+        found.span, f"the character {shown} has no meaning here", reason=errors.STRANGE_CHARACTER.why, cure="remove it"
     )
 
 
@@ -236,7 +236,7 @@ def misspelt_statement(context: ErrorContext) -> Diagnostic | None:
         return None
     if context.first.text in RESERVED or context.first.text in _STATEMENT_WORDS:
         return None
-    begins = f"`{context.first.text}` begins no statement"
+    begins = f"no statement begins with `{context.first.text}`"
     if action := next((name for name in SYNONYMS.get(context.first.text, ()) if name.endswith("Action")), None):
         return errors.UNEXPECTED.at(context.first.span, begins, cure=f"write `take {action}(…)`, in a behavior")
     meant = nearest(context.first.text, _STATEMENT_WORDS)
@@ -266,8 +266,8 @@ def nothing_follows(context: ErrorContext) -> Diagnostic | None:
 
 
 def unknown_unit(context: ErrorContext) -> Diagnostic | None:
-    """What looks like a unit and is none even by its letters; `5 %` and `90°` have rules of their own."""
+    """A word in the place of a unit that is not one; `5 %` and `90°` have rules of their own."""
     found, before = context.found, context.before
     if before is None or before.kind != "number" or found.kind != "name" or found.text in RESERVED:
         return None
-    return errors.UNKNOWN_UNIT.at(found.span, f"`{found.text}` is no unit", reason=unit_list())
+    return errors.UNKNOWN_UNIT.at(found.span, f"`{found.text}` is not a unit", reason=unit_list())

@@ -130,7 +130,7 @@ BY_HAND = "play the file with esmini itself, and look into its log"
 def _reason(answer: Mapping[str, Any], code: int, said: bytes) -> str:
     """Why there is nothing to tell."""
     if "missing" in answer or "foreign" in answer:
-        return f"this is no library of esmini: {quoted(str(answer.get('missing', answer.get('foreign'))))}"
+        return f"this is not a library of esmini: {quoted(str(answer.get('missing', answer.get('foreign'))))}"
     if "memory" in answer:
         return f"esmini takes more than {MEMORY / 1e9:g} GB"
     if answer.get("refused"):

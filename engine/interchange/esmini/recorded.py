@@ -38,7 +38,7 @@ def play_and_record(library: Path, path: Path, step: float | None = None) -> Tra
         job = {"library": str(library), "file": str(path.resolve()), "step": step or STEP, "until": LONGEST}
         answer = answer_of(job, Path(folder), path.name)
     if not answer["rows"]:
-        raise InterchangeError("nobody is there when esmini plays it", "look into the file", path.name)
+        raise InterchangeError("no actor is present when esmini plays it", "look into the file", path.name)
     return tracks_of_rows(path, PLAYED, (*KEYS, "type"), _rows(answer["rows"]))
 
 

@@ -89,7 +89,7 @@ def read_recorder(path: Path) -> Tracks:
     log = _read(path)
     if not log.poses:
         cure = "ask for everything: client.show_recorder_file_info(FILE, True)"
-        raise InterchangeError("no positions of vehicles or walkers stand in it", cure, path.name)
+        raise InterchangeError("it contains no positions of vehicles or walkers", cure, path.name)
     whole = all((time, actor) in log.velocities for _, time, actor, _ in log.poses)
     keys = ("time", "actor", "x", "y", "heading", "length", "width", "type", "role")
     return tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))

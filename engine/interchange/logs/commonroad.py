@@ -62,7 +62,7 @@ def _with_buildings(tracks: Tracks, root: Node) -> Tracks:
             walls.append(_wall(shape.children[0]))
         else:
             left.append(node.text("id"))
-    what = "obstacles of the environment are left out that are no rectangular buildings"
+    what = "obstacles of the environment that are not rectangular buildings are left out"
     remarks = (f"{what}: the first is {quoted(left[0])}",) if left else ()
     return replace(tracks, remarks=(*tracks.remarks, *remarks), buildings=np.array(walls) if walls else None)
 

@@ -46,7 +46,9 @@ def read_esmini_log(path: Path) -> Tracks:
         with reading(path), path.open(encoding="utf-8-sig", newline="") as file:
             return tracks_of_rows(path, LAYOUT, KEYS, _rows(csv.reader(file), path.name))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InterchangeError(f"this is no log of esmini: {error}", "let esmini write it again", path.name) from None
+        raise InterchangeError(
+            f"this is not a log of esmini: {error}", "let esmini write it again", path.name
+        ) from None
 
 
 def _rows(lines: CsvRows, name: str) -> Iterator[Row]:

@@ -58,7 +58,7 @@ def _messages(file: BinaryIO, name: str) -> Iterator[bytes]:
         content = file.read(size) if size <= LONGEST else b""
         if len(content) < size:
             cure = "let it be written to its end; a trace of OSI holds messages behind their lengths"
-            message = "the message is cut off, or this is no trace of OSI"
+            message = "the message is cut off, or this is not a trace of OSI"
             raise InterchangeError(message, cure, f"{name}, message {number}")
         yield content
 

@@ -58,7 +58,7 @@ def _opened(path: Path, read: Callable[[Any], Made]) -> Made:
             return read(reader.make_reader(file, validate_crcs=True))
     except (broken.McapError, ValueError, KeyError, IndexError, TypeError) as error:
         reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
-        message = f"this is no MCAP that can be read: {quoted(reason)[1:-1]}"
+        message = f"this is not a readable MCAP file: {quoted(reason)[1:-1]}"
         raise InterchangeError(message, "write it again, or take CSV or Parquet", path.name) from None
 
 
@@ -96,7 +96,7 @@ def _own_tracks(reader: Any, name: str) -> Tracks:
     nothing: Mapping[str, str] = {}
     said = next((each.metadata for each in reader.iter_metadata() if each.name == ACTORS), nothing)
     tracks = [_track(who, own, json.loads(said.get(who, "{}"))) for who, own in samples.items()]
-    remarks = () if said else ("it does not say what its actors are: everybody is taken for a car",)
+    remarks = () if said else ("it does not say what its actors are: all are taken for cars",)
     return Tracks(tuple(tracks), remarks, name)
 
 

@@ -329,6 +329,6 @@ def _remarks_on_road(recording: Recording, road_file: str | None) -> Iterator[st
     if recording.signals is None:
         return
     if road_file is None or recording.road is None:
-        yield "the traffic lights are left out, as there is no road for them to stand at"
+        yield "the traffic lights are left out, as there is no road for them"
     elif recording.signals.controlled:
         yield "the scenario may change its traffic lights by itself; what is written is their fixed plan alone"

@@ -184,7 +184,7 @@ def _with_counted_time(found: dict[str, Column], place: str, rate: float | None)
         return {**found, "time": Column(counted.index, counted.name, 1.0 / rate, FRAMES)}
     if frame is not None and "time" not in found:
         cure = "say how many there are in a second, as in --rate 25, or add a column `time` in seconds"
-        raise InterchangeError(f"{cited(frame.name)} counts samples, and is no time", cure, place)
+        raise InterchangeError(f"{cited(frame.name)} counts samples and is not a time", cure, place)
     return found
 
 

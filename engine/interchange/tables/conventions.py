@@ -132,7 +132,7 @@ def _refuse_parts(cells: Cells) -> None:
     parts = list(dict.fromkeys(cells.texts.get("part", ())))
     if len(parts) > 1:
         named = ", ".join(quoted(part) for part in parts[:MOST_PARTS]) + (", …" if len(parts) > MOST_PARTS else "")
-        message = f"{len(parts):,} recordings stand in it, by its column `{cells.columns['part'].name}`: {named}"
+        message = f"{len(parts):,} recordings are in it, by its column `{cells.columns['part'].name}`: {named}"
         raise InterchangeError(message, "leave the rows of one of them", cells.file)
 
 

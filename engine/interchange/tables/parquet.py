@@ -148,7 +148,7 @@ class ParquetFile:
 
 def _broken(file: str, error: Exception) -> InterchangeError:
     reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
-    return InterchangeError(f"this is no Parquet that can be read: {reason}", "write it again, or name another", file)
+    return InterchangeError(f"this is not a readable Parquet file: {reason}", "write it again, or name another", file)
 
 
 def _pyarrow(module: str) -> Any:

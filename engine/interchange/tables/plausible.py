@@ -86,7 +86,7 @@ def scale_remarks(names: Sequence[str], tracks: Sequence[tuple[Floats, Floats]])
     if pace and max(pace) > FASTEST:
         who = cited(names[int(np.argmax(pace))])
         cure = "if positions are millimetres, call them `x [mm]` and `y [mm]`; if times are not seconds, say their unit"
-        yield f"{who} moves at {max(pace):,.0f} m/s, which nobody on a road does: {cure}"
+        yield f"{who} moves at {max(pace):,.0f} m/s, which no actor on a road does: {cure}"
 
 
 # -- headings and speeds held against positions ------------------------------------------------------------------------

@@ -107,7 +107,7 @@ def recording_of(
 def _cells(path: Path, rate: float | None = None) -> Cells:
     """Raises InterchangeError where there is no such file, or none of a kind that is read."""
     if path.suffix.lower() not in (".csv", ".parquet"):
-        raise InterchangeError("this is no table", "name a file that ends in .csv or .parquet", path.name)
+        raise InterchangeError("this is not a table", "name a file that ends in .csv or .parquet", path.name)
     with reading(path, "a table of trajectories"):
         if (size := path.stat().st_size) > MOST_BYTES:
             message = f"the file has {size / 1e6:,.0f} MB"

@@ -220,7 +220,7 @@ class _Gathered:
             near = get_close_matches(word, KINDS, n=1) if word and word not in own else []
             found, said = own.get(word, KINDS[near[0]] if near else None), f"type {quoted(word)}" if word else "no type"
         if "type" not in self.cells.columns and "type" not in self.cells.texts:
-            self.remarks.append("the table has no types: everybody is taken for a car")
+            self.remarks.append("the table has no types: all actors are taken for cars")
         elif found is None:
             self.remarks.append(f"{cited(label)} has {said}: taken for a car")
         return ActorKind.CAR if found is None else found

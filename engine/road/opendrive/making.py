@@ -73,7 +73,7 @@ class _Builder:
         network.signs = tuple(signs_of(plan.links))
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
         if (apart := link_by_ways(network, plan.links.successors, beside)) > GAP:
-            network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: nobody drives on over them",)
+            network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: no vehicle drives across",)
         return network
 
     def lane(self, index: int, each: LanePlan) -> Lane:

@@ -253,17 +253,17 @@ def on_links(network: OdrNetwork) -> Iterator[str]:
         if any(end.id not in there.get(end.kind, ()) for end in (road.predecessor, road.successor) if end is not None)
     ]
     if lost:
-        yield f"a link {_of(lost[0], lost)} leads to what is not there: its lanes end"
+        yield f"a link {_of(lost[0], lost)} leads to something that does not exist: its lanes end"
     lost = [each.junction for each in network.connections if not {each.incoming, each.connecting} <= there["road"]]
     if lost:
-        yield f"junction `{lost[0][:40]}` joins roads that are not there: nobody goes that way"
+        yield f"junction `{lost[0][:40]}` joins roads that do not exist: these connections are not used"
 
 
 def on_sides(network: OdrNetwork) -> Iterator[str]:
     """On a file in which some roads keep left and others right."""
     left = [road.id for road in network.roads.values() if road.left_hand]
     if left and len(left) < len(network.roads):
-        yield f"traffic keeps left on {len(left)} of {len(network.roads)} roads alone, such as `{left[0][:40]}`"
+        yield f"traffic keeps left only on {len(left)} of {len(network.roads)} roads, such as `{left[0][:40]}`"
 
 
 def on_widths(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> Iterator[str]:
@@ -274,7 +274,7 @@ def on_widths(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> Iterato
         if float(np.hypot(*(outer - inner).T).max(initial=0.0)) < LEAST_WIDTH
     ]
     if lost := list(dict.fromkeys(road.id for road in narrow if road.junction == THROUGH)):
-        yield f"a lane {_of(lost[0], lost)} has no width: nobody fits into it"
+        yield f"a lane {_of(lost[0], lost)} has no width: no vehicle fits into it"
 
 
 def on_junctions(
@@ -283,7 +283,7 @@ def on_junctions(
     """On junctions without lanes to drive on, and on such as lie in one another's place."""
     for junction, area in areas.items():
         if area is None:
-            yield f"no lane of junction `{junction[:40]}` has a width: nobody goes that way"
+            yield f"no lane of junction `{junction[:40]}` has a width: it is not used"
     there = {road: each.junction for road, each in network.roads.items()}
     meant = [each.junction for each in network.connections if there.get(each.connecting, THROUGH) != THROUGH]
     if shut := [junction for junction in dict.fromkeys(meant) if junction not in ways]:

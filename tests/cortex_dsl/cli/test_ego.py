@@ -74,7 +74,7 @@ def test_nobody_is_named(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         ("python:nowhere:drive", "there is no module `nowhere` here"),
         ("planner_of_mine", "`planner_of_mine` names no driver"),
         ("process:./nowhere", "`./nowhere` cannot be started"),
-        ("python:planner_of_mine:SPEED", "the controller `ego` is no function and has not both `reset` and `act`"),
+        ("python:planner_of_mine:SPEED", "the controller `ego` is not a function and lacks `reset` or `act`"),
     ],
 )
 def test_a_name_that_is_none(home: Path, capsys: pytest.CaptureFixture[str], name: str, message: str) -> None:

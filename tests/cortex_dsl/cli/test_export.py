@@ -351,7 +351,7 @@ def test_a_certificate_lies_beside_what_was_played(cortexc: Command, run: Path, 
     result = cortexc(*words, "--esmini", tmp_path, "--json")
     assert result.code == Exit.DIAGNOSTICS
     (certificate,) = result.document["certificates"]
-    assert "no library of esmini" in certificate["problem"]
+    assert "not a library of esmini" in certificate["problem"]
     (beside,) = (tmp_path / "files").glob("*.fidelity.json")
     assert json.loads(beside.read_text(encoding="utf-8")) == certificate
-    assert "no library of esmini" in result.document["findings"][0]["reason"]
+    assert "not a library of esmini" in result.document["findings"][0]["reason"]

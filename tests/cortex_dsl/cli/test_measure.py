@@ -201,7 +201,7 @@ def test_a_missing_package_is_reported_with_its_extra(
         (("head_on.csv", "--to", "csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
         (("head_on.csv", "--force"), Exit.USAGE, "without --to"),
         (("head_on.csv", "--near", "20"), Exit.USAGE, "without --all"),
-        (("head_on.csv", "--all", "--ego", "ego"), Exit.USAGE, "by which nobody is the ego"),
+        (("head_on.csv", "--all", "--ego", "ego"), Exit.USAGE, "which has no ego"),
         (("head_on.csv", "--all", "--near", "0"), Exit.USAGE, "between 1 and 1000 m"),
         (("head_on.csv", "--rate", "0"), Exit.USAGE, "a second"),
         (("head_on.csv", "--all", "--page", "new", "--table", "new"), Exit.USAGE, "are both `new`"),

@@ -37,7 +37,7 @@ def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path,
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert result.code == Exit.FINE
     assert "ga against random: avoidable undecided" in result.out
-    assert "with 2 runs of each this is a hint at most" in result.out
+    assert "with 2 runs of each this is at most a hint" in result.out
     for measure in ("avoidable kinds", "colliding genomes", "kinds", "RL", "NC", "MDG", "MDEC", "NIS"):
         assert f"\n  {measure}" in result.out
     names = {path.name for path in (tmp_path / "s").iterdir()}
@@ -131,7 +131,7 @@ def test_without_files_the_six_are_named(cortexc: Callable[..., Any], tmp_path: 
     result = cortexc("study", "--runs", 1, "--generations", 1, "--population", 4, "--jobs", 1, "--out", tmp_path / "s")
     assert "no FILES: the paper's six scenarios" in result.said
     assert "three_way_left" in result.out
-    assert "Beside the paper" not in result.out
+    assert "Compared with the paper" not in result.out
 
 
 @pytest.mark.parametrize(

@@ -264,7 +264,7 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     page = (run / "report.html").read_text()
     assert f"{100 * rows[0]['value']:.2f} %" in page
     assert f"{rows[0]['collisions']:,} collisions among {rows[0]['valid']:,} valid of 2,000 simulations" in page
-    assert "no model of how often" in page
+    assert "not a model of how often" in page
     assert "cortexc probability" not in page
 
 

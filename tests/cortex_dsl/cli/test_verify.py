@@ -69,7 +69,7 @@ def test_an_old_journal_is_unproved_and_its_simulations_tell(cortexc: Command, r
     worst = "UPDATE simulation SET lateral_grip = lateral_grip + 1e-9 WHERE score >= 10"
     result = cortexc("verify", copied(run, tmp_path, worst, chained=False), "--sample", 10**9)
     assert result.code == 2
-    assert "comes to something else again" in result.said
+    assert "gives another result when it is repeated" in result.said
     assert "help: restore it from a copy" in result.said
     version = "UPDATE manifest SET value = json_set(value, '$.numba', '9.0') WHERE field = 'versions'"
     result = cortexc("verify", copied(run, tmp_path, worst, version, chained=False), "--sample", 10**9)

@@ -192,7 +192,7 @@ def test_drivers_of_ours_have_stand_ins() -> None:
     """Which say what they lack."""
     text, remarks = written(f"{ROAD}{EGO}, with behavior CarFollowingBehavior(9 m/s, time_headway=2 s)\n")
     assert "behavior CarFollowingBehavior(target_speed=10, trajectory=None):" in text
-    assert any("`CarFollowingBehavior`" in remark and "also behind others" in remark for remark in remarks)
+    assert any("`CarFollowingBehavior`" in remark and "even behind other actors" in remark for remark in remarks)
     assert any("`time_headway`" in remark for remark in remarks)
 
 

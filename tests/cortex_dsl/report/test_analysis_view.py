@@ -76,7 +76,7 @@ def test_collisions_that_no_driving_explains_are_said_apart() -> None:
     assert lost_text(Avoided(9, {})) == struck_text(Avoided(9, {})) == ""
     assert lost_text(Avoided(9, {Avoidance.LOST: 2})).startswith("2 of them are lost from the start")
     struck = {Avoidance.STRUCK_FROM_BEHIND: 2, Avoidance.STRUCK_STANDING: 1}
-    assert struck_text(Avoided(9, struck)).startswith("3 of them are no failure of the ego")
+    assert struck_text(Avoided(9, struck)).startswith("3 of them are not the ego's failure")
 
 
 def test_a_margin_says_early_or_late() -> None:

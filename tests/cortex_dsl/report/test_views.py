@@ -400,7 +400,7 @@ def test_a_contact_that_is_no_failure_of_the_ego_says_so(program: Program, colli
     """A story that blames nobody wrongly."""
     assert end_of(program, collision, 0).text == "contact: ego and adversary"
     struck = replace(collision, fault=np.array([[Fault.STRUCK_FROM_BEHIND]], dtype=np.int32))
-    assert end_of(program, struck, 0).text.endswith("; ego was struck from behind, which is no failure of its own")
+    assert end_of(program, struck, 0).text.endswith("; ego was struck from behind, which is not its failure")
 
 
 def test_held_params_stay_in_the_table(run: RunReport) -> None:

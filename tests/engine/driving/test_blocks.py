@@ -482,7 +482,7 @@ def test_who_never_drives_ends_the_command() -> None:
 
 
 def test_no_controller_is_told() -> None:
-    assert "is no function" in refused_kind(7)
+    assert "is not a function" in refused_kind(7)
     assert refused({"eg": cruising}).cure == "did you mean `ego`?"
 
 

@@ -192,7 +192,7 @@ def test_a_process_that_hangs_is_ended(tmp_path: Path, monkeypatch: pytest.Monke
 def test_what_is_no_library_is_told(tmp_path: Path) -> None:
     """By the very child."""
     (tmp_path / "lib").write_text("nothing", encoding="utf-8")
-    with pytest.raises(InterchangeError, match="no library of esmini"):
+    with pytest.raises(InterchangeError, match="not a library of esmini"):
         esmini.play(tmp_path / "lib", {}, "case.xosc", crash(), np.array([0.0]))
 
 

@@ -253,7 +253,7 @@ def test_what_no_recording_says_is_said() -> None:
     assert "no buildings are known" in unknown
     assert measure(replace(recording, buildings=np.zeros((0, 5)))).not_judged == ()
     (hidden,) = measure(replace(recording, buildings=np.array([FAR]))).not_judged
-    assert "whom they hide is not judged" in hidden
+    assert "what buildings hide is not judged" in hidden
 
 
 def test_whoever_is_met_first_ends_it() -> None:
@@ -351,7 +351,7 @@ def test_nothing_depends_on_the_axes(number: int, angle: float, shift: tuple[flo
         ({"step": float("nan")}, "time step"),
         ({"step": 1e-9}, "too many"),
         ({"states": np.zeros((3, 2, len(State)))}, "no actor"),
-        ({"states": np.full((3, 2, len(State)), np.inf)}, "no number"),
+        ({"states": np.full((3, 2, len(State)), np.inf)}, "no finite state"),
     ],
 )
 def test_what_is_no_motion_is_refused(change: dict, words: str) -> None:

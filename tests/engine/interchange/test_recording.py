@@ -55,7 +55,11 @@ def test_broken_ones_are_refused() -> None:
     back = replace(whole, time=whole.time[::-1])
     broken = replace(whole, states=whole.states.copy())
     broken.states[2, 1, State.BRAKE] = np.nan
-    for made, words in ((nobody, "holds no actor"), (back, "do not ascend"), (broken, "`car_1` at 0.2 s is no number")):
+    for made, words in (
+        (nobody, "holds no actor"),
+        (back, "do not ascend"),
+        (broken, "`car_1` has no finite state at 0.2 s"),
+    ):
         with pytest.raises(InterchangeError, match=words):
             made.refuse_broken()
     absent(broken, 1, 2).refuse_broken()

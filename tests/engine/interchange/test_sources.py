@@ -345,7 +345,7 @@ def test_what_stands_beside_a_road_of_commonroad(tmp_path: Path) -> None:
     assert read.recording.buildings is not None
     assert read.recording.buildings.tolist() == [[300.0, -7.0, 0.5, 9.0, 4.0]]
     (said,) = [each for each in read.remarks if "environment" in each]
-    assert said.endswith('no rectangular buildings: the first is "72"')
+    assert said.endswith('not rectangular buildings are left out: the first is "72"')
     path.write_text(path.read_text().replace("<width>4", "<width>-4"))
     with pytest.raises(InterchangeError, match="a building of -4 m"):
         read_recording(path)
@@ -545,7 +545,7 @@ def test_files_that_belong_beside_are_asked_for(tmp_path: Path) -> None:
 def test_an_index_is_no_time(tmp_path: Path) -> None:
     """A frame asks for its rate, and nobody is told to call it a time."""
     said = refused(plain(tmp_path))
-    assert "`frame` counts samples, and is no time" in said
+    assert "`frame` counts samples and is not a time" in said
     assert "--rate 25" in said
     assert read_traffic(tmp_path / "plain.csv", 20.0).remarks[0] == "`frame` counts 20 frames a second"
 
@@ -563,7 +563,7 @@ def test_several_recordings_in_one_table_are_refused(tmp_path: Path) -> None:
     lines = ngsim(tmp_path).read_text().splitlines()
     both = [f"{line},{'Location' if n == 0 else 'us-101' if n < 60 else 'i-80'}" for n, line in enumerate(lines)]
     (tmp_path / "all.csv").write_text("\n".join(both))
-    assert '2 recordings stand in it, by its column `Location`: "us-101", "i-80"' in refused(tmp_path / "all.csv")
+    assert '2 recordings are in it, by its column `Location`: "us-101", "i-80"' in refused(tmp_path / "all.csv")
 
 
 def test_mixed_rates_are_told_by_name(tmp_path: Path) -> None:
@@ -576,7 +576,7 @@ def test_mixed_rates_are_told_by_name(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("metre", "second", "words"),
-    [(1000.0, 1.0, "moves at 20,000 m/s, which nobody on a road does: if positions are millimetres"),
+    [(1000.0, 1.0, "moves at 20,000 m/s, which no actor on a road does: if positions are millimetres"),
      (1.0, 1000.0, "rows lie 100 s apart: if times are milliseconds, call them `time [ms]`")],
 )  # fmt: skip
 def test_units_that_cannot_be_are_told(tmp_path: Path, metre: float, second: float, words: str) -> None:
@@ -617,7 +617,7 @@ def test_who_walks_lies_in_a_file_beside(tmp_path: Path) -> None:
         ("a.osi", "\x05\0\0\0abc", "a.osi, message 1: the message is cut off"),
         ("a.osi", "\x02\0\0\0\xff\xff", "the message cannot be decoded"),
         ("a.osi", "\x02\0\0\0\x08\x01", "nobody moves in it"),
-        ("a.mcap", "\x89MCAP no", "no MCAP that can be read"),
+        ("a.mcap", "\x89MCAP no", "not a readable MCAP file"),
         ("a.zip", "", "ends in .csv"),
     ],
 )

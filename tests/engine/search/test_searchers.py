@@ -71,7 +71,7 @@ def careless(box, config, streams):
 FAULTS = {
     "super().ask()[:-1]": "must propose 6 individuals in each generation, not 5",
     "[p.genome for p in super().ask()]": "not `tuple`",
-    "[Proposal((1e9,) * len(self.box), Operator.RANDOM, Birth(0, i)) for i in range(6)]": "no genome of the box",
+    "[Proposal((1e9,) * len(self.box), Operator.RANDOM, Birth(0, i)) for i in range(6)]": "not a genome of the box",
     "super().ask()[::-1]": "calls it born at",
     "1 / 0": "failed in `ask`: ZeroDivisionError",
 }

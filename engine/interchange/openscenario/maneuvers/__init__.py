@@ -85,7 +85,7 @@ def _without(recording: Recording, varied: tuple[Parameter, ...]) -> Recording:
 
 
 def _remarks(plan: ManeuverPlan, varied: tuple[Parameter, ...], version: Version) -> Iterator[str]:
-    yield "speeds change by a steady rate and cars keep to their lanes exactly: a maneuver is no replay"
+    yield "speeds change at a steady rate and cars follow their lanes exactly: a maneuver is not a replay"
     yield "distances are taken between rear axles, the reference points of OpenSCENARIO; the simulation takes centres"
     fixed = [each.name for each in plan.parameters if each not in varied]
     if fixed:

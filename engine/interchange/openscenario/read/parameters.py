@@ -112,7 +112,7 @@ def _value(name: str, scope: Mapping[str, str], node: Node) -> str:
 
 def _worked_out(text: str, scope: Mapping[str, str], node: Node) -> float:
     """The value of the inside of `${…}`. Arithmetic is on floats only, so that no number can grow without bound."""
-    wrong = node.error(f"the expression ${{{quoted(text)[1:-1]}}} cannot be worked out", "write a number")
+    wrong = node.error(f"the expression ${{{quoted(text)[1:-1]}}} cannot be evaluated", "write a number")
     values: dict[str, float] = {}
 
     def parameter(match: re.Match[str]) -> str:

@@ -10,12 +10,12 @@
 # To look at it: scenic --2d library.scenic
 #
 # Not as in the original:
-# - Scenic has no `CarFollowingBehavior`; what stands in for it lacks something: it keeps its speed, also behind others
+# - Scenic has no `CarFollowingBehavior`; its replacement lacks something: it keeps its speed, even behind other actors
 # - line 18: Scenic has no `before … by`: left out
-# - Scenic has no `EmergencyBrakeBehavior`; what stands in for it lacks something: it drives as the behavior that it is given, without an emergency brake
-# - line 20: `EmergencyBrakeBehavior` is written without `foresees`, which Scenic's has not
-# - Scenic has no `GapAcceptanceBehavior`; what stands in for it lacks something: it never gives way
-# - Scenic has no `CrossingBehavior`; what stands in for it lacks something: it walks at its least speed, and does not time its arrival
+# - Scenic has no `EmergencyBrakeBehavior`; its replacement lacks something: it drives as the behavior that it is given, without an emergency brake
+# - line 20: `EmergencyBrakeBehavior` is written without `foresees`, which Scenic's does not have
+# - Scenic has no `GapAcceptanceBehavior`; its replacement lacks something: it never gives way
+# - Scenic has no `CrossingBehavior`; its replacement lacks something: it walks at its least speed, and does not time its arrival
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
 
 param timestep = 0.05
@@ -31,7 +31,7 @@ maneuver_west_in_2_to_north_out_2 = next(m for m in lane_west_in_2.maneuvers if 
 section_west_in_1 = network.laneSectionAt((-53.0, -5.25))
 
 behavior CarFollowingBehavior(target_speed=10, trajectory=None):
-    # in its place: it keeps its speed, also behind others
+    # in its place: it keeps its speed, even behind other actors
     if trajectory is None:
         do FollowLaneBehavior(target_speed=target_speed)
     else:

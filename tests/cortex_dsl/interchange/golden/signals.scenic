@@ -11,7 +11,7 @@
 #
 # Not as in the original:
 # - line 6: traffic lights, which Scenic's driving library does not have: left out
-# - line 9: `FollowLaneBehavior` is written without `obey_signals`, which Scenic's has not
+# - line 9: `FollowLaneBehavior` is written without `obey_signals`, which Scenic's does not have
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
 
 param timestep = 0.05

@@ -12,7 +12,7 @@ pedals stay as they were set, as in Scenic.
 # To look at it: scenic --2d walking.scenic
 #
 # Not as in the original:
-# - Scenic has no `AutopilotBehavior`; what stands in for it lacks something: it neither gives way nor keeps its distance
+# - Scenic has no `AutopilotBehavior`; its replacement lacks something: it neither gives way nor keeps its distance
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
 
 param timestep = 0.05

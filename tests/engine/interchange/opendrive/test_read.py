@@ -38,7 +38,7 @@ def test_buildings_beside_a_road_are_walls(tmp_path: Path) -> None:
     )
     assert road.buildings == pytest.approx(np.array([[-8.0, 20.0, math.pi / 2 + 0.3, 10.0, 6.0]]))
     assert [remark for remark in road.remarks if "building" in remark] == [
-        "buildings are left out that are no rectangles, or have no place: `tower` and 2 more"
+        "buildings that are not rectangles, or have no place, are left out: `tower` and 2 more"
     ]
     assert len(network(tmp_path, XODR).buildings) == 0
 

@@ -256,7 +256,9 @@ def test_links_to_nowhere_end_the_road(link: str, tmp_path: Path) -> None:
     network = read(path)
     assert [lane.successors for lane in network.lanes] == [()]
     assert network.lanes[0].role is LaneRole.THROUGH
-    assert ["leads to what is not there" in each for each in network.remarks] == ([] if '"1"' in link else [True])
+    assert ["leads to something that does not exist" in each for each in network.remarks] == (
+        [] if '"1"' in link else [True]
+    )
 
 
 def test_gaps_and_junctions_of_roads_that_are_not_there_are_told(tmp_path: Path) -> None:
@@ -268,7 +270,7 @@ def test_gaps_and_junctions_of_roads_that_are_not_there_are_told(tmp_path: Path)
     path.write_text("<OpenDRIVE>" + DRIVEN.format(link="").replace(PLAN, plan) + junction + "</OpenDRIVE>")
     gap, lost = read(path).remarks
     assert gap == "the reference line of road `1` is broken, by up to 0.1 m"
-    assert lost == "junction `5` joins roads that are not there: nobody goes that way"
+    assert lost == "junction `5` joins roads that do not exist: these connections are not used"
 
 
 def test_a_surface_whose_outline_meets_itself() -> None:
@@ -311,7 +313,7 @@ def test_junctions_in_one_another_are_told(dx: float, said: int | None, tmp_path
 @pytest.mark.parametrize(
     ("which", "remark"),
     [
-        (1, "traffic keeps left on 1 of 10 roads alone, such as `1`"),
+        (1, "traffic keeps left only on 1 of 10 roads, such as `1`"),
         (-1, "no lane leads through junction `10`: its links do not fit its roads"),
     ],
 )
@@ -335,8 +337,8 @@ def test_a_junction_of_no_width(tmp_path: Path) -> None:
     path.write_text(VILLAGE.read_text().replace('a="3.5"', 'a="0"'))
     network = read(path)
     assert network.remarks[-2:] == (
-        "a lane of road `1` and 3 more has no width: nobody fits into it",
-        "no lane of junction `10` has a width: nobody goes that way",
+        "a lane of road `1` and 3 more has no width: no vehicle fits into it",
+        "no lane of junction `10` has a width: it is not used",
     )
     assert (len(network.intersections), len(network.maneuvers)) == (0, 0)
     found = compile_source(Source("thin.scn", f'map opendrive("{path}")\nego = new Car on road\n')).diagnostics

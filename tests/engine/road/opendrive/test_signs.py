@@ -85,7 +85,7 @@ def test_a_sign_without_lanes_tells_those_who_come_its_way(orientation: str, way
     [
         (SIGN.replace('s="10"', 's="-3"'), 0, "signals are left out whose id, place or lanes cannot be read: 1"),
         (SIGN.replace(' t="4"', ""), 0, "signals are left out whose id, place or lanes cannot be read: 1"),
-        (SIGN.replace('value="50"', 'value="fifty"'), 1, "values of signals are left out that are no numbers: 1"),
+        (SIGN.replace('value="50"', 'value="fifty"'), 1, "values of signals that are not numbers are left out: 1"),
         (SIGN.replace('s="10"', 's="4000"'), 1, ""),
         (REFERENCE, 0, "references are left out to signals that are not there, or cannot be read: 1"),
         (STANDING, 0, ""),
