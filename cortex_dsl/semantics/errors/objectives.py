@@ -48,8 +48,8 @@ TAKEN_NAME = Problem(
     "choose another name",
     page=Page(
         "objective with a name that is taken",
-        "`risk`, `avoidable`, `conflict` and `severity` are objectives that every file has; an `expect`, `maximize` or "
-        "`minimize` of the file needs another name.",
+        "`risk`, `avoidable`, `conflict`, `severity`, `injury` and `controller` are objectives that every file has; an "
+        "`expect`, `maximize` or `minimize` of the file needs another name.",
         'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "risk"\n',
         'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "speed"\n',
     ),
