@@ -1,27 +1,31 @@
-"""Failures found kind by kind: best-first search, and once something has touched what a model of all runs foresees.
+"""Failures of every kind: a model of all runs foresees how close a new genome comes to a failure, and of which kind.
 
     archive = everything that was run
     for each generation
-        a part of it at random
-        of the rest a part as best-first search would have it
-        candidates, several for each other place: children of the best runs, of the best of each kind, and of failures
-            of all kinds alike; on the line to another of these, a little aside, or some genes moved by a step
-        a Gaussian process, of the best runs and as many others, draws what each candidate may come to; its kind is
-            taken to be that of the run that lies nearest
-        each other place takes the best candidate by one of three rules, drawn by chance
-            worth less log(1 + places that candidates of its kind were given)
-            the same, where kinds are the finer ones of best-first search
-            of the kind of failures with the fewest runs that of most worth
+        a fifth of it is random
+        a quarter of the rest is chosen by best-first search
+        candidates for the other places, several for each: children of the best runs, of the best of each kind, and of
+            failures, equally by kind; on the line to another of these, or a step away in some genes
+        a Gaussian process, fitted to the best runs and as many others, draws the worth of each candidate; its kind is
+            that of the nearest run
+        each place takes the best candidate by a rule that is chosen at random
+            COARSE   the largest worth - log(1 + places given to its kind so far)
+            FINE     the same with the finer kinds of best-first search
+            FAILING  the largest worth within the kind of failures that has the fewest runs
 
-Runs are good by how rare they are: failures before other contacts, these before what passed, each by the objective.
+The worth of a run is how rare it is: failures rank above other contacts, and these above runs without contact; within
+each group the objective decides.
 
-What fails is often a small place in the box, and a scene draws the rest, so that one run says little of its genome,
-and some hundred of them say much: a model tells contacts that were nearly failures from those that were not. A search
-that follows worth alone stays where its first failure was. So what a candidate will be counts as well: kinds are those
-that people are told (`engine.search.insight.kinds`), also of what passed or has not failed yet. From failures of one
-kind a search comes by way of these to failures of another.
+A failure is often a small place in the box, and each scene adds chance, so a single run says little about its genome.
+A hundred runs say much: the model separates contacts that were nearly failures from those that were not. A search that
+only follows worth stays near its first failure, so the kind of a candidate counts as well. Kinds are those of
+`engine.search.insight.kinds`, and runs that did not fail have one, too: through them the search gets from failures of
+one kind to failures of another.
 
-Sources of the parts: the best of each kind of behaviour, foreseen by a Gaussian process, Gaier, Asteroth and Mouret
+Until something fails, best-first search has the larger part, as it climbs slopes that few runs lead up; until anything
+touches, it has all.
+
+Sources of the parts: the best of each kind of behaviour, predicted by a Gaussian process, Gaier, Asteroth and Mouret
 (2018), "Data-efficient design exploration through surrogate-assisted illumination"; lines through two of them,
 Vassiliades and Mouret (2018), "Discovering the elite hypervolume by leveraging interspecies correlation"; a draw of
 what is believed of each candidate, Thompson (1933), "On the likelihood that one unknown probability exceeds another".
@@ -42,23 +46,25 @@ from engine.search.protocol import Box, Result, StreamAt, measure
 from engine.tables import Bools, Floats, Ints
 
 BEFORE, AFTER = 0.375, 0.75
-"""Shares of what is not run at random that a model foresees, before anything has failed (but once something has
-touched) and after; the rest is best-first search's."""
+"""Share of the places not filled at random that go to foreseen candidates: once something has touched, and once
+something has failed."""
 CANDIDATES = 8
 """For each place."""
 BEST = 3
-"""Runs of each kind that candidates are children of …"""
-TOP = 0.05
-"""… beside this share of all runs."""
+"""Runs of each kind that have children …"""
+TOP, LEAST = 0.05, 20
+"""… beside this share of all runs, and at least so many."""
 LINES, STRETCH, ASIDE = 0.5, 0.6, 0.02
-"""Share of candidates on a line; standard deviations of where on it they lie, 0 the parent and 1 the other, and of how
-far aside."""
+"""Share of candidates on a line; standard deviations of their place on it, 0 the parent and 1 the other, and of their
+distance from it."""
 SHORTEST, LONGEST = 0.005, 0.2
-"""Standard deviations of steps, of the unit interval; alike in their logarithms."""
+"""Standard deviation of a step, of the unit interval; its logarithm is uniform."""
 SPOT = 0.03
-"""Of the steps from what was foreseen, where best-first search goes on from it."""
+"""That of the first step when best-first search goes on from a foreseen candidate."""
 KNOWN = 400
-"""Runs that a model is made of."""
+"""Runs that the model is fitted to."""
+COARSE, FINE, FAILING = range(3)
+"""Rules by which a place takes a candidate."""
 LENGTH, NOISE = 0.25, 0.3
 """Over which a model forgets, times the root of the number of genes, and the share of variance that no gene decides."""
 
@@ -115,7 +121,7 @@ class FailureKinds(BestFirst):
         return points, steps
 
     def _foreseen(self, count: int, stream: Generator) -> Candidates:
-        """So many candidates, of which most is to be expected."""
+        """The candidates, so many of them, that are run."""
         if not count:
             return nobody(self._cube.size)
         promise = rarity(order(self._fails, self._touched, self._value))
@@ -126,8 +132,8 @@ class FailureKinds(BestFirst):
     # -- what there is to choose from
 
     def _candidates(self, count: int, promise: Floats, stream: Generator) -> Candidates:
-        size, failed = self._cube.size, np.flatnonzero(self._fails)
-        best, top = self._best_of_each_kind(promise), _first(promise, max(20, round(TOP * len(promise))))
+        failed = np.flatnonzero(self._fails)
+        best, top = self._best_of_each_kind(promise), _first(promise, max(LEAST, round(TOP * len(promise))))
         third = count // 3
         parents = stream.choice(best, size=count)
         parents[:third] = stream.choice(top, size=third)
@@ -135,13 +141,17 @@ class FailureKinds(BestFirst):
             parents[third : 2 * third] = self._of_all_kinds(failed, third, stream)
         others = stream.choice(np.unique(np.concatenate([best, top, failed])), size=count)
         lined = (stream.random(count) < LINES) & (others != parents)
+        points = self._archive[parents] + self._ways(self._archive[others] - self._archive[parents], lined, stream)
+        return Candidates(parents, np.where(lined, others, NONE), reflected(points))
+
+    def _ways(self, lines: Floats, lined: Bools, stream: Generator) -> Floats:
+        """(n, d) from each parent to its child: along the line to another, or a step in some genes."""
+        count, size = lines.shape
         moved = stream.random((count, size)) < MOVED / size
         moved[np.arange(count), stream.integers(size, size=count)] = True
         step = np.exp(stream.uniform(np.log(SHORTEST), np.log(LONGEST), size=(count, 1)))
         aside, along = stream.standard_normal((count, size)), stream.standard_normal((count, 1))
-        line = STRETCH * along * (self._archive[others] - self._archive[parents]) + ASIDE * aside
-        points = self._archive[parents] + np.where(lined[:, np.newaxis], line, step * aside * moved)
-        return Candidates(parents, np.where(lined, others, NONE), reflected(points))
+        return np.where(lined[:, np.newaxis], STRETCH * along * lines + ASIDE * aside, step * aside * moved)
 
     def _best_of_each_kind(self, promise: Floats) -> Ints:
         """Rows of the best runs of every kind."""
@@ -170,14 +180,14 @@ class FailureKinds(BestFirst):
         return Foreseen(worth, self._failure_kind[nearest], self._kind[nearest])
 
     def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
-        """(count,) which candidates are run."""
+        """(count,) rows of the candidates that are run."""
         worth, kind, fine = foreseen
         failing = np.unique(self._failure_kind[self._fails])
         runs = np.bincount(self._failure_kind, minlength=len(self._given))[failing]
         rows = np.empty(count, dtype=np.int64)
-        for place, which in enumerate(stream.integers(3, size=count).tolist()):
-            rival = worth - np.log1p(self._given[kind] if which else self._tries_of_kind[fine])
-            if which == 1 and len(failing):
+        for place, rule in enumerate(stream.choice([FINE, FAILING, COARSE], size=count).tolist()):
+            rival = worth - np.log1p(self._tries_of_kind[fine] if rule == FINE else self._given[kind])
+            if rule == FAILING and len(failing):
                 rarest = np.argmin(runs)
                 runs[rarest] += 1
                 here = kind == failing[rarest]
@@ -200,7 +210,9 @@ class FailureKinds(BestFirst):
 
 
 def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
-    """(n,) which comes before which: failures last, before them what touched, each by its value; equal ones alike."""
+    """(n,) ranks, the larger the better: failures, then other contacts, then the rest, each by value; equal runs share
+    one.
+    """
     rows = np.lexsort((value, touched, fails))
     columns = np.stack([fails, touched, value], axis=1)[rows]
     places = np.empty(len(rows), dtype=np.int64)
