@@ -80,7 +80,7 @@ def test_names_have_streams_of_their_own(names, seed):
     [
         ("1.ga.0.12.55", "six fields"),
         ("1.genetic.0.12.55.0", "valid: single, sample, random, ga"),
-        ("1.method-12.0.12.55.0", "`method-12` is no method"),
+        ("1.method-12.0.12.55.0", "`method-12` is not a method"),
         ("1.ga.0.twelve.55.0", "generation of a stream key is a whole number"),
         ("1.ga.-1.12.55.0", "run of a stream key"),
         ("1.ga.0.70000.55.0", "generation of a random stream is 70000; it must lie in 0 .. 65535"),

@@ -115,7 +115,7 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
         SearcherEntry(
             name="failure_kinds",
-            summary="foresees failures of every kind by a model: many kinds",
+            summary="a model foresees failures: many kinds",
             build=_plain(FailureKinds),
             title="failures by kind",
             style="green",

@@ -366,7 +366,7 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     assert "of another program" in cortexc("resume", killed).err
     assert "holds 1 run" in cortexc("resume", tmp_path).err
     assert f"did you mean `{killed}`?" in cortexc("resume", killed.with_name("kiled")).err
-    assert "is no folder" in cortexc("resume", __file__).err
+    assert "is not a folder" in cortexc("resume", __file__).err
     result = cortexc("resume")
     assert (result.code, "no run given" in result.said) == (2, True)
     assert cortexc("resume", killed, "--json").document["exit_code"] == 2

@@ -189,7 +189,7 @@ def test_outline_references_and_rename(talk, left_turn):
         (edits,) = answer.changes.values()
         assert len(edits) == left_turn.count("SAFETY_DIST") >= 2
         params = types.RenameParams(client.document, position, "require")
-        with pytest.raises(JsonRpcException, match="is no name"):
+        with pytest.raises(JsonRpcException, match="is not a name"):
             await client.wait(client.ls.text_document_rename_async(params))
 
     talk(conversation)

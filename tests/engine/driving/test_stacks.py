@@ -222,7 +222,7 @@ def test_what_cannot_be_started_is_told(scenario: cx.Scenario) -> None:
         driven(scenario, "process:./nothing")
     with pytest.raises(ControllerError, match="names no command"):
         named_driver("process: ")
-    with pytest.raises(ControllerError, match="is no command"):
+    with pytest.raises(ControllerError, match="is not a command"):
         named_driver("process:'")
 
 

@@ -348,7 +348,7 @@ def broken(made: Recording) -> Recording:
         (recording(samples=1), "fewer than two"),
         (absent(recording(), 0, 0, 1, 2, 3), "fewer than two"),
         (replace(recording(), time=np.array([0.0, 0.1, 0.4, 0.5])), "leaves out steps"),
-        (broken(recording()), "no number"),
+        (broken(recording()), "no finite state"),
     ],
 )
 def test_what_cannot_be_written(made: Recording, words: str) -> None:

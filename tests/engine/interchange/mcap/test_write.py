@@ -173,5 +173,5 @@ def test_broken_recordings() -> None:
         write_mcap(replace(empty, time=empty.time[:0], states=empty.states[:0]), "case")
     broken = recording()
     broken.states[1, 0, State.X] = np.inf
-    with pytest.raises(InterchangeError, match="no number"):
+    with pytest.raises(InterchangeError, match="no finite state"):
         write_mcap(broken, "case")

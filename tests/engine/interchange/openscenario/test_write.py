@@ -130,7 +130,7 @@ def test_a_broken_state_is_refused() -> None:
     broken.states[0, 2, State.PRESENT] = 0.0
     write_trajectories(broken, "case", ExportOptions(), ROAD)
     broken.states[2, 1, State.X] = np.nan
-    with pytest.raises(InterchangeError, match=r"`bus 12` at 0\.1 s"):
+    with pytest.raises(InterchangeError, match=r"`bus 12` has no finite state at 0\.1 s"):
         write_trajectories(broken, "case", ExportOptions(), ROAD)
 
 

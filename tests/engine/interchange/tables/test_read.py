@@ -347,7 +347,7 @@ def test_size_is_bounded(table, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1 and more that is no table PAR1"])
 def test_what_is_no_parquet_is_refused(table, content: bytes) -> None:
     """With the reason on one line."""
-    with pytest.raises(InterchangeError, match="no Parquet") as caught:
+    with pytest.raises(InterchangeError, match="not a readable Parquet file") as caught:
         table(content, name="t.parquet")
     assert "\n" not in caught.value.message
 
@@ -398,6 +398,6 @@ def test_texts_of_parquet_are_held_once(tmp_path: Path) -> None:
 def test_files_that_cannot_be_read_are_reported(tmp_path: Path) -> None:
     """Missing ones, folders, other kinds."""
     (tmp_path / "folder.csv").mkdir()
-    for name, words in (("none.csv", "no such file"), ("folder.csv", "no file"), ("t.xlsx", "no table")):
+    for name, words in (("none.csv", "no such file"), ("folder.csv", "not a file"), ("t.xlsx", "not a table")):
         with pytest.raises(InterchangeError, match=words):
             read_table(tmp_path / name)

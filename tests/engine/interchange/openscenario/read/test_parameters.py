@@ -64,7 +64,7 @@ def test_a_parameter_stands_for_its_text() -> None:
 )
 def test_other_expressions_are_refused(text: str) -> None:
     """Code, endless powers, and what has no finite value: always with the place."""
-    with pytest.raises(InterchangeError, match="cannot be worked out") as caught:
+    with pytest.raises(InterchangeError, match="cannot be evaluated") as caught:
         resolved(text, SCOPE, NODE)
     assert caught.value.place == "case.xosc, line 7"
 
