@@ -83,6 +83,15 @@ class Encounter:
         steps = min(max(time / self.step, 0.0), together - 1.0)
         return self._at(int(steps), steps - int(steps))
 
+    @cached_property
+    def contact(self) -> Snapshot:
+        """The pair at the instant of contact: on from the last sample as it moved there."""
+        now, (first, together) = self.nearest, self.span
+        late = max(0.0, self.outcome("min_distance_time") - (first + together - 1.0) * self.step)
+        ego = now.ego._replace(x=now.ego.x + late * now.ego_rate.x, y=now.ego.y + late * now.ego_rate.y)
+        other = now.other._replace(x=now.other.x + late * now.other_rate.x, y=now.other.y + late * now.other_rate.y)
+        return now._replace(ego=ego, other=other)
+
     def _at(self, sample: int, part: float) -> Snapshot:
         return snapshot(self.states, self.span[1], sample, part, self.step, self.number, self.outlines)
 

@@ -195,16 +195,17 @@ def serious_injury(kind: ActorKind, speed: float) -> float | None:
     return 1.0 / (1.0 + math.exp(-(curve.constant + curve.per_km_h * KM_H * speed + curve.per_year * curve.age)))
 
 
-def before_a_front(now: Snapshot, ego: ActorKind, other: ActorKind) -> tuple[ActorKind, ...]:
+def before_a_front(pair: Encounter) -> tuple[ActorKind, ...]:
     """What those of the two are who touch the front of a car, which the other is."""
-    struck = (other, now.ego, now.other, ego), (ego, now.other, now.ego, other)
-    return tuple(
-        kind for kind, car, body, striker in struck if striker is ActorKind.CAR and side_of(car, body) == Side.FRONT
-    )
+    now, ego, other = pair.contact, pair.ego.kind, pair.other.kind
+    ahead_of_ego = pair.outcome("side") == Side.FRONT
+    ahead_of_other = side_of(now.other, now.ego) == Side.FRONT
+    struck = (other, ego, ahead_of_ego), (ego, other, ahead_of_other)
+    return tuple(kind for kind, striker, ahead in struck if striker is ActorKind.CAR and ahead)
 
 
 def fatality(pair: Encounter) -> float | None:
-    car = striking_car(pair.nearest, pair.ego.kind, pair.other.kind) if pair.touched else None
+    car = striking_car(pair.contact, pair.ego.kind, pair.other.kind) if pair.touched else None
     return None if car is None else pedestrian_fatality(pair.outcome(("ego_speed", "other_speed")[car]))
 
 
@@ -214,5 +215,5 @@ def worst_injury(pair: Encounter) -> float | None:
         return None
     ego, other, angle = (pair.outcome(name) for name in ("ego_speed", "other_speed", "approach_angle"))
     speed = math.hypot(ego - other * math.cos(angle), other * math.sin(angle))
-    kinds = before_a_front(pair.nearest, pair.ego.kind, pair.other.kind)
-    return max((risk for kind in kinds if (risk := serious_injury(kind, speed)) is not None), default=None)
+    risks = (serious_injury(kind, speed) for kind in before_a_front(pair))
+    return max((risk for risk in risks if risk is not None), default=None)

@@ -185,8 +185,8 @@ def _by_pairs(runs: Runs, of_contact: Callable[[Encounter], float]) -> Floats:
 
 
 def _larger_change(pair: Encounter) -> float:
-    masses = pair.ego.mass, pair.other.mass
-    return relative_speed(pair.nearest) * max(masses) / sum(masses)
+    light, heavy = sorted((pair.ego.mass, pair.other.mass))
+    return relative_speed(pair.nearest) / (1.0 + (light / heavy if math.isfinite(heavy) else 0.0))
 
 
 def failing(runs: Runs) -> Floats:
@@ -220,7 +220,7 @@ BUILT_IN: tuple[Objective, ...] = (
         "injury",
         "risk of serious injury of who meets a car's front on foot, on a bicycle or in a car; 0 in other collisions",
         injury,
-        _collisions,
+        lambda _, values: values > 0.0,
     ),
     Objective(
         "controller",

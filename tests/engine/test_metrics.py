@@ -15,7 +15,7 @@ from engine.metrics.values import SERIOUS, pedestrian_fatality, serious_injury
 from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, EndReason, State
+from engine.vocabulary import ActorKind, EndReason, Side, State
 
 STEP = 0.05
 
@@ -239,6 +239,7 @@ def test_who_is_more_exposed_before_a_front_says_how_serious_it_is() -> None:
             ego_speed=np.array([[ego]]),
             other_speed=np.array([[speed]]),
             approach_angle=np.array([[angle]]),
+            side=np.array([[Side.FRONT]]),
         )
         metrics = measure_trajectory(run, met, (car, other))
         return next((m.value for m in metrics if m.name == "P_serious"), None)

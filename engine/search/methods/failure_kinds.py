@@ -1,20 +1,20 @@
 """Failures of every kind: a model of all runs foresees how close a new genome comes to a failure, and of which kind.
 
-    archive = everything that was run
+    archive = every valid run
     for each generation
         a fifth of it is random
         a quarter of the rest is chosen by best-first search
         candidates for the other places, several for each: children of the best runs, of the best of each kind, and of
             failures, equally by kind; on the line to another of these, or a step away in some genes
-        a Gaussian process, fitted to the best runs and as many others, draws the worth of each candidate; its kind is
-            that of the nearest run
+        a Gaussian process, fitted to the promise of the best runs and of as many others, draws what each candidate is
+            worth; its kind is that of the nearest run
         each place takes the best candidate by a rule that is chosen at random
             COARSE   the largest worth - log(1 + places given to its kind so far)
             FINE     the same with the finer kinds of best-first search
             FAILING  the largest worth within the kind of failures that has the fewest runs
 
-The worth of a run is how rare it is: failures rank above other contacts, and these above runs without contact; within
-each group the objective decides.
+The promise of a run is how rare it is: failures rank above other contacts, and these above runs without contact;
+within each group the objective decides.
 
 A failure is often a small place in the box, and each scene adds chance, so a single run says little about its genome.
 A hundred runs say much: the model separates contacts that were nearly failures from those that were not. A search that
@@ -98,7 +98,7 @@ class Foreseen(NamedTuple):
 
 
 class FailureKinds(BestFirst):
-    """As best-first search, an invalid or failed result counts as a try."""
+    """Places of invalid and failed results count as given to their kind."""
 
     exploring = 0.2
 
@@ -106,7 +106,7 @@ class FailureKinds(BestFirst):
         super().__init__(box, population, streams)
         self._fails, self._touched = np.empty(0, dtype=bool), np.empty(0, dtype=bool)
         self._failure_kinds: dict[FailureKind, int] = {}
-        self._failure_kind, self._given = np.empty(0, dtype=np.int64), np.empty(0)
+        self._failure_kind, self._places_given = np.empty(0, dtype=np.int64), np.empty(0)
         self._bred = nobody(len(box))
 
     def _chosen(self, count: int) -> Ints:
@@ -155,7 +155,7 @@ class FailureKinds(BestFirst):
 
     def _best_of_each_kind(self, promise: Floats) -> Ints:
         """Rows of the best runs of every kind."""
-        of_each = (np.flatnonzero(self._failure_kind == kind) for kind in range(len(self._given)))
+        of_each = (np.flatnonzero(self._failure_kind == kind) for kind in range(len(self._places_given)))
         return np.concatenate([rows[_first(promise[rows], BEST)] for rows in of_each])
 
     def _of_all_kinds(self, rows: Ints, count: int, stream: Generator) -> Ints:
@@ -181,20 +181,20 @@ class FailureKinds(BestFirst):
 
     def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
         """(count,) rows of the candidates that are run."""
-        worth, kind, fine = foreseen
+        worth, kind, fine = foreseen.worth.copy(), foreseen.kind, foreseen.fine
         failing = np.unique(self._failure_kind[self._fails])
-        runs = np.bincount(self._failure_kind, minlength=len(self._given))[failing]
+        runs = np.bincount(self._failure_kind, minlength=len(self._places_given))[failing]
         rows = np.empty(count, dtype=np.int64)
         for place, rule in enumerate(stream.choice([FINE, FAILING, COARSE], size=count).tolist()):
-            rival = worth - np.log1p(self._tries_of_kind[fine] if rule == FINE else self._given[kind])
+            rival = worth - np.log1p(self._tries_of_kind[fine] if rule == FINE else self._places_given[kind])
             if rule == FAILING and len(failing):
                 rarest = np.argmin(runs)
                 runs[rarest] += 1
-                here = kind == failing[rarest]
+                here = (kind == failing[rarest]) & (worth > -np.inf)
                 rival = np.where(here, worth, -np.inf) if here.any() else rival
             row = np.argmax(rival)
             worth[row] = -np.inf
-            self._given[kind[row]] += 1.0
+            self._places_given[kind[row]] += 1.0
             self._tries_of_kind[fine[row]] += 1.0
             rows[place] = row
         return rows
@@ -206,7 +206,7 @@ class FailureKinds(BestFirst):
         self._touched = np.append(self._touched, [measure(each, "min_distance") <= 0.0 for each in known]).astype(bool)
         kinds = [self._failure_kinds.setdefault(failure_kind(each), len(self._failure_kinds)) for each in known]
         self._failure_kind = np.append(self._failure_kind, np.array(kinds, dtype=np.int64))
-        self._given = np.append(self._given, np.zeros(len(self._failure_kinds) - len(self._given)))
+        self._places_given = np.append(self._places_given, np.zeros(len(self._failure_kinds) - len(self._places_given)))
 
 
 def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
@@ -216,7 +216,7 @@ def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
     rows = np.lexsort((value, touched, fails))
     columns = np.stack([fails, touched, value], axis=1)[rows]
     places = np.empty(len(rows), dtype=np.int64)
-    places[rows] = np.cumsum(np.append(0, (np.diff(columns, axis=0) != 0.0).any(axis=1)))[: len(rows)]
+    places[rows] = np.cumsum(np.append(0, (columns[1:] != columns[:-1]).any(axis=1)))[: len(rows)]
     return places
 
 

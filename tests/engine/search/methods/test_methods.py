@@ -339,6 +339,18 @@ def test_what_a_model_foresees_is_run(spaces: Callable[..., ParamSpace], rows: C
     assert shares["failure_kinds"] > 0.3 > 0.01 > shares["random"]
 
 
+def test_no_candidate_is_run_twice(spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]) -> None:
+    """Not even where few candidates are of the kind of failures that has the fewest runs."""
+    space = spaces([0.0] * 3, [1.0] * 3)
+
+    def sliver(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        table = rows(np.zeros(len(keys), dtype=np.int32), np.where(genomes[:, 0] < 0.4, 0.0, 9.0))
+        return replace(table, ego_speed=np.where(genomes[:, 1] < 0.01, 20.0, 5.0))
+
+    runs = search("failure_kinds", space, sliver, SearchConfig(generations=10, population=80, probes=0)).evaluations
+    assert len(np.unique(runs.genomes, axis=0)) == len(runs)
+
+
 def test_failures_that_chance_decides_are_bred_from(
     spaces: Callable[..., ParamSpace], rows: Callable[..., Assessment]
 ) -> None:
