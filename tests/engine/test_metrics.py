@@ -233,13 +233,15 @@ def test_who_is_more_exposed_before_a_front_says_how_serious_it_is() -> None:
     car, walker = usual_body(ActorKind.CAR, 4.0, 2.0), usual_body(ActorKind.PEDESTRIAN, 0.5, 0.6)
     truck = usual_body(ActorKind.TRUCK, 4.0, 2.0)
 
-    def risk(other: Body, run: Trajectory, ego: float, speed: float, angle: float) -> float | None:
+    def risk(
+        other: Body, run: Trajectory, ego: float, speed: float, angle: float, side: Side = Side.FRONT
+    ) -> float | None:
         met = replace(
             outcomes(0.0, 0.775, collided=True),
             ego_speed=np.array([[ego]]),
             other_speed=np.array([[speed]]),
             approach_angle=np.array([[angle]]),
-            side=np.array([[Side.FRONT]]),
+            side=np.array([[side]]),
         )
         metrics = measure_trajectory(run, met, (car, other))
         return next((m.value for m in metrics if m.name == "P_serious"), None)
@@ -250,7 +252,7 @@ def test_who_is_more_exposed_before_a_front_says_how_serious_it_is() -> None:
     across = trajectory(drive(0, 0, 0, 10), drive(10, 0.5, math.pi / 2, 1), contact_sample=15)
     assert risk(walker, across, 10.0, 1.0, math.pi / 2) == serious_injury(ActorKind.PEDESTRIAN, math.hypot(10, 1))
     beside = trajectory(drive(0, 0, 0, 10), drive(4, 1.3, -math.pi / 2, 1), contact_sample=15)
-    assert risk(walker, beside, 10.0, 1.0, -math.pi / 2) is None
+    assert risk(walker, beside, 10.0, 1.0, -math.pi / 2, Side.LEFT) is None
 
 
 def test_jerk_is_the_change_of_acceleration() -> None:
