@@ -33,7 +33,7 @@ _TIME = r"(?:\d+ h )?(?:\d+ min )?[\d.,]+ (?:m?s|min|h)"
 DURATIONS = re.compile(
     rf"in {_TIME}, [\d.,]+ a second|[\d.,]+ simulations a second +{_TIME} left|{_TIME} of work"
     rf"|(?<=It took ){_TIME}"
-    r"|(?<=, )[\d.,e-]+ a second"
+    r"|(?<=, )[\d.,e-]+ (?:a|per) second"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
     r"|\"per_second\": ?(\{[^}]*\}|null|[\d.e+-]+)"
     r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
