@@ -21,7 +21,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
 from multiprocessing import resource_tracker
-from typing import Any, Literal
+from queue import SimpleQueue
+from typing import Any, Literal, NoReturn, TypeVar
 
 from engine.config import Config
 from engine.errors import CortexError
@@ -62,6 +63,7 @@ def unheard_by_children() -> Generator[None]:
 
 # -- workers -----------------------------------------------------------------------------------------------------------
 
+Value = TypeVar("Value")
 Kind = Literal["threads", "processes", "dask"]
 
 BATCHES = 2
@@ -258,9 +260,32 @@ def spread(
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
         batches = [(job, genomes[start:end], keys[start:end]) for start, end in batches_of(len(genomes), workers.jobs)]
-        return concatenate(_results(executor, batches)) if batches else work(job, genomes, keys)
+        return concatenate(apart(_results, executor, batches)) if batches else work(job, genomes, keys)
 
     return evaluate
+
+
+def apart(function: Callable[..., Value], *arguments: Any, **named: Any) -> Value:
+    """What a function returns or raises, called in a thread of its own.
+
+    Waiting for futures takes their locks. Ctrl-C, which only the main thread hears, may come just as it has taken one:
+    nobody can settle that future any more, and the threads that try keep the process from ending.
+    """
+    answers: SimpleQueue[Callable[[], Value]] = SimpleQueue()
+
+    def answer() -> None:
+        try:
+            value = function(*arguments, **named)
+            answers.put(lambda: value)
+        except BaseException as error:
+            answers.put(partial(_raise, error))
+
+    threading.Thread(target=answer, daemon=True).start()
+    return answers.get()()
+
+
+def _raise(error: BaseException) -> NoReturn:
+    raise error
 
 
 def _results(executor: Executor, batches: Sequence[tuple[Job, Floats, Ints]]) -> list[Assessment]:

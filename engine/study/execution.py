@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from engine.errors import Signal
 from engine.search.store import StoreError
-from engine.search.workers import process_pool, serve_parent, tells_of_a_kill, unheard_by_children
+from engine.search.workers import apart, process_pool, serve_parent, tells_of_a_kill, unheard_by_children
 from engine.study.plan import Address, Plan, Task
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _drain(
                 pending |= {executor.submit(function, task) for task in islice(queue, AHEAD * jobs - len(pending))}
             if not pending:
                 return
-            finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+            finished, pending = apart(wait, pending, return_when=FIRST_COMPLETED)
             for future in finished:
                 on_run(future.result())
     except Exception as error:

@@ -29,6 +29,7 @@ from engine.search.workers import (
     Job,
     Workers,
     WorkersLostError,
+    apart,
     batches_of,
     open_workers,
     process_pool,
@@ -275,10 +276,37 @@ def test_the_order_of_work_changes_nothing(scenario: Scenario) -> None:
     """Rows stand in the order of their keys, whichever batch was done first."""
     scenes = scenario.sample(50, seed=2)
     evaluate = spread(Backwards(), Workers("processes", 3), scenario.program, scenario.config, "paper")
-    apart = evaluate(scenes.genomes, scenes.keys)
+    parted = evaluate(scenes.genomes, scenes.keys)
     together = work(Job(scenario.program, scenario.config, "paper"), scenes.genomes, scenes.keys)
     for name, column in vars(together).items():
-        np.testing.assert_array_equal(getattr(apart, name), column)
+        np.testing.assert_array_equal(getattr(parted, name), column)
+
+
+class Noting(Backwards):
+    """Who waits."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waited: list[threading.Thread] = []
+
+    def _late(self, future: "Future[Any]") -> Any:
+        self.waited.append(threading.current_thread())
+        return super()._late(future)
+
+
+def test_the_main_thread_never_waits_for_a_future(scenario: Scenario) -> None:
+    """Ctrl-C while it takes the lock of one would leave it locked, and the process would never end."""
+    scenes, noting = scenario.sample(50, seed=2), Noting()
+    spread(noting, Workers("processes", 3), scenario.program, scenario.config, "paper")(scenes.genomes, scenes.keys)
+    assert noting.waited
+    assert threading.main_thread() not in noting.waited
+
+
+def test_what_is_raised_apart_is_raised_here() -> None:
+    """With its message; and what is returned comes back."""
+    assert apart(divmod, 7, 2) == (3, 1)
+    with pytest.raises(ZeroDivisionError, match="zero"):
+        apart(divmod, 7, 0)
 
 
 def test_batches() -> None:
