@@ -143,7 +143,8 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     if simulated.valid:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
-    yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
+    mean = f"mean {record.manifest.objective[0]} of a valid simulation"
+    yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), mean)
     yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
 

@@ -238,3 +238,14 @@ def test_searches_that_find_nothing_have_a_page(what: str, tmp_path: Path) -> No
     words = {"nobody else": "the ego was alone", "nothing valid": "no scene met the requirements"}
     assert words[what] in text
     assert not re.search(r">[^<]*\b(nan|inf|None)\b[^<]*<", text.split("<script", maxsplit=1)[0].split("</style>")[-1])
+
+
+def test_the_mean_is_of_what_was_sought(tmp_path: Path) -> None:
+    """Of a search for something else than the risk it is not called one."""
+    file, run = Path(__file__).parents[4] / "examples" / "left_turn.scn", str(tmp_path / "run")
+    small = ["--generations", "2", "--population", "10", "--seed", "1"]
+    assert main([str(file), "--ga", "--objective", "conflict", *small, "--out", run]) == 0
+    assert main(["report", run]) == 0
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "mean conflict of a valid simulation" in page
+    assert "mean risk of" not in page
