@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pexpect
@@ -52,27 +53,24 @@ class Screen:
         self.wait(expected, times)
 
     def wait(self, expected: str, times: int = 1) -> None:
+        self._read_until(lambda: self.text.count(expected) >= times)
+        assert "Traceback" not in self.text
+
+    def press_ctrl_d(self) -> None:
+        """At an empty prompt: between two prompts the terminal itself takes the key, and the session never sees it."""
+        self._read_until(lambda: self.screen.display[self.screen.cursor.y].strip() == "scn>")
+        self.process.send(CTRL_D)
+
+    def _read_until(self, is_there: Callable[[], bool]) -> None:
         deadline = time.monotonic() + PATIENCE
-        while self.text.count(expected) < times:
+        while not is_there():
             assert time.monotonic() < deadline, self.text
             try:
                 self.stream.feed(self.process.read_nonblocking(65536, 0.05))
             except pexpect.TIMEOUT:
                 continue
             except pexpect.EOF:
-                assert self.text.count(expected) >= times, self.text
-        assert "Traceback" not in self.text
-
-    def press_ctrl_d(self) -> None:
-        """At an empty prompt: between two prompts the terminal itself takes the key, and the session never sees it."""
-        deadline = time.monotonic() + PATIENCE
-        while self.screen.display[self.screen.cursor.y].strip() != "scn>":
-            assert time.monotonic() < deadline, self.text
-            try:
-                self.stream.feed(self.process.read_nonblocking(65536, 0.05))
-            except pexpect.TIMEOUT:
-                continue
-        self.process.send(CTRL_D)
+                assert is_there(), self.text
 
     def end(self) -> int:
         self.process.expect(pexpect.EOF, timeout=PATIENCE)

@@ -58,6 +58,13 @@ maximize largest(ego.speed) as "fast"
 minimize min_distance as "near"
 terminate after 4 s
 """
+AHEAD = """
+map intersection(approach=60 m)
+param V = Range(4, 14) m/s
+param AWAY = Range(8, 30) m
+ego = new Car at (-40, -1.75), facing 0 deg, with speed V, with behavior ConstantSpeedBehavior(V)
+"""
+"""A car that drives on, whatever stands in its way."""
 SMALL: dict[str, Any] = {"generations": 3, "population": 12, "seed": 4, "jobs": 1}
 
 
@@ -133,12 +140,8 @@ def test_every_collision_is_severer_than_what_did_not_happen(runs: Runs) -> None
 
 def test_an_injury_is_as_likely_as_its_curve_says() -> None:
     """Of who is struck on foot, by the relative speed; nobody has a curve for a truck."""
-    walking = """
-map intersection(approach=60 m)
-param V = Range(4, 14) m/s
-param AHEAD = Range(8, 30) m
-ego = new Car at (-40, -1.75), facing 0 deg, with speed V, with behavior ConstantSpeedBehavior(V)
-walker = new Pedestrian ahead of ego by AHEAD, facing 90 deg, with speed 0 m/s
+    walking = f"""{AHEAD}
+walker = new Pedestrian ahead of ego by AWAY, facing 90 deg, with speed 0 m/s
 terminate after 2 s
 """
     runs = _runs(cx.compile_text(walking))
@@ -151,11 +154,7 @@ terminate after 2 s
 
 def test_an_injury_needs_the_front_of_a_car() -> None:
     """A bicycle that runs into the side of a car has no curve, however little it misses the front by."""
-    crossing = """
-map intersection(approach=60 m)
-param V = Range(4, 14) m/s
-param AWAY = Range(6, 40) m
-ego = new Car at (-40, -1.75), facing 0 deg, with speed V, with behavior ConstantSpeedBehavior(V)
+    crossing = f"""{AHEAD}
 rider = new Bicycle at (0, -1.75 - AWAY), facing 90 deg, with speed 6 m/s, with behavior ConstantSpeedBehavior(6 m/s)
 terminate after 12 s
 """
@@ -168,12 +167,8 @@ terminate after 12 s
 
 def test_who_is_fixed_changes_nothing_of_its_own() -> None:
     """All of the change of velocity is the other's."""
-    fixed = """
-map intersection(approach=60 m)
-param V = Range(4, 14) m/s
-param AHEAD = Range(8, 30) m
-ego = new Car at (-40, -1.75), facing 0 deg, with speed V, with behavior ConstantSpeedBehavior(V)
-block = new Car ahead of ego by AHEAD, with fixed True
+    fixed = f"""{AHEAD}
+block = new Car ahead of ego by AWAY, with fixed True
 terminate after 2 s
 """
     runs = _runs(cx.compile_text(fixed))
