@@ -8,7 +8,8 @@ is measured is the stepping, default observation included:
 - scenes stepped side by side, against the same scenes in the batch host: CPU time on one thread; they come to the same
   bits, which is asserted. Its parts, each the least of five, too: what one question to the controller costs
 - an environment whose episodes go on for ever, against drawing and running as many scenes in the batch host
-- a controller in a process of its own, against the same one here, at 1,024 scenes: time on the clock
+- a controller in a process of its own, which shares memory or is sent all, against the same one here, at 1,024 scenes:
+  time on the clock
 - the most memory that environments of the examples A to F take on their way, asked every 0.1 s and in each step
 """
 
@@ -18,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -42,15 +44,20 @@ STEPS = 150
 """Of an environment, after as many that are not counted."""
 BESIDE = 1024
 CLIENT = """
-import json, os
+import json, mmap, os
+import numpy as np
 read = os.fdopen(int(os.environ["CORTEXC_READ"]), "rb")
 write = os.fdopen(int(os.environ["CORTEXC_WRITE"]), "wb", buffering=0)
 header = json.loads(read.readline())
-n, wide = header["lanes"], len(header["observations"])
-write.write(b'{"version": 1}\\n')
-import numpy as np
-answer = np.tile(DECIDED, (n, 1)).astype("<f8").tobytes()
-while len(read.read(8 + 8 * n + 48 * n + 2 * n + 8 * n * wide)) > 8:
+n, wide, memory = header["lanes"], len(header["observations"]), header.get("memory") if SHARES else None
+if memory:
+    room = mmap.mmap(int(os.environ["CORTEXC_MEMORY"]), memory["size"])
+    np.ndarray((n, len(header["actions"])), "<f8", room, memory["actions"])[:] = DECIDED
+    answer, size = b"!", 8
+else:
+    answer, size = np.tile(DECIDED, (n, 1)).astype("<f8").tobytes(), 8 + 8 * n + 48 * n + 2 * n + 8 * n * wide
+write.write(b'{"version": 1, "memory": true}\\n' if memory else b'{"version": 1}\\n')
+while len(read.read(size)) == size:
     write.write(answer)
 """
 Made = TypeVar("Made")
@@ -179,19 +186,20 @@ def episodes(scenario: cx.Scenario, lanes: int) -> None:
 def processes(scenario: cx.Scenario, lanes: int) -> None:
     """The same controller there and here."""
     program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
-    with tempfile.TemporaryDirectory() as folder:
-        client = Path(folder) / "client.py"
-        client.write_text(CLIENT.replace("DECIDED", str(DECIDED)), encoding="utf-8")
-        there = named_driver(f"process:{sys.executable} {client}", lanes)
-        done: Driven = there.drive(program, scenes, config)
-        here = drive(program, scenes, constant, config, block=lanes)
-        assert np.array_equal(done.scenes.actions, here.scenes.actions)
-        one, other = in_turns(
-            lambda: there.drive(program, scenes, config),
-            lambda: drive(program, scenes, constant, config, block=lanes),
-            time.perf_counter,
-        )
-    print(f"  {lanes:,} scenes driven by a process in {one:.2f} s, here in {other:.2f} s: {one / other:.2f} times")
+
+    def here() -> Driven:
+        return drive(program, scenes, constant, config, block=lanes)
+
+    for shares, how in ((True, "shares memory"), (False, "is sent all")):
+        with tempfile.TemporaryDirectory() as folder:
+            client = Path(folder) / "client.py"
+            client.write_text(CLIENT.replace("DECIDED", str(DECIDED)).replace("SHARES", str(shares)), encoding="utf-8")
+            driver = named_driver(f"process:{sys.executable} {client}", lanes)
+            there = partial(driver.drive, program, scenes, config)
+            assert np.array_equal(there().scenes.actions, here().scenes.actions)
+            one, other = in_turns(there, here, time.perf_counter)
+        times = f"in {one:.3f} s, here in {other:.3f} s: {one / other:.2f} times"
+        print(f"  {lanes:,} scenes driven by a process that {how} {times}")
 
 
 def memories() -> None:

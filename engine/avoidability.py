@@ -121,7 +121,7 @@ def avoidability(
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
-    reach = weather_sight(program, scenes)
+    reach = weather_sight(program, scenes.variant, scenes.values)
     said: list[Avoidability | None] = [None] * len(scenes)
 
     def drive(first: int, last: int) -> None:
@@ -144,7 +144,11 @@ def blame(
     jobs: int = 1,
 ) -> Ints:
     """(n,) `Blame` of each scene, `NONE` of one that is not valid or without a collision of the ego."""
-    shared, rows, reach = plan(program, config, contact), requested(program, scenes), weather_sight(program, scenes)
+    shared, rows, reach = (
+        plan(program, config, contact),
+        requested(program, scenes),
+        weather_sight(program, scenes.variant, scenes.values),
+    )
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
     def drive(first: int, last: int) -> None:

@@ -164,7 +164,7 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
-        told=np.zeros(0),
+        told=np.zeros((0, 0)),
         told_at=np.zeros(actors, dtype=np.int32),
         lane_registers=np.zeros((0, 0)),
         lane_actors=np.zeros((0, 0, 0)),
@@ -177,15 +177,15 @@ def memory(program: Program, samples: int) -> Run:
         lane_legs=np.zeros((0, 0, 0)),
         lane_actions=np.zeros((0, 0, 0)),
         lane_pages=np.zeros((0, 0), dtype=np.int32),
-        told_pages=np.zeros((0, 0, 0)),
+        told_pages=np.zeros((0, 0, 0, 0)),
     )
 
 
 def lanes(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
     """Memory for so many runs side by side (`kernels.lanes`), of which one after the other is worked on.
 
-    `back`: samples before the current one at which somebody still looks; `coming`: turns of which it is known what was
-    decided.
+    `back`: samples before the current one at which somebody still looks; `coming`: rows for turns of which it is known
+    what was decided, a power of two.
     """
     run = memory(program, samples)
 
@@ -199,11 +199,16 @@ def lanes(program: Program, samples: int, count: int, back: int, coming: int) ->
         lane_key=of_each(run.key),
         lane_resume=of_each(run.resume),
         lane_status=of_each(run.status),
-        lane_states=np.zeros((count, back + 1, *run.states.shape[1:])),
+        lane_states=np.zeros((count, ring(back + 1), *run.states.shape[1:])),
         lane_watched=np.zeros((count, run.watched.shape[1])),
         lane_legs=np.zeros((count, len(run.legs) if others_touch(program) else 0, len(Leg))),
         lane_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
+
+
+def ring(rows: int) -> int:
+    """The least power of two that is no less."""
+    return 1 << (rows - 1).bit_length()
 
 
 def others_touch(program: Program) -> bool:

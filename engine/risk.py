@@ -106,6 +106,14 @@ class Risk:
         return f"Risk({len(self.score)}: {text}; {len(self.score) - len(valid)} invalid)"
 
 
+def scores(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Ints:
+    """(n,) the score of every row alone, as `assess` has it."""
+    valid = outcomes.verdict == Verdict.VALID
+    if outcomes.min_distance.shape[1] == 0:
+        return np.where(valid, 0, INVALID)
+    return np.where(valid, _parts(outcomes, profile).sum(axis=-1).max(axis=1), INVALID)
+
+
 def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     """Score every row of the outcomes and return its risk."""
     valid = outcomes.verdict == Verdict.VALID
@@ -114,14 +122,9 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
         nothing = np.where(valid, 0, INVALID).astype(np.int32)
         none = np.full(rows, -1, np.int32)
         return Risk(nothing, nothing.astype(np.float64), np.zeros((rows, 4), np.int32), none)
-    contact = np.where(pairs_in_contact(outcomes), COLLISION_POINTS, 0).astype(np.int32)
-    metrics = (
-        (outcomes.min_distance, profile.min_distance),
-        (outcomes.distance_at_ms, profile.distance_at_ms),
-        (outcomes.ttc_at_ms, profile.ttc_at_ms),
-    )
-    parts = np.stack([contact, *(band_score(values, edges) for values, edges in metrics)], axis=-1)
-    continuous = contact + sum(continuous_score(values, edges) for values, edges in metrics)
+    parts = _parts(outcomes, profile)
+    metrics = _metrics(outcomes, profile)
+    continuous = parts[..., 0] + sum(continuous_score(values, edges) for values, edges in metrics)
     per_pair = parts.sum(axis=-1)
     deciding = per_pair.argmax(axis=1)
     every = np.arange(rows)
@@ -131,6 +134,22 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
         parts=np.where(valid[:, None], parts[every, deciding], 0).astype(np.int32),
         pair=np.where(valid, deciding, -1).astype(np.int32),
     )
+
+
+def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Edges], ...]:
+    """What is banded, (n, pairs) each, and by which edges."""
+    return (
+        (outcomes.min_distance, profile.min_distance),
+        (outcomes.distance_at_ms, profile.distance_at_ms),
+        (outcomes.ttc_at_ms, profile.ttc_at_ms),
+    )
+
+
+def _parts(outcomes: Outcomes, profile: RiskProfile) -> Ints:
+    """(n, pairs, 4) what C, MD, D_MS and TTC_MS of each pair add to its score."""
+    contact = np.where(pairs_in_contact(outcomes), COLLISION_POINTS, 0).astype(np.int32)
+    bands = (band_score(values, edges) for values, edges in _metrics(outcomes, profile))
+    return np.stack([contact, *bands], axis=-1)
 
 
 def pairs_in_contact(outcomes: Outcomes) -> Bools:

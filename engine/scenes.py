@@ -84,7 +84,7 @@ def actor_columns(program: Program, values: Floats) -> Floats:
     return values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))
 
 
-def weather_sight(program: Program, scenes: Scenes) -> Floats:
-    """(n,) how far the weather lets anybody see in each scene [m]."""
-    sight = np.array([variant.sight for variant in program.variants], dtype=np.int64)[np.maximum(scenes.variant, 0)]
-    return np.where(sight >= 0, scenes.values[np.arange(len(scenes)), sight], np.inf)
+def weather_sight(program: Program, variant: Ints, values: Floats) -> Floats:
+    """(n,) how far the weather lets anybody see [m] in scenes of variants (n,) with values (n, n_values)."""
+    sight = np.array([each.sight for each in program.variants], dtype=np.int64)[np.maximum(variant, 0)]
+    return np.where(sight >= 0, values[np.arange(len(values)), sight], np.inf)

@@ -63,6 +63,45 @@ def test_of_two_who_give_way_one_goes() -> None:
     assert distance_apart(run) > 2.5
 
 
+EDGE = """
+map intersection(approach=100 m)
+ahead = filter(lambda m: m.type is ManeuverType.STRAIGHT, intersection.maneuvers)[0]
+across = filter(lambda m: m.type is ManeuverType.LEFT_TURN, ahead.conflictingManeuvers)[{number}]
+line = new OrientedPoint before intersection by 0 m along ahead
+ego = new Car ahead of line by {beyond} m, with speed 0 m/s, with behavior GivingWayBehavior(9 m/s, ahead)
+other = new Car before intersection by 15 m along across, with speed 7 m/s,
+    with behavior FollowTrajectoryBehavior(7 m/s, across)
+{more}
+terminate after 15 s
+"""
+
+
+@pytest.mark.parametrize(("number", "beyond"), [(1, 4.0), (2, 1.0)])
+def test_who_stands_too_near_backs_up_to_the_line(number: int, beyond: float) -> None:
+    """The front of another that turns swings out of its strip; when it has passed, the driver goes on."""
+    _, run = states(EDGE.format(number=number, beyond=beyond, more=""))
+    ego = run[:, 0]
+    assert 0.5 < -0.05 * np.minimum(ego[:, State.SPEED], 0.0).sum() < 1.5
+    assert ego[:, State.SPEED].min() > -2.0, "at walking pace"
+    first = int(np.flatnonzero(ego[:, State.SPEED] < 0.0)[-1]) + 1
+    assert (ego[first:, State.SPEED] >= 0.0).all(), "once"
+    assert ego[:, State.SPEED].max() > 5.0, "and then forwards"
+    assert distance_apart(run) > 2.5
+
+
+def test_nobody_backs_up_into_who_stands_behind() -> None:
+    """A metre behind there is no room for it."""
+    behind = "last = new Obstacle behind ego by 1 m, with width 1.8 m, with length 4 m"
+    _, run = states(EDGE.format(number=1, beyond=4.0, more=behind))
+    assert run[:, 0, State.SPEED].min() == 0.0
+
+
+@pytest.mark.parametrize("scene", [24576, 39384, 80650])
+def test_who_had_to_brake_hard_is_not_struck_at_the_edge(scene: int) -> None:
+    """In C it comes to rest just before the way of one that turns, which would strike it there."""
+    assert not driven(text_of("C", "gives way"), scene, scene + 1, 1).outcomes.collided[0]
+
+
 # -- the emergency brake, by UN R152 -----------------------------------------------------------------------------------
 
 AHEAD = """

@@ -1,7 +1,8 @@
 """Environments: scenes of a program side by side, in which somebody outside drives step by step.
 
 The scene of a lane is drawn for (seed, lane, episode) and nothing else. A lane that has ended begins its next episode
-with the next step, whose action it does not take, and which is worth nothing.
+with the next step, whose action it does not take, and which is worth nothing. Scenes are drawn before they begin, for
+all lanes that have none to come: many at once cost little more than a few.
 
 What an agent gets for a step is the difference of `record … as "reward"`, where the file has one. Elsewhere it is 0
 until the run ends, and then what a search looks for: minus that for the ego, which is to avoid it, that for all others.
@@ -21,7 +22,7 @@ from engine.driving.stepping import Lanes, observed
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.risk import PROFILES, assess
+from engine.risk import PROFILES, assess, scores
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.search.assessment import take
@@ -35,6 +36,7 @@ REWARD = "reward"
 """The record whose difference is the reward of a step."""
 TRIES = 100
 """Episodes of a lane that may have no valid scene, one after the other."""
+SCENE_ARRAYS = tuple(each.name for each in fields(Scenes) if each.name != "actions")
 
 
 class Episodes:
@@ -66,6 +68,8 @@ class Episodes:
         for seat, _ in self._others:
             seat.meet(n, observed(program, observe == "records"), config.simulation.time_step)
         self._scenes: Scenes | None = None
+        self._coming: Scenes | None = None
+        self._drawn = np.zeros(n, dtype=bool)
         self._episode = np.zeros(n, dtype=np.int64)
         self._seed = 0
         self._ended = np.zeros(n, dtype=bool)
@@ -81,7 +85,9 @@ class Episodes:
     @property
     def nbytes(self) -> int:
         """Memory of all lanes."""
-        return self.lanes.nbytes + sum(array.nbytes for array in self._seen)
+        scenes = (each for each in (self._scenes, self._coming) if each is not None)
+        arrays = (getattr(each, name) for each in scenes for name in SCENE_ARRAYS)
+        return self.lanes.nbytes + sum(array.nbytes for array in (*self._seen, *arrays))
 
     @property
     def outcomes(self) -> Outcomes:
@@ -100,8 +106,8 @@ class Episodes:
         """Begin the first episodes; what each agent observes."""
         self._seed = whole("seed", seed, 0)
         self._episode[:] = -1
-        self._scenes = None
-        self._ended[:] = False
+        self._scenes = self._coming = None
+        self._drawn[:] = self._ended[:] = False
         self._begin(np.arange(len(self)))
         self.lanes.step()
         self._look()
@@ -109,12 +115,25 @@ class Episodes:
         return self._views()
 
     def _begin(self, chosen: Ints) -> None:
-        """Draw the next episode of some lanes; one without a valid scene is passed over."""
-        left = chosen
+        """Begin the next episode of some lanes."""
+        if not self._drawn[chosen].all():
+            self._draw(np.flatnonzero(~self._drawn))
+        assert self._coming is not None
+        self._drawn[chosen] = False
+        self._scenes = _with_rows(self._scenes, chosen, self._coming, chosen)
+        self.lanes.place(chosen, self._scenes)
+        for seat, _ in self._others:
+            seat.reset(chosen, self._scenes.keys[chosen])
+
+    def _draw(self, lanes: Ints) -> None:
+        """Draw the scenes of the next episodes of some lanes; one without a valid scene is passed over."""
+        left = lanes
         for _ in range(TRIES):
             self._episode[left] += 1
-            drawn = self._drawn(left)
-            self._put(left, drawn)
+            keys = self._keys(left)
+            genomes = draw_genomes(self.program.space, keys)
+            drawn = sample(self.program, genomes, keys, self.config.simulation, self.config.search.jobs)
+            self._coming = _with_rows(self._coming, left, drawn, np.arange(len(left)))
             left = left[~drawn.valid]
             if not len(left):
                 break
@@ -123,26 +142,12 @@ class Episodes:
                 f"lane {left[0]} has no valid scene in {TRIES} episodes",
                 "see what `cortexc FILE --sample 1000` says of the requirements",
             )
-        for seat, _ in self._others:
-            seat.reset(chosen, self._keys(chosen))
+        self._drawn[lanes] = True
 
     def _keys(self, lanes: Ints) -> Ints:
         keys = key_rows(self._seed, Method.SAMPLE, 0, 0, lanes)
         keys[:, StreamKey._fields.index("generation")] = self._episode[lanes]  # `draw_genomes` checks it
         return keys
-
-    def _drawn(self, lanes: Ints) -> Scenes:
-        keys, config = self._keys(lanes), self.config
-        genomes = draw_genomes(self.program.space, keys)
-        return sample(self.program, genomes, keys, config.simulation, config.search.jobs)
-
-    def _put(self, lanes: Ints, drawn: Scenes) -> None:
-        if self._scenes is None:
-            self._scenes = drawn
-        else:
-            for name in (each.name for each in fields(Scenes) if each.name != "actions"):
-                getattr(self._scenes, name)[lanes] = getattr(drawn, name)
-        self.lanes.place(lanes, drawn)
 
     # -- steps -------------------------------------------------------------------------------------------------------
 
@@ -207,10 +212,11 @@ class Episodes:
         if len(rows):
             assert self._scenes is not None
             ended = self.lanes.outcomes(rows)
-            risk = assess(ended, self._profile)
-            value = risk.score.astype(np.float64)
-            if self._objective is not None:
+            if self._objective is None:
+                value = scores(ended, self._profile)
+            else:
                 scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
+                risk = assess(ended, self._profile)
                 value = self._objective.value(Runs(self.program, self.config, scenes, ended, risk))
             worth[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
         return worth
@@ -232,6 +238,15 @@ def _lanes(program: Program, n: int, config: Config, records: bool) -> Lanes:
             f"n: {n:,} scenes side by side need {needed:,} bytes and more, which cannot be had",
             "take fewer: episodes follow one another in each, and some thousands keep a processor busy",
         ) from None
+
+
+def _with_rows(scenes: Scenes | None, chosen: Ints, others: Scenes, rows: Ints) -> Scenes:
+    """Scenes in whose `chosen` rows stand these of others; where there are none yet, a copy of the others: all."""
+    if scenes is None:
+        return take(others, rows)
+    for name in SCENE_ARRAYS:
+        getattr(scenes, name)[chosen] = getattr(others, name)[rows]
+    return scenes
 
 
 # -- one agent ---------------------------------------------------------------------------------------------------------

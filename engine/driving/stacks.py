@@ -12,6 +12,11 @@ The command is started as it stands, without a shell. It gets two pipes by their
 4. It answers with its actions (n x a float64); rows of lanes that are not asked are left.
 5. We close the pipe when there is nothing more to ask. It ends.
 
+A question about many lanes is half a megabyte, and to send it takes longer than a step. So, where the system has memory
+that two processes share, our first line says as `memory` its `size` and from which byte on each part of a question, and
+the `actions`, stand in it; `CORTEXC_MEMORY` is its number. A stack that adds `"memory": true` to its own first line is
+sent the number of each question alone, reads the rest there, leaves its actions there, and answers with one byte.
+
 A stack that dies, hangs up, takes longer than `LATE` over an answer, or answers more than it was asked is killed with
 all that it has started.
 """
@@ -20,20 +25,19 @@ import json
 import os
 import select
 import shlex
-import signal
 import subprocess
-import tempfile
 import time
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.driving.processes import Memory, Process, start
 from engine.errors import ControllerError, LostError
 from engine.tables import Bools, Floats, Ints
 
@@ -44,37 +48,8 @@ BEGINNING = 120.0
 """Until it has answered the first line [s]: it may load weights."""
 STARTS = 3
 """Without an answer, after which there is nothing to be had."""
-ROOM = 1 << 20
-"""Of the pipe to it [bytes]; Linux gives 65,536 unless asked, and to users at most so many."""
 TAIL = 300
 """Characters of what it printed that a message quotes."""
-
-
-@dataclass
-class _Running:
-    """A stack that has been started."""
-
-    process: "subprocess.Popen[bytes]"
-    read: int
-    write: int
-    log: IO[bytes]
-    questions: int = 0
-    closed: bool = False
-
-    def close(self, patience: float = 0.5) -> None:
-        """Hang up, and end what does not end by itself."""
-        if self.closed:
-            return
-        self.closed = True
-        for pipe in (self.read, self.write):
-            with suppress(OSError):
-                os.close(pipe)
-        with suppress(subprocess.TimeoutExpired):
-            self.process.wait(patience)
-        with suppress(OSError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
-        self.log.close()
 
 
 @dataclass(eq=False)
@@ -83,7 +58,7 @@ class Stack:
 
     command: tuple[str, ...]
     _header: dict[str, Any] = field(default_factory=dict)
-    _running: _Running | None = None
+    _running: Process | None = None
     _starts: int = 0
     """Since it last answered a question."""
     _fresh: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
@@ -110,21 +85,31 @@ class Stack:
             ControllerError: it cannot be started, or speaks another version.
         """
         running = self._running or self._start()
-        count = len(active)
-        question = (
-            np.array([running.questions], dtype="<i8"),
+        number, count = np.array([running.questions], dtype="<i8"), len(active)
+        question: tuple[NDArray[Any], ...] = (
+            number,
             (np.zeros(count) if times is None else times).astype("<f8", copy=False),
             self._keys.astype("<i8", copy=False),
             self._fresh,
             active,
             observations.astype("<f8", copy=False),
         )
-        size = (count, len(self._header["actions"]))
-        self._nothing_left(running, 8 * size[0] * size[1])
-        answer = self._exchange(running, [_bytes(each) for each in question], 8 * size[0] * size[1], LATE)
+        if running.memory is None:
+            answer = self._answer(running, question, 8 * count * len(self._header["actions"]))
+            return np.frombuffer(answer, dtype="<f8").reshape(count, -1)
+        views = running.memory.views
+        for view, part in zip(views.values(), question, strict=False):
+            view[:] = part
+        self._answer(running, (number,), 1)
+        return views["actions"].copy()
+
+    def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int) -> bytes:
+        """The answer in the pipe, of so many bytes."""
+        self._nothing_left(running, size)
+        answer = self._exchange(running, [_bytes(each) for each in question], size, LATE)
         running.questions += 1
         self._starts, self._fresh[:] = 0, False
-        return np.frombuffer(answer, dtype="<f8").reshape(size)
+        return answer
 
     def close(self) -> None:
         """End the stack."""
@@ -134,7 +119,7 @@ class Stack:
 
     # -- the process -------------------------------------------------------------------------------------------------
 
-    def _start(self) -> _Running:
+    def _start(self) -> Process:
         if os.name != "posix":
             raise ControllerError("a process drives by pipes, which this system does not pass on", "drive in Python")
         if self._starts == STARTS:
@@ -144,47 +129,25 @@ class Stack:
             )
         self._starts += 1
         self._fresh[:] = True  # it knows nothing of the scenes that are under way
-        running = self._running = self._opened()
+        sizes = self._header["lanes"], len(self._header["observations"]), len(self._header["actions"])
+        running = self._running = start(self.command, Memory.of(*sizes))
         weakref.finalize(self, running.close)
-        line = json.dumps(self._header).encode() + b"\n"
-        answer = self._exchange(running, [memoryview(line)], -1, BEGINNING)
-        self._check(answer)
+        memory = {} if running.memory is None else {"memory": running.memory.layout}
+        line = json.dumps(self._header | memory).encode() + b"\n"
+        if not self._shares(self._exchange(running, [memoryview(line)], -1, BEGINNING)):
+            running.memory = None
         return running
 
-    def _opened(self) -> _Running:
-        theirs_read, write = os.pipe()
-        read, theirs_write = os.pipe()
-        log = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process
-        environment = {**os.environ, "CORTEXC_READ": str(theirs_read), "CORTEXC_WRITE": str(theirs_write)}
-        try:
-            process = subprocess.Popen(  # noqa: S603 - the very command that the user names
-                self.command,
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                env=environment,
-                pass_fds=(theirs_read, theirs_write),
-                start_new_session=True,
-            )
-        except OSError as error:
-            os.close(read)
-            os.close(write)
-            log.close()
-            raise ControllerError(
-                f"`{self.command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
-                "name a program that there is, as `process:./my_stack --fast`",
-            ) from error
-        finally:
-            os.close(theirs_read)
-            os.close(theirs_write)
-        os.set_blocking(write, False)
-        _widen(write)
-        return _Running(process, read, write, log)
+    def _shares(self, answer: bytes) -> bool:
+        """Whether a stack shares the memory, by the line with which it answers ours.
 
-    def _check(self, answer: bytes) -> None:
-        """The line with which a stack answers ours."""
+        Raises:
+            ControllerError: it speaks another version.
+        """
+        said: Any = {}
         try:
-            version = json.loads(answer)["version"]
+            said = json.loads(answer)
+            version = said["version"]
         except (ValueError, KeyError, TypeError):
             version = answer[:80].decode(errors="replace")
         if version != VERSION:
@@ -193,8 +156,9 @@ class Stack:
                 f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
                 f'let it answer the first line with {{"version": {VERSION}}}',
             )
+        return said.get("memory") is True
 
-    def _exchange(self, running: _Running, question: list[memoryview], size: int, limit: float) -> bytes:
+    def _exchange(self, running: Process, question: list[memoryview], size: int, limit: float) -> bytes:
         """Write a question, part by part, and read so many bytes, or a line (-1)."""
         end = time.monotonic() + limit
         try:
@@ -210,13 +174,13 @@ class Stack:
                 running, what, self._whole(size) if late and size >= 0 else "see what it printed"
             ) from error
 
-    def _lost(self, running: _Running, what: str, cure: str) -> LostError:
+    def _lost(self, running: Process, what: str, cure: str) -> LostError:
         """End a stack; what is to be told of it."""
         self._log_of(running)
         self.close()
         return LostError(f"`{shlex.join(self.command)}` {what}{self._said}", cure)
 
-    def _nothing_left(self, running: _Running, size: int) -> None:
+    def _nothing_left(self, running: Process, size: int) -> None:
         """Nothing is in the pipe before a question: what is there would be taken for the answer.
 
         Raises:
@@ -225,13 +189,17 @@ class Stack:
         poll = select.poll()
         poll.register(running.read, select.POLLIN)
         if any(event & select.POLLIN for _, event in poll.poll(0)):
-            raise self._lost(running, f"gave more than the {size:,} bytes of an answer", self._whole(size))
+            raise self._lost(
+                running, f"gave more than the {size:,} byte{'s' * (size > 1)} of an answer", self._whole(size)
+            )
 
     def _whole(self, size: int) -> str:
+        if size == 1:
+            return "write one byte for each question, once its actions stand in the memory"
         rows, columns = self._header["lanes"], len(self._header["actions"])
         return f"write {size:,} bytes for each question, {rows} rows of {columns} float64, and flush them"
 
-    def _send(self, running: _Running, question: list[memoryview], end: float) -> None:
+    def _send(self, running: Process, question: list[memoryview], end: float) -> None:
         while question:
             self._wait(running.write, select.POLLOUT, end)
             written = os.writev(running.write, question)
@@ -240,7 +208,7 @@ class Stack:
             if written:
                 question[0] = question[0][written:]
 
-    def _receive(self, running: _Running, size: int, end: float) -> bytes:
+    def _receive(self, running: Process, size: int, end: float) -> bytes:
         parts: list[bytes] = []
         there = 0
         while there < size or (size < 0 and not (parts and parts[-1].endswith(b"\n"))):
@@ -262,7 +230,7 @@ class Stack:
 
     _said: str = ""
 
-    def _log_of(self, running: _Running) -> None:
+    def _log_of(self, running: Process) -> None:
         running.log.seek(0)
         text = running.log.read().decode(errors="replace").strip()
         self._said = (
@@ -283,14 +251,6 @@ def _asked_for(size: int, error: Exception) -> str:
     """What did not come in time; -1 is a line."""
     there = error.args[0] if error.args else 0
     return "the first line" if size < 0 else f"an answer, of which {there:,} of {size:,} bytes came"
-
-
-def _widen(pipe: int) -> None:
-    """Make room for a whole question, where the system lets us, so that the stack is not woken for each part of it."""
-    with suppress(ImportError, AttributeError, OSError):
-        import fcntl
-
-        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, ROOM)
 
 
 def _ending(code: int | None) -> str:

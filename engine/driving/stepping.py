@@ -8,7 +8,7 @@ ego and one other, what both were commanded is kept, so that they need only move
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -35,6 +35,9 @@ from engine.vocabulary import Column, Verdict
 CONTACT = ContactConfig()
 AT_ONCE = 64
 """Runs that are judged by one call: what was decided in them stays in the cache."""
+
+SEEN_AT_ONCE = 256
+"""Lanes that are observed by one call, where observations are handed on at once."""
 
 # -- what is observed --------------------------------------------------------------------------------------------------
 
@@ -85,7 +88,7 @@ class Lanes:
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
         told = told_at(program)
-        room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
+        room = 0 if self._late or others_touch(program) else max(TOLD, int(told.max()) + TOLD)
         self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, room)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = lanes(program, self.turns, count, back, self._orders.coming)
@@ -128,19 +131,18 @@ class Lanes:
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
     def place(self, chosen: Ints, scenes: Scenes) -> None:
-        """Put scenes into the chosen lanes; their runs begin with the next step."""
-        for array, name in ((self._scenes.verdict, "verdict"), (self._scenes.variant, "variant")):
-            array[chosen] = getattr(scenes, name)
+        """Put scenes into the chosen lanes, of those for all lanes; their runs begin with the next step."""
+        verdict, variant, values = scenes.verdict[chosen], scenes.variant[chosen], scenes.values[chosen]
+        self._scenes.verdict[chosen], self._scenes.variant[chosen] = verdict, variant
         for array, blank in zip(_arrays(self._results), self._blank, strict=True):
             array[chosen] = blank
-        self._results.verdict[chosen], self._open[chosen] = scenes.verdict, scenes.valid
+        self._results.verdict[chosen], self._open[chosen] = verdict, verdict == Verdict.VALID
         self._status[chosen, Status.SAMPLE] = 0
-        values, keys = np.empty((len(self), scenes.values.shape[1])), np.empty((len(self), 6), dtype=np.int64)
-        values[chosen], keys[chosen] = scenes.values, scenes.keys  # lanes keep them, in their registers and keys
-        begin_lanes(self.plan, self._scenes._replace(values=values, keys=keys), chosen.astype(np.int32), self._run)
-        self._paths[:, chosen] = self.program.routes[np.maximum(scenes.variant, 0)].T
-        self._reach[chosen] = weather_sight(self.program, scenes)
-        self._orders.begin(chosen, _neutral(self.program, scenes), self._run.lane_actions)
+        asked = self._scenes._replace(values=scenes.values, keys=scenes.keys)
+        begin_lanes(self.plan, asked, chosen.astype(np.int32), self._run)
+        self._paths[:, chosen] = self.program.routes[np.maximum(variant, 0)].T
+        self._reach[chosen] = weather_sight(self.program, variant, values)
+        self._orders.begin(chosen, _neutral(self.program, values), self._run.lane_actions)
 
     @property
     def running(self) -> Bools:
@@ -160,7 +162,7 @@ class Lanes:
 
     def _judge(self, ended: Ints) -> None:
         """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
-        kept = self._orders.told.shape[2] > 0
+        kept = self._orders.told.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)
@@ -276,8 +278,21 @@ class Lanes:
         """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
         if self._rules:
             return np.where(chosen[:, np.newaxis], self._run.lane_watched[:, self._rules], 0.0)
-        actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
-        look_around(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
+        return self._look(number, chosen, 0, len(self))
+
+    def observe_in_parts(self, number: int, chosen: Bools) -> Iterator[Floats]:
+        """The same, some lanes after the other, for those who hand it on while the rest is worked out."""
+        if self._rules:
+            yield self.observe(number, chosen)
+            return
+        for first in range(0, len(self), SEEN_AT_ONCE):
+            yield self._look(number, chosen, first, min(first + SEEN_AT_ONCE, len(self)))
+
+    def _look(self, number: int, chosen: Bools, first: int, last: int) -> Floats:
+        actor, seen = self.controls[number].actor, np.empty((last - first, WIDTH))
+        run = self._run if last - first == len(self) else self._with_lanes(self._run, first, last)
+        paths, reach = self._paths[actor, first:last], self._reach[first:last]
+        look_around(self.plan, run, actor, paths, reach, chosen[first:last], seen)
         return seen
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
@@ -297,12 +312,14 @@ def _arrays(group: object) -> tuple[NDArray[Any], ...]:
     return cast("tuple[NDArray[Any], ...]", group)
 
 
-def _neutral(program: Program, scenes: Scenes) -> Floats:
-    """(n, numbers): until the first decision comes into effect everybody rolls on, or keeps its speed."""
-    neutral = np.zeros((len(scenes), numbers_decided(program.controls)))
+def _neutral(program: Program, values: Floats) -> Floats:
+    """(n, numbers) in scenes with these values: until a decision comes into effect everybody rolls on, or keeps its
+    speed.
+    """
+    neutral = np.zeros((len(values), numbers_decided(program.controls)))
     for control, its in zip(program.controls, columns(program.controls), strict=True):
         if control.names[0] == "target_speed":
-            neutral[:, its.start] = [actor_columns(program, row)[control.actor, Column.SPEED] for row in scenes.values]
+            neutral[:, its.start] = [actor_columns(program, row)[control.actor, Column.SPEED] for row in values]
     return neutral
 
 

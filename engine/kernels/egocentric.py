@@ -5,6 +5,7 @@ is hidden behind others or buildings, or beyond what the weather lets anybody se
 """
 
 import math
+from typing import NamedTuple
 
 from engine.kernels.evaluate import wrap_angle
 from engine.kernels.jit import inlined, shared
@@ -33,6 +34,17 @@ EACH = (
 WIDTH = len(OWN) + 2 * len(AHEAD) + NEAREST * len(EACH)
 
 
+class Frame(NamedTuple):
+    """Where an actor is, and how it stands."""
+
+    x: float
+    y: float
+    heading: float
+    cos: float
+    """Of the heading."""
+    sin: float
+
+
 @shared
 def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Bools, out: Floats) -> None:
     """Write what an actor observes at the current sample of the chosen lanes (lanes,) into their rows of `out` (lanes,
@@ -48,39 +60,50 @@ def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, ch
         take_up(its, lane)
         sample = int(its.status[Status.SAMPLE])
         if its.states[sample, actor, State.PRESENT] != 0.0:
-            _observe_itself(plan, its, sample, actor, int(paths[lane]), out[lane])
-            _observe_others(plan, its, sample, actor, float(reach[lane]), out[lane])
+            heading = its.states[sample, actor, State.HEADING]
+            frame = Frame(
+                its.states[sample, actor, State.X],
+                its.states[sample, actor, State.Y],
+                heading,
+                math.cos(heading),
+                math.sin(heading),
+            )
+            _observe_itself(plan, its, sample, actor, frame, int(paths[lane]), out[lane])
+            _observe_others(plan, its, sample, actor, frame, float(reach[lane]), out[lane])
 
 
 @inlined
-def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, path: int, out: Floats) -> None:
+def _from(frame: Frame, dx: float, dy: float) -> tuple[float, float]:
+    """A difference of places or velocities, ahead and to the left."""
+    return dx * frame.cos + dy * frame.sin, dy * frame.cos - dx * frame.sin
+
+
+@inlined
+def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, frame: Frame, path: int, out: Floats) -> None:
     row, x, y = run.states[sample, actor], run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
-    heading = row[State.HEADING]
     out[0], out[1], out[2] = row[State.SPEED], row[State.ACCELERATION], row[State.STEER]
     if path < 0 and len(plan.road.lane_route) > 0:
-        path = int(plan.road.lane_route[lane_nearest(plan.road, row[State.X], row[State.Y], heading)])
+        path = int(plan.road.lane_route[lane_nearest(plan.road, frame.x, frame.y, frame.heading)])
     if path < 0:
         return
     point = path_project_near(plan.road, path, x, y, path_project(plan.road, path, x, y))
-    out[3], out[4] = point.offset, wrap_angle(point.heading - heading)
+    out[3], out[4] = point.offset, wrap_angle(point.heading - frame.heading)
     out[5] = plan.road.path_length[path] - point.s
     for number in range(len(AHEAD)):
         there = path_pose(plan.road, path, point.s + AHEAD[number])
-        dx, dy = there.x - row[State.X], there.y - row[State.Y]
-        out[len(OWN) + 2 * number] = dx * math.cos(heading) + dy * math.sin(heading)
-        out[len(OWN) + 2 * number + 1] = dy * math.cos(heading) - dx * math.sin(heading)
+        at = len(OWN) + 2 * number
+        out[at], out[at + 1] = _from(frame, there.x - frame.x, there.y - frame.y)
 
 
 @inlined
-def _observe_others(plan: Plan, run: Run, sample: int, actor: int, reach: float, out: Floats) -> None:
+def _observe_others(plan: Plan, run: Run, sample: int, actor: int, frame: Frame, reach: float, out: Floats) -> None:
     """The nearest by their centres, one after the other: of equally near ones the lower number."""
-    me = run.states[sample, actor]
-    cos, sin = math.cos(me[State.HEADING]), math.sin(me[State.HEADING])
+    speed = run.states[sample, actor, State.SPEED]
     before, last = -1.0, -1
     for number in range(NEAREST):
         nearest, least = -1, math.inf
         for other in range(len(plan.kinds)):
-            dx, dy = run.states[sample, other, State.X] - me[State.X], run.states[sample, other, State.Y] - me[State.Y]
+            dx, dy = run.states[sample, other, State.X] - frame.x, run.states[sample, other, State.Y] - frame.y
             away = dx * dx + dy * dy
             later = away > before or (away == before and other > last)
             if other != actor and later and away < least and notices(plan, run, sample, actor, other, reach):
@@ -89,12 +112,11 @@ def _observe_others(plan: Plan, run: Run, sample: int, actor: int, reach: float,
             return
         before, last = least, nearest
         it, at = run.states[sample, nearest], len(OWN) + 2 * len(AHEAD) + number * len(EACH)
-        dx, dy = it[State.X] - me[State.X], it[State.Y] - me[State.Y]
-        vx = it[State.SPEED] * math.cos(it[State.HEADING]) - me[State.SPEED] * cos
-        vy = it[State.SPEED] * math.sin(it[State.HEADING]) - me[State.SPEED] * sin
+        vx = it[State.SPEED] * math.cos(it[State.HEADING]) - speed * frame.cos
+        vy = it[State.SPEED] * math.sin(it[State.HEADING]) - speed * frame.sin
         out[at] = 1.0
-        out[at + 1], out[at + 2] = dx * cos + dy * sin, dy * cos - dx * sin
-        out[at + 3] = wrap_angle(it[State.HEADING] - me[State.HEADING])
-        out[at + 4], out[at + 5] = vx * cos + vy * sin, vy * cos - vx * sin
+        out[at + 1], out[at + 2] = _from(frame, it[State.X] - frame.x, it[State.Y] - frame.y)
+        out[at + 3] = wrap_angle(it[State.HEADING] - frame.heading)
+        out[at + 4], out[at + 5] = _from(frame, vx, vy)
         out[at + 6] = column_of(plan, run, nearest, Column.LENGTH)
         out[at + 7] = column_of(plan, run, nearest, Column.WIDTH)

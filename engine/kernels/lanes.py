@@ -3,7 +3,8 @@
 A step of many runs is one call: `rollout.advance` goes through the lanes, and runs each on to its next pause or to its
 end, in its place. So the same code serves a lone run and many. A lane holds where its run stands, not how it came
 there: no record, but at most what everybody was commanded (`kernels.review`). Such runs take their turns at every
-sample (`Layout.hold` is 1).
+sample (`Layout.hold` is 1). What a lane keeps of several samples or turns it
+keeps in a ring, of as many rows as a power of two: which row is the sample's needs no division.
 """
 
 import math
@@ -93,7 +94,7 @@ def take_up(run: Run, lane: int) -> None:
             run.legs[actor, column] = run.lane_legs[lane, actor, column]
     now, back = int(run.status[Status.SAMPLE]), run.lane_states.shape[1]
     for sample in range(max(now - back + 1, 0), now + 1):
-        row = sample % back  # a division, which costs as much as all that it finds
+        row = sample & (back - 1)
         for actor in range(run.states.shape[1]):
             for column in range(run.states.shape[2]):
                 run.states[sample, actor, column] = run.lane_states[lane, row, actor, column]
@@ -106,7 +107,7 @@ def take_orders(plan: Plan, run: Run, lane: int) -> None:
     """What has been decided for the turns from the current sample to the next pause."""
     now, kept = int(run.status[Status.SAMPLE]), run.lane_actions.shape[1]
     for turn in range(now, min(now + plan.layout.pause, len(run.actions))):
-        row = turn % kept
+        row = turn & (kept - 1)
         for number in range(run.actions.shape[1]):
             run.actions[turn, number] = run.lane_actions[lane, row, number]
 
@@ -117,7 +118,7 @@ def note_commands(plan: Plan, run: Run) -> None:
     decided outside needs no more than that. Where that is not all, a note says so.
     """
     sample = int(run.status[Status.SAMPLE])
-    turn = sample % plan.layout.pause * (len(run.told) // plan.layout.pause)
+    turn = sample % plan.layout.pause
     for actor in range(len(plan.kinds)):
         at, slots = int(run.told_at[actor]), run.actors[actor]
         leaves = slots[Slot.LEAVING] != 0.0
@@ -128,7 +129,7 @@ def note_commands(plan: Plan, run: Run) -> None:
             asked, pressed = run.actions[sample, number], run.actions[sample, number + 1]
             known = goes and throttle == asked and brake == pressed and steer == run.actions[sample, number + 2]
         else:
-            run.told[turn + at], run.told[turn + at + 1] = throttle - brake if goes else math.nan, steer
+            run.told[turn, at], run.told[turn, at + 1] = throttle - brake if goes else math.nan, steer
             known = leaves or (goes and (brake == 0.0 or throttle == 0.0) and throttle >= 0.0 and brake >= 0.0)
         other = slots[Slot.FREE] != 0.0 or slots[Slot.TRACK] != 0.0 or slots[Slot.REVERSE] != 0.0
         if not known or other or slots[Slot.SET_SPEED] != NO_SPEED or slots[Slot.STOP] != 0.0:
@@ -143,7 +144,7 @@ def lay_down(run: Run, lane: int, first: int) -> None:
             run.lane_legs[lane, actor, column] = run.legs[actor, column]
     now, back = int(run.status[Status.SAMPLE]), run.lane_states.shape[1]
     for sample in range(max(now - back + 1, first), now + 1):
-        row = sample % back
+        row = sample & (back - 1)
         for actor in range(run.states.shape[1]):
             for column in range(run.states.shape[2]):
                 run.lane_states[lane, row, actor, column] = run.states[sample, actor, column]

@@ -68,10 +68,19 @@ def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer
         return OUTSIDE
     count = len(plan.kinds)
     if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
+        if len(plan.road.buildings) == 0 and _is_around(view, target.x, target.y):
+            return SEEN  # as nearly always of two on a road: there is nothing that could hide them
         count = 0
     elif run.status[Status.SHADED] != sample:
         _cast_shades(plan, run, sample)
     return look(view, target, run.shades, 0, count, plan.road.buildings, viewer, looked_at)
+
+
+@inlined
+def _is_around(view: View, x: float, y: float) -> bool:
+    """Whether a point is in the reach of who looks all around."""
+    dx, dy = x - view.x, y - view.y
+    return view.angle >= 2.0 * math.pi and view.distance >= 0.0 and dx * dx + dy * dy <= view.distance * view.distance
 
 
 @inlined

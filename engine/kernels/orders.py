@@ -70,7 +70,7 @@ def note_decisions(
     coming: Floats,
 ) -> None:
     """Keep actions (lanes, a), which stand from a `column` on among all numbers, in `kept` (pages, PAGE, numbers), and
-    for the turns for which they hold in `coming` (lanes, turns, numbers).
+    for the turns for which they hold in `coming` (lanes, turns, numbers), a ring of a power of two.
     """
     for lane in range(len(chosen)):
         if not chosen[lane]:
@@ -80,7 +80,7 @@ def note_decisions(
         for number in range(actions.shape[1]):
             kept[page, row % PAGE, column + number] = actions[lane, number]
         for later in range(every):
-            turn = (first + later) % coming.shape[1]
+            turn = (first + later) & (coming.shape[1] - 1)
             for number in range(actions.shape[1]):
                 coming[lane, turn, column + number] = actions[lane, number]
 

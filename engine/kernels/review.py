@@ -35,17 +35,18 @@ def _move_again(plan: Plan, run: Run, lane: int, actions: Floats) -> None:
         place(plan, run, 0, actor, float(plan.present[actor]))
         run.actors[actor, Slot.LEFT_ROAD] = 0.0  # it is known when, and nobody need look again
         run.actors[actor, Slot.SET_SPEED] = NO_SPEED
-    for sample in range(run.lane_status[lane, Status.SAMPLE]):
-        run.status[Status.SAMPLE] = sample
-        _command(plan, run, lane, sample, actions[sample])
-        step(plan, run)
+    last, pause = int(run.lane_status[lane, Status.SAMPLE]), plan.layout.pause
+    for row in range((last + pause - 1) // pause):
+        told, first = run.told_pages[run.lane_pages[lane, row // PAGE], row % PAGE], row * pause
+        for turn in range(min(pause, last - first)):
+            run.status[Status.SAMPLE] = first + turn
+            _command(plan, run, told[turn], actions[first + turn])
+            step(plan, run)
 
 
 @inlined
-def _command(plan: Plan, run: Run, lane: int, sample: int, decided: Floats) -> None:
-    """Command everybody what it was commanded in the step after a sample."""
-    row, pause = sample // plan.layout.pause, plan.layout.pause
-    page, turn = run.lane_pages[lane, row // PAGE], (sample - row * pause) * (run.told_pages.shape[2] // pause)
+def _command(plan: Plan, run: Run, told: Floats, decided: Floats) -> None:
+    """Command everybody what it was commanded in a step."""
     for actor in range(len(plan.kinds)):
         at, slots = int(run.told_at[actor]), run.actors[actor]
         if at < 0:
@@ -53,7 +54,7 @@ def _command(plan: Plan, run: Run, lane: int, sample: int, decided: Floats) -> N
             slots[Slot.THROTTLE], slots[Slot.BRAKE] = decided[number], decided[number + 1]
             slots[Slot.STEER] = decided[number + 2]
             continue
-        pedal = run.told_pages[page, row % PAGE, turn + at]
+        pedal = told[at]
         slots[Slot.LEAVING] = 1.0 if math.isnan(pedal) else 0.0
         slots[Slot.THROTTLE], slots[Slot.BRAKE] = max(pedal, 0.0), max(-pedal, 0.0)
-        slots[Slot.STEER] = run.told_pages[page, row % PAGE, turn + at + 1]
+        slots[Slot.STEER] = told[at + 1]

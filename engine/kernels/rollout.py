@@ -99,7 +99,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                 _take_turns(plan, its, scored)
             if (scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1:
                 break
-            if len(its.told) > 0:
+            if its.told.shape[1] > 0:
                 note_commands(plan, its)
             step(plan, its)
             low, high = 0, len(plan.kinds)
@@ -175,7 +175,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
                 end_run(plan, run, EndReason.TIMEOUT, -1, 0.0)
         if turn >= monitors and scored and run.status[Status.END] != RUNNING:
             return
-        if turn == monitors and pauses and sample // plan.layout.hold % plan.layout.pause == 0:
+        if turn == monitors and pauses and sample % plan.layout.pause == 0:
             run.status[Status.PAUSED] = 1
             return
         coroutine = turn - rules if turn >= monitors else turn

@@ -231,9 +231,9 @@ class Run(NamedTuple):
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
     told: Floats
-    """(…,): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
+    """(turns, …): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
     told_at: Ints
-    """(actors,): where in a turn's part of it those of an actor stand, or -1 - its first number among `actions`."""
+    """(actors,): where in a turn's row those of an actor stand, or -1 - its first number among `actions`."""
     lane_registers: Floats
     """(lanes, …), as all that each of the runs side by side carries on; without lanes there is a lone run."""
     lane_actors: Floats
@@ -243,16 +243,16 @@ class Run(NamedTuple):
     lane_status: Ints
     lane_states: Floats
     """(lanes, kept, actors, len(State)): the current sample, and those before at which a driver still looks; sample k
-    in row k % kept."""
+    in row k % kept, which is a power of two."""
     lane_watched: Floats
     """(lanes, rules): of the last sample at which rules were looked at."""
     lane_legs: Floats
     """(lanes, actors, len(legs.Leg)): impacts among others go on in later samples; no rows where there can be none."""
     lane_actions: Floats
-    """(lanes, kept, numbers): of the coming turns; turn k in row k % kept."""
+    """(lanes, kept, numbers): of the coming turns; turn k in row k % kept, a power of two, too."""
     lane_pages: Ints
     told_pages: Floats
-    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, len(told)) what stands in them."""
+    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, *told.shape) what stands in them."""
 
 
 @inlined

@@ -9,6 +9,9 @@ Who has left its way, as one that comes into a bend too fast, goes back to it on
 from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
 stands only where all of its outline is clear of that way.
 
+Who has come to rest nearer to the area than the line, as one that had to brake hard, backs up to the line while
+another comes: fronts that come round a bend swing out of the strip of their way.
+
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
 
@@ -18,6 +21,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     GAP,
     LINE,
     MERGING_GAP,
+    STANDING,
     Conflict,
     Sight,
     braking_helps,
@@ -42,7 +46,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     sqrt,
     where,
 )
-from engine.vocabulary import State
+from engine.vocabulary import Command, State
 
 BEND_RADIUS = 8.0
 """Of the bends in which others come round [m]; *ours*: a turn to the near side."""
@@ -65,6 +69,14 @@ ROOM = 0.3
 """How far from that one it then means to be [m]; *ours*."""
 AWAY = 5.0
 """What is added to the speed of who gets out of the way [m/s]."""
+EDGE = 0.7
+"""Who stands nearer to the area than this backs up to the line [m]; *ours*."""
+SOON = 5.0
+"""… while another is in the area or will be there within this time [s]; *ours*."""
+BACKWARDS = 1.5
+"""Speed at which it backs up, at most [m/s]; *ours*: walking pace."""
+BEHIND = 2.5
+"""Room behind it for which it does so [m]; *ours*."""
 BRISK = 3.0
 """Acceleration and deceleration of the model where the call names none [m/s^2]."""
 
@@ -75,7 +87,7 @@ def give_way(job: Job) -> ir.Block:
     acts, path = path_to_follow(job)
     sight, target = Sight.of(job), job.target_speed()
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
-    brakes, goes = [], []
+    brakes, goes, swings = [], [], []
     off, askew = _beside(job, path)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
@@ -84,12 +96,44 @@ def give_way(job: Job) -> ir.Block:
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
         goes.append(must & ~stops & ~helps)
+        edge = where(job.speed() < 0.0, LINE, EDGE)
+        waits = (conflict.crosses | conflict.comes) & ~_goes_before(job, other, conflict)
+        soon = (state(job.ev, other, State.SPEED) > STANDING) & (conflict.their_arrival < SOON)
+        swings.append(waits & soon & (conflict.enter < edge))
     speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
     offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
-    return (*acts, job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset))
+    follow = job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset)
+    return (*acts, *_backing_up(job, follow, job.ev.algebra.any_of(swings) & _is_free_behind(job)))
+
+
+def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Block:
+    """Follow, but from a standstill go backwards for as long as a condition holds, which is looked at only there."""
+    algebra, span, looked = job.ev.algebra, job.call.span, job.ev.run.new_local()
+    throttle = minimum(1.0, SPEED_GAIN * maximum(BACKWARDS + job.speed(), 0.0) / size_of(job.actor, "maxAcceleration"))
+    back = (Command.THROTTLE, throttle), (Command.BRAKE, algebra.literal(0.0)), (Command.REVERSE, algebra.truth(True))
+    halt = ir.Take(span, job.pedals(algebra.literal(HARD)))
+    backwards = (ir.Loop(span, backs, (ir.Take(span, back),)), halt, ir.Loop(span, job.speed() < 0.0, (halt,)))
+    look = ir.SetLocal(span, looked, algebra.time())
+    standing = (abs(job.speed()) < STANDING) & (algebra.local(looked) < algebra.time())
+    handler = standing, (look, ir.Branch(span, backs, backwards, ()))
+    return ir.SetLocal(span, looked, algebra.literal(-1.0)), ir.TryInterrupt(span, (follow,), (handler,))
+
+
+def _is_free_behind(job: Job) -> Term:
+    """Whether nobody is so near behind that one could not back up."""
+    here, blocked = current_pose(job.ev, job.actor), []
+    for other in others(job.ev, job.actor):
+        there = current_pose(job.ev, other)
+        dx, dy = there.x - here.x, there.y - here.y
+        back = -(dx * cos(here.heading) + dy * sin(here.heading))
+        across = abs(dy * cos(here.heading) - dx * sin(here.heading))
+        long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length")) + BEHIND
+        wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width")) + ROOM
+        blocked.append(is_present(job.ev, other) & (back > 0.0) & (back < long) & (across < wide))
+    return ~job.ev.algebra.any_of(blocked)
 
 
 def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:

@@ -128,11 +128,11 @@ def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> No
 
 def test_an_environment_tells_its_memory(scenario: cx.Scenario) -> None:
     """Which grows with the lanes, and with the longest run; with what a formula asks it does not."""
-    few, some, many = (scenario.environment(lanes).nbytes for lanes in (4, 8, 64))
-    assert many - few == 15 * (some - few) > 0
+    few, some, many = (scenario.environment(lanes).nbytes for lanes in (4, 8, 256))
+    assert many - few == 63 * (some - few) > 0
     assert "MB" in repr(scenario.environment(4))
-    environment = scenario.environment(64)
+    environment = scenario.environment(256)
     seen = environment.reset(seed=1)
     for _ in range(200):
         seen = environment.step(cruising(seen)).observations
-    assert many < environment.nbytes < 64 * 8000
+    assert many < environment.nbytes < 256 * 8000

@@ -104,12 +104,12 @@ def test_a_question_larger_than_a_pipe_arrives_as_it_is(tmp_path: Path) -> None:
         assert answer == hashlib.sha256(b"".join(part.tobytes() for part in parts)).digest()
 
 
-@pytest.mark.parametrize("language", ["python", "c"])
-def test_the_reference_clients_drive(language: str, tmp_path: Path) -> None:
-    """The one in C goes along its path; the one in Python decides what its planner does."""
+@pytest.mark.parametrize("client", ["stack.py", "stack_in_memory.py", "stack.c"])
+def test_the_reference_clients_drive(client: str, tmp_path: Path) -> None:
+    """The one in C goes along its path; those in Python decide what their planner does."""
     scenario = cx.load(OWN / "crossing.scn")
-    name = f"process:{sys.executable} {OWN / 'stack.py'}"
-    if language == "c":
+    name = f"process:{sys.executable} {OWN / client}"
+    if client == "stack.c":
         compiler = shutil.which("cc")
         if compiler is None:
             pytest.skip("no compiler of C")
@@ -117,7 +117,7 @@ def test_the_reference_clients_drive(language: str, tmp_path: Path) -> None:
         name = f"process:{tmp_path / 'stack'}"
     done = named_driver(name, block=8).drive(scenario.program, scenario.sample(8, seed=2), scenario.config.simulation)
     assert done.outcomes.verdict.tolist() == [Verdict.VALID] * 8
-    if language == "python":
+    if client != "stack.c":
         import importlib.util
 
         spec = importlib.util.spec_from_file_location("planner", OWN / "planner.py")
@@ -210,6 +210,79 @@ def test_an_answer_of_another_size_is_told(
     with pytest.raises(LostError, match=message) as told:
         stack.act(seen, np.ones(4, dtype=bool))
     assert told.value.cure == "write 96 bytes for each question, 4 rows of 3 float64, and flush them"
+
+
+SHARING = """
+import json, mmap, os
+import numpy as np
+read = os.fdopen(int(os.environ["CORTEXC_READ"]), "rb")
+write = os.fdopen(int(os.environ["CORTEXC_WRITE"]), "wb", buffering=0)
+header = json.loads(read.readline())
+n, starts = header["lanes"], header["memory"]
+room = mmap.mmap(int(os.environ["CORTEXC_MEMORY"]), starts["size"])
+def part(name, kind, *shape):
+    return np.ndarray(shape, kind, room, starts[name])
+parts = [part("number", "<i8", 1), part("times", "<f8", n), part("keys", "<i8", n, 6), part("fresh", "u1", n)]
+parts += [part("asked", "u1", n), part("observations", "<f8", n, len(header["observations"]))]
+done = part("actions", "<f8", n, len(header["actions"]))
+write.write(b'{"version": 1, "memory": true}\\n')
+while len(read.read(8)) == 8:
+    HOOK
+    write.write(b"!")
+"""
+
+
+SHARED = pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="no memory that two processes share")
+
+
+def sharing(tmp_path: Path, hook: str) -> str:
+    """The name of a driver that shares memory."""
+    (tmp_path / "sharing.py").write_text(SHARING.replace("HOOK", hook))
+    return f"process:{sys.executable} {tmp_path / 'sharing.py'}"
+
+
+@SHARED
+def test_a_stack_sees_in_memory_what_others_are_sent(tmp_path: Path) -> None:
+    """All parts of each question, aligned, and its answer is what it left there."""
+    lanes, wide, rng = 7, 5, np.random.default_rng(2)
+    hook = "done[:] = sum(float(np.sum(each * (2.0 + number))) for number, each in enumerate(parts))"
+    stack = stack_of(sharing(tmp_path, hook).removeprefix("process:"))
+    stack.meet({"version": 1, "lanes": lanes, "observations": [{}] * wide, "actions": [{}] * 3})
+    keys, times = rng.integers(0, 9, (lanes, 6)), rng.random(lanes)
+    stack.reset(np.arange(lanes), keys)
+    for number in range(3):
+        seen, asked = rng.random((lanes, wide)), rng.random(lanes) < 0.5
+        parts = np.array([number]), times, keys, np.full(lanes, number == 0), asked, seen
+        answer = stack.act(seen, asked, times)
+        assert answer.shape == (lanes, 3)
+        assert answer == pytest.approx(sum(float(np.sum(each * (2.0 + n))) for n, each in enumerate(parts)))
+    stack.close()
+
+
+@SHARED
+def test_a_stack_that_shares_memory_is_judged_as_all_are(
+    scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It dies and is started anew, answers twice, or sleeps."""
+    mark = tmp_path / "crashed"
+    crash = (
+        f"parts[0][0] == 3 and not os.path.exists({str(mark)!r}) and (open({str(mark)!r}, 'w').close(), os._exit(9))"
+    )
+    done = driven(scenario, sharing(tmp_path, f"{crash}; done[:] = [0.5, 0.0, 0.0]"))
+    here = drive(scenario.program, scenario.sample(4, seed=1), half, scenario.config.simulation)
+    same(done.outcomes, here.outcomes)
+    assert len(done.remarks) == 1
+    monkeypatch.setattr(stacks, "LATE", 0.3)
+    with pytest.raises(ControllerError, match="was started 3 times and never answered"):
+        driven(scenario, sharing(tmp_path, "__import__('time').sleep(60)"))
+    monkeypatch.undo()
+    stack = stack_of(sharing(tmp_path, "write.write(b'!')").removeprefix("process:"))
+    stack.meet({"version": 1, "lanes": 4, "observations": [{}], "actions": [{}] * 3})
+    stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
+    select.select([stack._running.read], [], [], 30.0)  # pyright: ignore[reportOptionalMemberAccess]
+    with pytest.raises(LostError, match="gave more than the 1 byte of an answer") as told:
+        stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
+    assert told.value.cure == "write one byte for each question, once its actions stand in the memory"
 
 
 def test_another_version_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:

@@ -1,0 +1,132 @@
+"""The process of a stack: how it is started, what it is handed by number, and its end (`engine.driving.stacks`).
+
+It gets two pipes and, where the system has it, memory that both see, and writes what it prints into a log. It is ended
+with all that it has started.
+"""
+
+import math
+import mmap
+import os
+import signal
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import IO
+
+import numpy as np
+
+from engine.errors import ControllerError
+
+ROOM = 1 << 20
+"""Of the pipe to it [bytes]; Linux gives 65,536 unless asked, and to users at most so many."""
+ALIGNED = 64
+"""At multiples of so many bytes each part of a question stands in memory."""
+
+
+class Memory:
+    """Where a stack sees a question, and leaves its answer: `views` are their parts, in the order of the protocol."""
+
+    def __init__(self, lanes: int, observations: int, actions: int) -> None:
+        parts: dict[str, tuple[tuple[int, ...], str]] = {
+            "number": ((1,), "<i8"),
+            "times": ((lanes,), "<f8"),
+            "keys": ((lanes, 6), "<i8"),
+            "fresh": ((lanes,), "?"),
+            "asked": ((lanes,), "?"),
+            "observations": ((lanes, observations), "<f8"),
+            "actions": ((lanes, actions), "<f8"),
+        }
+        bytes_of = (np.dtype(kind).itemsize * math.prod(shape) for shape, kind in parts.values())
+        *starts, size = accumulate((-(-each // ALIGNED) * ALIGNED for each in bytes_of), initial=0)
+        self.layout = {"size": size, **dict(zip(parts, starts, strict=True))}
+        """What a stack is told: the bytes that there are, and where each part begins."""
+        self.descriptor = os.memfd_create("cortexc")
+        os.ftruncate(self.descriptor, size)
+        room = mmap.mmap(self.descriptor, size)
+        self.views = {name: np.ndarray(*part, room, self.layout[name]) for name, part in parts.items()}
+
+    @staticmethod
+    def of(lanes: int, observations: int, actions: int) -> "Memory | None":
+        """None where the system has none that two processes share."""
+        try:
+            return Memory(lanes, observations, actions)
+        except (AttributeError, OSError):
+            return None
+
+
+@dataclass
+class Process:
+    """A stack that has been started."""
+
+    process: "subprocess.Popen[bytes]"
+    read: int
+    write: int
+    log: IO[bytes]
+    memory: Memory | None
+    """Where questions and answers stand; None where they are sent."""
+    questions: int = 0
+    closed: bool = False
+
+    def close(self, patience: float = 0.5) -> None:
+        """Hang up, and end what does not end by itself."""
+        if self.closed:
+            return
+        self.closed = True
+        for pipe in (self.read, self.write):
+            with suppress(OSError):
+                os.close(pipe)
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(patience)
+        with suppress(OSError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+        self.log.close()
+
+
+def start(command: Sequence[str], memory: Memory | None) -> Process:
+    """Start a stack.
+
+    Raises:
+        ControllerError: it cannot be started.
+    """
+    theirs_read, write = os.pipe()
+    read, theirs_write = os.pipe()
+    log = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process
+    numbers = {"CORTEXC_READ": theirs_read, "CORTEXC_WRITE": theirs_write}
+    if memory is not None:
+        numbers["CORTEXC_MEMORY"] = memory.descriptor
+    try:
+        process = subprocess.Popen(  # noqa: S603 - the very command that the user names
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            env={**os.environ, **{name: str(number) for name, number in numbers.items()}},
+            pass_fds=tuple(numbers.values()),
+            start_new_session=True,
+        )
+    except OSError as error:
+        os.close(read)
+        os.close(write)
+        log.close()
+        raise ControllerError(
+            f"`{command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
+            "name a program that there is, as `process:./my_stack --fast`",
+        ) from error
+    finally:
+        for number in numbers.values():
+            os.close(number)
+    os.set_blocking(write, False)
+    _widen(write)
+    return Process(process, read, write, log, memory)
+
+
+def _widen(pipe: int) -> None:
+    """Make room for a whole question, where the system lets us, so that the stack is not woken for each part of it."""
+    with suppress(ImportError, AttributeError, OSError):
+        import fcntl
+
+        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, ROOM)
