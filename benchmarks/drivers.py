@@ -12,7 +12,8 @@ What is fair is asked of the blind driver, who follows its lanes and looks at no
     struck      … in which it is struck from behind, or while it stands where one may stand
     stood       … in which it touches somebody, slower than 0.1 m/s, anywhere else
     through     share of the scenes in which it is through within the time, where the blind driver touches nobody
-                and comes nobody nearer than 5 m
+                and comes nobody nearer than 5 m; nothing where the blind driver never is, as on a
+                road without a crossing
     lost        how much longer than the blind driver it takes, on average, where both are through [s]
 """
 
@@ -35,7 +36,7 @@ from engine.outcomes import Outcomes
 from engine.sampling import draw_genomes, sample
 from engine.search.assessment import take
 from engine.streams import key_rows
-from engine.tables import Bools
+from engine.tables import Bools, Ints
 from engine.vocabulary import Blame, EndReason, Fault, Method
 
 ROOT = Path(__file__).parents[1]
@@ -178,7 +179,7 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> D
 def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:
     """One row a driver, of at least so many fair scenes."""
     counted, named = {name: np.zeros(8) for name in drivers}, {name: [] for name in drivers}
-    first, done = 0, 0
+    first, done, blind_through = 0, 0, 0
     while done < scenes and first < 50 * scenes:
         last = first + min(BLOCK, max(500, 2 * (scenes - done)))
         blind = driven(text_of(file, "blind"), first, last, jobs, fair=True)
@@ -188,8 +189,13 @@ def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]
             counts, blots = _counts(one, blind)
             counted[name] += counts
             named[name].append([first + np.flatnonzero(each) for each in blots])
+        blind_through += int((blind.outcomes.end_reason == EndReason.RULE).sum())
         done, first = done + int(blind.fair.sum()), last
-    return [_row(file, name, counted[name], *map(np.concatenate, zip(*named[name], strict=True))) for name in drivers]
+    passes = bool(blind_through)
+    return [
+        _row(file, name, counted[name], passes, *map(np.concatenate, zip(*named[name], strict=True)))
+        for name in drivers
+    ]
 
 
 def _counts(one: Driven, blind: Driven) -> tuple[np.ndarray, tuple[Bools, Bools]]:
@@ -221,10 +227,10 @@ def _counts(one: Driven, blind: Driven) -> tuple[np.ndarray, tuple[Bools, Bools]
     return np.array([*(float(each.sum()) for each in shares), mean * fair.sum()]), (avoidable, stood)
 
 
-def _row(file: str, driver: str, counts: np.ndarray, avoided: np.ndarray, stood_in: np.ndarray) -> Row:
+def _row(file: str, driver: str, counts: np.ndarray, passes: bool, avoided: Ints, stood_in: Ints) -> Row:
     scenes, hits, avoidable, struck, stood, free, through, lost = (float(number) for number in counts)
     hits, avoidable, struck, stood, lost = (each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood, lost))
-    through = through / free if free else float("nan")
+    through, lost = (through / free, lost) if passes and free else (float("nan"), float("nan"))
     which = tuple(avoided.tolist()), tuple(stood_in.tolist())
     return Row(file, driver, int(scenes), hits, avoidable, struck, stood, through, lost, *which)
 
@@ -248,8 +254,8 @@ def _lines(made: Sequence[Row]) -> Iterator[str]:
     yield "|---|---|---|---|---|---|---|---|"
     for row in made:
         shares = " | ".join(f"{100 * each:.2f} %" for each in (row.collisions, row.avoidable, row.struck, row.stood))
-        through = "" if row.through != row.through else f"{100 * row.through:.1f} %"
-        yield f"| {row.file} | {row.driver} | {shares} | {through} | {row.lost:+.1f} s |"
+        passing = "| |" if row.through != row.through else f"{100 * row.through:.1f} % | {row.lost:+.1f} s |"
+        yield f"| {row.file} | {row.driver} | {shares} | {passing}"
 
 
 def main(arguments: list[str]) -> int:

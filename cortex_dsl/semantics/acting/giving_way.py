@@ -73,6 +73,10 @@ EDGE = 0.7
 """Who stands nearer to the area than this backs up to the line [m]; *ours*."""
 SOON = 5.0
 """… while another is in the area or will be there within this time [s]; *ours*."""
+CRAWLING = 2.0
+"""Who is slower in the area is at its edge, and would rather back out than drive on before another [m/s]; *ours*."""
+RETREAT = 0.25
+"""Time that it takes at least to stop and be off [s]; *ours*."""
 BACKWARDS = 1.5
 """Speed at which it backs up, at most [m/s]; *ours*: walking pace."""
 BEHIND = 2.5
@@ -92,7 +96,7 @@ def give_way(job: Job) -> ir.Block:
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
         must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict.nearer(askew))
-        helps = braking_helps(job, conflict.nearer(askew), _lost(job, other))
+        helps = braking_helps(job, conflict.nearer(askew), _lost(job, other)) | _retreats(job, conflict)
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
         goes.append(must & ~stops & ~helps)
@@ -140,6 +144,12 @@ def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
     """Whether it is through before another; where ways join, also fast enough not to be run into."""
     joining = conflict.arrives + (MERGING_GAP + _lost(job, other))
     return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
+
+
+def _retreats(job: Job, conflict: Conflict) -> Term:
+    """Whether one at the edge of the area, who cannot get out ahead of the other, has time to back out of it."""
+    at_edge = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
+    return at_edge & ~(conflict.clears < conflict.their_arrival) & (conflict.their_arrival > RETREAT)
 
 
 def _lost(job: Job, other: Actor) -> Term:
