@@ -243,6 +243,15 @@ def table(made: Sequence[Row]) -> str:
     return "\n".join(_lines(made))
 
 
+def across(made: Sequence[Row]) -> str:
+    """Files in rows and drivers in columns: collisions, and how many of them are avoidable, in per cent."""
+    drivers = list(dict.fromkeys(row.driver for row in made))
+    cells = {(row.file, row.driver): f"{100 * row.collisions:.2f} ({100 * row.avoidable:.2f})" for row in made}
+    files = dict.fromkeys(row.file for row in made)
+    lines = (f"| {file} | {' | '.join(cells.get((file, driver), '') for driver in drivers)} |" for file in files)
+    return "\n".join([f"| file | {' | '.join(drivers)} |", "|---" * (1 + len(drivers)) + "|", *lines])
+
+
 def blots(made: Sequence[Row]) -> str:
     """The scenes behind two of its columns, by number."""
     lines = [(row, what, ids) for row in made for what, ids in (("avoidable", row.avoided), ("stood", row.stood_in))]
@@ -267,6 +276,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--drivers", default=",".join(DRIVERS), help="names with commas between them")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--list", action="store_true", help="the numbers of the scenes that are avoidable, or stood in")
+    parser.add_argument("--across", action="store_true", help="drivers in columns: collisions (of them avoidable)")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
@@ -274,7 +284,7 @@ def main(arguments: list[str]) -> int:
     files = groups.get(options.files) or options.files.split(",")
     drivers = {file: [each for each in options.drivers.split(",") if goes_there(file, each)] for file in files}
     made = [row for file in files for row in rows(file, drivers[file], options.scenes, options.jobs)]
-    print(json.dumps([asdict(row) for row in made]) if options.json else table(made))
+    print(json.dumps([asdict(row) for row in made]) if options.json else (across if options.across else table)(made))
     if options.list and not options.json:
         print(blots(made))
     return 0

@@ -138,7 +138,7 @@ def backwards(program: Program, scenes: Scenes, config: SimulationConfig, contac
     """(scenes, actors): who drives backwards in its run; what an impact throws back is not driven."""
     found = np.zeros((len(scenes), len(program.actors)), dtype=np.bool_)
     takes = program.code.step_code[:, 0] == Op.COMMAND
-    if Command.REVERSE in program.code.step_code[takes, 2]:
+    if np.isin(program.code.step_code[takes, 2], (Command.REVERSE, Command.BACK)).any():
         for row in np.flatnonzero(scenes.valid).tolist():
             states = trajectory(program, scenes, row, config, contact).states
             driven = states[..., State.PRESENT] == 1.0

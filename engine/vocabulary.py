@@ -275,7 +275,8 @@ class State(IntEnum):
 
 class Command(IntEnum):
     """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
-    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step.
+    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step. A `BACK` of 2 puts the reverse
+    gear in for one step.
     """
 
     THROTTLE = 0
@@ -285,3 +286,4 @@ class Command(IntEnum):
     REVERSE = 4
     OFFSET = 5
     STOP = 6
+    BACK = 7

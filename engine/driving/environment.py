@@ -118,6 +118,12 @@ class Episodes:
         """Begin the next episode of some lanes."""
         if not self._drawn[chosen].all():
             self._draw(np.flatnonzero(~self._drawn))
+        without = chosen[~self._drawn[chosen]]
+        if len(without):
+            raise ArgumentError(
+                f"lane {without[0]} has no valid scene in {TRIES} episodes",
+                "see what `cortexc FILE --sample 1000` says of the requirements",
+            )
         assert self._coming is not None
         self._drawn[chosen] = False
         self._scenes = _with_rows(self._scenes, chosen, self._coming, chosen)
@@ -126,27 +132,21 @@ class Episodes:
             seat.reset(chosen, self._scenes.keys[chosen])
 
     def _draw(self, lanes: Ints) -> None:
-        """Draw the scenes of the next episodes of some lanes; one without a valid scene is passed over."""
+        """Draw the scenes of the next episodes of some lanes; one without a valid scene is passed over, some times."""
         left = lanes
         for _ in range(TRIES):
-            self._episode[left] += 1
-            keys = self._keys(left)
+            keys = self._keys(left, self._episode[left] + 1)
             genomes = draw_genomes(self.program.space, keys)
             drawn = sample(self.program, genomes, keys, self.config.simulation, self.config.search.jobs)
             self._coming = _with_rows(self._coming, left, drawn, np.arange(len(left)))
+            self._episode[left], self._drawn[left] = keys[:, StreamKey._fields.index("generation")], drawn.valid
             left = left[~drawn.valid]
             if not len(left):
-                break
-        else:
-            raise ArgumentError(
-                f"lane {left[0]} has no valid scene in {TRIES} episodes",
-                "see what `cortexc FILE --sample 1000` says of the requirements",
-            )
-        self._drawn[lanes] = True
+                return
 
-    def _keys(self, lanes: Ints) -> Ints:
+    def _keys(self, lanes: Ints, episodes: Ints) -> Ints:
         keys = key_rows(self._seed, Method.SAMPLE, 0, 0, lanes)
-        keys[:, StreamKey._fields.index("generation")] = self._episode[lanes]  # `draw_genomes` checks it
+        keys[:, StreamKey._fields.index("generation")] = episodes  # `draw_genomes` checks it
         return keys
 
     # -- steps -------------------------------------------------------------------------------------------------------

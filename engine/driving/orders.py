@@ -25,7 +25,7 @@ SHARE = 32
 
 class Orders:
     """Decisions for `count` lanes of at most so many turns: by whom they are asked for at which samples, and from when
-    on they hold. `told`: how many numbers say what everybody is commanded in a turn.
+    on they hold. `told`: how many numbers say what everybody is commanded up to the next pause.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Orders:
         width = numbers_decided(controls)
         self._neutral = np.zeros((count, width))
         room = count * -(-min(turns_at_most, ROOM) // (pause * PAGE))
-        self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, pause, told))
+        self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, told))
         self.pages = np.full((count, 1), -1, dtype=np.int32)
         """(lanes, n): those of each lane, one after the other."""
         self._free, self._left, self._most = _from_first(0, room), np.array([room]), 0

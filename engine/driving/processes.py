@@ -11,7 +11,7 @@ import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import IO
@@ -44,8 +44,12 @@ class Memory:
         self.layout = {"size": size, **dict(zip(parts, starts, strict=True))}
         """What a stack is told: the bytes that there are, and where each part begins."""
         self.descriptor = os.memfd_create("cortexc")
-        os.ftruncate(self.descriptor, size)
-        room = mmap.mmap(self.descriptor, size)
+        try:
+            os.ftruncate(self.descriptor, size)
+            room = mmap.mmap(self.descriptor, size)
+        except OSError:
+            os.close(self.descriptor)
+            raise
         self.views = {name: np.ndarray(*part, room, self.layout[name]) for name, part in parts.items()}
 
     @staticmethod
@@ -84,6 +88,7 @@ class Process:
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
         self.log.close()
+        self.memory = None
 
 
 def start(command: Sequence[str], memory: Memory | None) -> Process:
@@ -92,36 +97,40 @@ def start(command: Sequence[str], memory: Memory | None) -> Process:
     Raises:
         ControllerError: it cannot be started.
     """
-    theirs_read, write = os.pipe()
-    read, theirs_write = os.pipe()
-    log = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the process
-    numbers = {"CORTEXC_READ": theirs_read, "CORTEXC_WRITE": theirs_write}
-    if memory is not None:
-        numbers["CORTEXC_MEMORY"] = memory.descriptor
-    try:
-        process = subprocess.Popen(  # noqa: S603 - the very command that the user names
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-            env={**os.environ, **{name: str(number) for name, number in numbers.items()}},
-            pass_fds=tuple(numbers.values()),
-            start_new_session=True,
-        )
-    except OSError as error:
-        os.close(read)
-        os.close(write)
-        log.close()
-        raise ControllerError(
-            f"`{command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
-            "name a program that there is, as `process:./my_stack --fast`",
-        ) from error
-    finally:
-        for number in numbers.values():
-            os.close(number)
+    with ExitStack() as ours, ExitStack() as theirs:
+        numbers = {} if memory is None else {"CORTEXC_MEMORY": memory.descriptor}
+        if memory is not None:
+            theirs.callback(os.close, memory.descriptor)
+        try:
+            numbers["CORTEXC_READ"], write = _pipe(theirs, ours)
+            read, numbers["CORTEXC_WRITE"] = _pipe(ours, theirs)
+            log = ours.enter_context(tempfile.TemporaryFile())
+            process = subprocess.Popen(  # noqa: S603 - the very command that the user names
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env={**os.environ, **{name: str(number) for name, number in numbers.items()}},
+                pass_fds=tuple(numbers.values()),
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise ControllerError(
+                f"`{command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
+                "name a program that there is, as `process:./my_stack --fast`",
+            ) from error
+        ours.pop_all()  # it is the process that closes them
     os.set_blocking(write, False)
     _widen(write)
     return Process(process, read, write, log, memory)
+
+
+def _pipe(reads: ExitStack, writes: ExitStack) -> tuple[int, int]:
+    """The ends of a pipe, each closed with what it belongs to."""
+    read, write = os.pipe()
+    reads.callback(os.close, read)
+    writes.callback(os.close, write)
+    return read, write
 
 
 def _widen(pipe: int) -> None:

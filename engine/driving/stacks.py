@@ -134,15 +134,15 @@ class Stack:
         weakref.finalize(self, running.close)
         memory = {} if running.memory is None else {"memory": running.memory.layout}
         line = json.dumps(self._header | memory).encode() + b"\n"
-        if not self._shares(self._exchange(running, [memoryview(line)], -1, BEGINNING)):
+        if not self._shares(self._exchange(running, [memoryview(line)], -1, BEGINNING), offered=bool(memory)):
             running.memory = None
         return running
 
-    def _shares(self, answer: bytes) -> bool:
+    def _shares(self, answer: bytes, *, offered: bool) -> bool:
         """Whether a stack shares the memory, by the line with which it answers ours.
 
         Raises:
-            ControllerError: it speaks another version.
+            ControllerError: it speaks another version, or would share what is not there.
         """
         said: Any = {}
         try:
@@ -156,7 +156,14 @@ class Stack:
                 f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
                 f'let it answer the first line with {{"version": {VERSION}}}',
             )
-        return said.get("memory") is True
+        shares = said.get("memory") is True
+        if shares and not offered:
+            self.close()
+            raise ControllerError(
+                f"`{shlex.join(self.command)}` would share memory, of which this system has none for two processes",
+                'where our first line has no `memory`, let it answer {"version": 1} and read questions from the pipe',
+            )
+        return shares
 
     def _exchange(self, running: Process, question: list[memoryview], size: int, limit: float) -> bytes:
         """Write a question, part by part, and read so many bytes, or a line (-1)."""

@@ -8,7 +8,7 @@ ego and one other, what both were commanded is kept, so that they need only move
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -36,8 +36,6 @@ CONTACT = ContactConfig()
 AT_ONCE = 64
 """Runs that are judged by one call: what was decided in them stays in the cache."""
 
-SEEN_AT_ONCE = 256
-"""Lanes that are observed by one call, where observations are handed on at once."""
 
 # -- what is observed --------------------------------------------------------------------------------------------------
 
@@ -88,7 +86,7 @@ class Lanes:
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
         told = told_at(program)
-        room = 0 if self._late or others_touch(program) else max(TOLD, int(told.max()) + TOLD)
+        room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
         self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, room)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = lanes(program, self.turns, count, back, self._orders.coming)
@@ -162,7 +160,7 @@ class Lanes:
 
     def _judge(self, ended: Ints) -> None:
         """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
-        kept = self._orders.told.shape[3] > 0
+        kept = self._orders.told.shape[2] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)
@@ -278,21 +276,8 @@ class Lanes:
         """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
         if self._rules:
             return np.where(chosen[:, np.newaxis], self._run.lane_watched[:, self._rules], 0.0)
-        return self._look(number, chosen, 0, len(self))
-
-    def observe_in_parts(self, number: int, chosen: Bools) -> Iterator[Floats]:
-        """The same, some lanes after the other, for those who hand it on while the rest is worked out."""
-        if self._rules:
-            yield self.observe(number, chosen)
-            return
-        for first in range(0, len(self), SEEN_AT_ONCE):
-            yield self._look(number, chosen, first, min(first + SEEN_AT_ONCE, len(self)))
-
-    def _look(self, number: int, chosen: Bools, first: int, last: int) -> Floats:
-        actor, seen = self.controls[number].actor, np.empty((last - first, WIDTH))
-        run = self._run if last - first == len(self) else self._with_lanes(self._run, first, last)
-        paths, reach = self._paths[actor, first:last], self._reach[first:last]
-        look_around(self.plan, run, actor, paths, reach, chosen[first:last], seen)
+        actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
+        look_around(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
         return seen
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:

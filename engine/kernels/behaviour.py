@@ -116,8 +116,11 @@ END_OF_ROAD = 0.01
 YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
 """How a turn ended."""
 COMMANDED = tuple(
-    int(slot) for slot in (Slot.THROTTLE, Slot.BRAKE, Slot.STEER, Slot.SET_SPEED, Slot.REVERSE, Slot.OFFSET, Slot.STOP)
-)
+    int(slot)
+    for slot in (
+        Slot.THROTTLE, Slot.BRAKE, Slot.STEER, Slot.SET_SPEED, Slot.REVERSE, Slot.OFFSET, Slot.STOP, Slot.REVERSE,
+    )
+)  # fmt: skip
 """What each `Command` sets."""
 
 

@@ -35,6 +35,8 @@ BESIDE = 1.25
 """Who is farther from the middle of a way [m] …"""
 ASKEW = math.pi / 4.0
 """… or heads off it by more does not follow it [rad]; *ours*."""
+BACK = 1.5
+"""Who is in the area looks for a way out of it backwards so far [m]; *ours*: less than half a car."""
 INSIDE_STEP = 1.0
 """Of the search for the end of the area [m], for its beginning at least half of it."""
 HALVINGS = 6
@@ -86,6 +88,8 @@ class Crossing(NamedTuple):
     """… and when it is out again."""
     along: float
     """Cosine of the other's heading against that of my way beside it: 1 of who goes my way."""
+    back: float
+    """How far back I would be out of the area: 0 outside, infinite where that is more than `BACK` [m]."""
 
 
 class Way(NamedTuple):
@@ -133,7 +137,8 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     soonest, _ = _times(primitives, theirs, math.inf, look.theirs, their_enter, their_enter)
     arrival, clearing = _times(primitives, theirs, theirs.speed, 0.0, their_enter, their_leave)
     along = math.cos(theirs.heading - _foot_heading(primitives, mine, theirs.x, theirs.y))
-    return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along)
+    back = 0.0 if enter > 0.0 else _way_back(primitives, mine, theirs)
+    return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along, back)
 
 
 @shared
@@ -146,13 +151,13 @@ def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
     dst = registers[int(code[row, 1]) :]
     dst[0], dst[1], dst[2], dst[3], dst[4] = found.enter, found.leave, found.arrives, found.clears, found.their_enter
     dst[5], dst[6], dst[7] = found.their_leave, found.earliest, found.their_arrival
-    dst[8], dst[9] = found.their_clearing, found.along
+    dst[8], dst[9], dst[10] = found.their_clearing, found.along, found.back
 
 
 @inlined
 def _nothing() -> Crossing:
     far = math.inf
-    return Crossing(far, far, far, far, far, far, far, far, far, 1.0)
+    return Crossing(far, far, far, far, far, far, far, far, far, 1.0, 0.0)
 
 
 # -- ways --------------------------------------------------------------------------------------------------------------
@@ -271,6 +276,15 @@ def _stretch(primitives: Floats, way: Way, other: Way) -> tuple[float, float]:
         before, s = s, min(end, s + INSIDE_STEP)
         apart = _apart(primitives, way, s, other)
     return enter - way.start, _border(primitives, way, other, s, before) - way.start
+
+
+@inlined
+def _way_back(primitives: Floats, way: Way, other: Way) -> float:
+    """How far back along its way an outline that is in the area would be out of it [m]."""
+    behind = way.start - BACK if way.last == way.first else max(way.start - BACK, 0.0)
+    if _apart(primitives, way, behind, other) < 0.0:
+        return math.inf
+    return way.start - _border(primitives, way, other, behind, way.start)
 
 
 @inlined

@@ -118,7 +118,7 @@ def note_commands(plan: Plan, run: Run) -> None:
     decided outside needs no more than that. Where that is not all, a note says so.
     """
     sample = int(run.status[Status.SAMPLE])
-    turn = sample % plan.layout.pause
+    turn = sample % plan.layout.pause * (len(run.told) // plan.layout.pause)
     for actor in range(len(plan.kinds)):
         at, slots = int(run.told_at[actor]), run.actors[actor]
         leaves = slots[Slot.LEAVING] != 0.0
@@ -129,7 +129,7 @@ def note_commands(plan: Plan, run: Run) -> None:
             asked, pressed = run.actions[sample, number], run.actions[sample, number + 1]
             known = goes and throttle == asked and brake == pressed and steer == run.actions[sample, number + 2]
         else:
-            run.told[turn, at], run.told[turn, at + 1] = throttle - brake if goes else math.nan, steer
+            run.told[turn + at], run.told[turn + at + 1] = throttle - brake if goes else math.nan, steer
             known = leaves or (goes and (brake == 0.0 or throttle == 0.0) and throttle >= 0.0 and brake >= 0.0)
         other = slots[Slot.FREE] != 0.0 or slots[Slot.TRACK] != 0.0 or slots[Slot.REVERSE] != 0.0
         if not known or other or slots[Slot.SET_SPEED] != NO_SPEED or slots[Slot.STOP] != 0.0:

@@ -99,7 +99,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                 _take_turns(plan, its, scored)
             if (scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1:
                 break
-            if its.told.shape[1] > 0:
+            if len(its.told) > 0:
                 note_commands(plan, its)
             step(plan, its)
             low, high = 0, len(plan.kinds)
@@ -210,6 +210,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
     run.actors[actor, Slot.OFFSET] = 0.0
     run.actors[actor, Slot.TRACK] = 0.0
     run.actors[actor, Slot.STOP] = 0.0
+    run.actors[actor, Slot.REVERSE] = 0.0 if run.actors[actor, Slot.REVERSE] != 1.0 else 1.0
     if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
         return -1
     return int(run.resume[plan.main_blocks[template, actor]])

@@ -136,7 +136,7 @@ class Slot(IntEnum):
     FRONT_WHEEL = 16
     REAR_WHEEL = 17
     REVERSE = 18
-    """1 while the gear is the reverse one; stays until the next."""
+    """1 while the gear is the reverse one; stays until the next. 2: it is in this turn alone."""
     OFFSET = 19
     """How far left of its path an actor is to follow it in this step [m]."""
     PATH = 20
@@ -231,9 +231,9 @@ class Run(NamedTuple):
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
     told: Floats
-    """(turns, …): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
+    """(…,): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
     told_at: Ints
-    """(actors,): where in a turn's row those of an actor stand, or -1 - its first number among `actions`."""
+    """(actors,): where in a turn's part of it those of an actor stand, or -1 - its first number among `actions`."""
     lane_registers: Floats
     """(lanes, …), as all that each of the runs side by side carries on; without lanes there is a lone run."""
     lane_actors: Floats
@@ -252,7 +252,7 @@ class Run(NamedTuple):
     """(lanes, kept, numbers): of the coming turns; turn k in row k % kept, a power of two, too."""
     lane_pages: Ints
     told_pages: Floats
-    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, *told.shape) what stands in them."""
+    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, len(told)) what stands in them."""
 
 
 @inlined

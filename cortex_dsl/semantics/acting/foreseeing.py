@@ -70,6 +70,7 @@ class Conflict:
     their_arrival: Term
     their_clearing: Term
     along: Term
+    back: Term
 
     @property
     def exists(self) -> Term:
@@ -160,8 +161,13 @@ def braking_helps(job: Job, conflict: Conflict, lost: Term | None = None) -> Ter
     late = (speed - sqrt(maximum(slowed, 0.0))) / hard
     outside = conflict.enter > 0.0
     passes_behind = outside & ((slowed <= 0.0) | (late > conflict.their_clearing))
+    passes_before = is_out_before(conflict, lost)
+    return passes_behind | (~passes_before & (outside | (conflict.their_enter <= 0.0)))
+
+
+def is_out_before(conflict: Conflict, lost: Term | None = None) -> Term:
+    """Whether one is out of the area before the other comes; where ways join, long enough before it (`lost`)."""
     over = conflict.clears
     if lost is not None:
         over = where(conflict.parts, over, conflict.arrives + (SHORTEST_GAP + lost))
-    passes_before = over < conflict.their_arrival
-    return passes_behind | (~passes_before & (outside | (conflict.their_enter <= 0.0)))
+    return over < conflict.their_arrival

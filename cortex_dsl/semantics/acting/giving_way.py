@@ -9,11 +9,13 @@ Who has left its way, as one that comes into a bend too fast, goes back to it on
 from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
 stands only where all of its outline is clear of that way.
 
-Who has come to rest nearer to the area than the line, as one that had to brake hard, backs up to the line while
-another comes: fronts that come round a bend swing out of the strip of their way.
+Who has come to rest nearer to the area than the line, or just inside, as one that had to brake hard, backs up to the
+line while another comes: fronts that come round a bend swing out of the strip of their way.
 
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
+
+import math
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
@@ -24,9 +26,11 @@ from cortex_dsl.semantics.acting.foreseeing import (
     STANDING,
     Conflict,
     Sight,
+    braking,
     braking_helps,
     can_stop,
     foreseen,
+    is_out_before,
     throttle,
 )
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job
@@ -35,6 +39,7 @@ from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
+    box_distance,
     cos,
     hypot,
     maximum,
@@ -70,17 +75,17 @@ ROOM = 0.3
 AWAY = 5.0
 """What is added to the speed of who gets out of the way [m/s]."""
 EDGE = 0.7
-"""Who stands nearer to the area than this backs up to the line [m]; *ours*."""
+"""Who stands nearer to the area than this backs up, and goes on to the line [m]; *ours*."""
 SOON = 5.0
 """… while another is in the area or will be there within this time [s]; *ours*."""
 CRAWLING = 2.0
-"""Who is slower in the area is at its edge, and would rather back out than drive on before another [m/s]; *ours*."""
-RETREAT = 0.25
-"""Time that it takes at least to stop and be off [s]; *ours*."""
+"""Who is slower just inside the area would rather back out of it than drive on before another [m/s]; *ours*."""
 BACKWARDS = 1.5
-"""Speed at which it backs up, at most [m/s]; *ours*: walking pace."""
+"""Speed at which one backs up, at most [m/s]; *ours*: walking pace."""
 BEHIND = 2.5
-"""Room behind it for which it does so [m]; *ours*."""
+"""Room behind for which one does so [m], free of who is there now …"""
+THEN = 1.0
+"""… and who will be in this time, as they are going [s]; *ours*."""
 BRISK = 3.0
 """Acceleration and deceleration of the model where the call names none [m/s^2]."""
 
@@ -91,65 +96,86 @@ def give_way(job: Job) -> ir.Block:
     acts, path = path_to_follow(job)
     sight, target = Sight.of(job), job.target_speed()
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
-    brakes, goes, swings = [], [], []
+    brakes, goes, backs = [], [], []
     off, askew = _beside(job, path)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
         must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict.nearer(askew))
-        helps = braking_helps(job, conflict.nearer(askew), _lost(job, other)) | _retreats(job, conflict)
+        lost = _lost(job, other)
+        helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost)
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
         goes.append(must & ~stops & ~helps)
-        edge = where(job.speed() < 0.0, LINE, EDGE)
-        waits = (conflict.crosses | conflict.comes) & ~_goes_before(job, other, conflict)
-        soon = (state(job.ev, other, State.SPEED) > STANDING) & (conflict.their_arrival < SOON)
-        swings.append(waits & soon & (conflict.enter < edge))
+        in_its_way = must | (conflict.comes & ~_goes_before(job, other, conflict))
+        backs.append(in_its_way & _is_at_edge(job, conflict) & _comes_soon(job, other, conflict))
     speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
     offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
     follow = job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset)
-    return (*acts, *_backing_up(job, follow, job.ev.algebra.any_of(swings) & _is_free_behind(job)))
+    return (*acts, *_backing_up(job, follow, job.ev.algebra.any_of(backs) & _is_free_behind(job)))
 
 
 def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Block:
-    """Follow, but from a standstill go backwards for as long as a condition holds, which is looked at only there."""
+    """Follow, but from a standstill go backwards for as long as a condition holds, which is looked at only there.
+
+    The reverse gear is in for a turn at a time, so that whatever takes over next drives forwards.
+    """
     algebra, span, looked = job.ev.algebra, job.call.span, job.ev.run.new_local()
     throttle = minimum(1.0, SPEED_GAIN * maximum(BACKWARDS + job.speed(), 0.0) / size_of(job.actor, "maxAcceleration"))
-    back = (Command.THROTTLE, throttle), (Command.BRAKE, algebra.literal(0.0)), (Command.REVERSE, algebra.truth(True))
-    halt = ir.Take(span, job.pedals(algebra.literal(HARD)))
-    backwards = (ir.Loop(span, backs, (ir.Take(span, back),)), halt, ir.Loop(span, job.speed() < 0.0, (halt,)))
+    back = (Command.THROTTLE, throttle), (Command.BRAKE, algebra.literal(0.0)), (Command.BACK, algebra.literal(2.0))
+    halt = (Command.THROTTLE, algebra.literal(0.0)), (Command.BRAKE, algebra.literal(1.0))
+    backwards = (
+        ir.Loop(span, backs & (job.speed() < STANDING), (ir.Take(span, back),)),
+        ir.Loop(span, job.speed() < 0.0, (ir.Take(span, halt),)),
+    )
     look = ir.SetLocal(span, looked, algebra.time())
-    standing = (abs(job.speed()) < STANDING) & (algebra.local(looked) < algebra.time())
-    handler = standing, (look, ir.Branch(span, backs, backwards, ()))
-    return ir.SetLocal(span, looked, algebra.literal(-1.0)), ir.TryInterrupt(span, (follow,), (handler,))
+    stands = (abs(job.speed()) < STANDING) & (algebra.local(looked) < algebra.time())
+    return ir.SetLocal(span, looked, algebra.literal(-1.0)), ir.TryInterrupt(
+        span, (follow,), ((stands, (look, *backwards)),)
+    )
+
+
+def _is_at_edge(job: Job, conflict: Conflict) -> Term:
+    """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
+    return (conflict.enter < where(job.speed() < 0.0, LINE, EDGE)) & (conflict.back < math.inf)
+
+
+def _comes_soon(job: Job, other: Actor, conflict: Conflict) -> Term:
+    return (state(job.ev, other, State.SPEED) > STANDING) & (conflict.their_arrival < SOON)
+
+
+def _retreats(job: Job, conflict: Conflict, lost: Term) -> Term:
+    """Whether one just inside the area, who cannot get out ahead of the other, has time to stop and back out of it."""
+    inside = (conflict.enter <= 0.0) & (conflict.back < math.inf) & (job.speed() < CRAWLING)
+    time = job.speed() / braking(job) + sqrt(2.0 * minimum(conflict.back, BEHIND) / throttle(job))
+    return inside & ~is_out_before(conflict, lost) & (time < conflict.their_arrival)
 
 
 def _is_free_behind(job: Job) -> Term:
-    """Whether nobody is so near behind that one could not back up."""
-    here, blocked = current_pose(job.ev, job.actor), []
-    for other in others(job.ev, job.actor):
-        there = current_pose(job.ev, other)
-        dx, dy = there.x - here.x, there.y - here.y
-        back = -(dx * cos(here.heading) + dy * sin(here.heading))
-        across = abs(dy * cos(here.heading) - dx * sin(here.heading))
-        long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length")) + BEHIND
-        wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width")) + ROOM
-        blocked.append(is_present(job.ev, other) & (back > 0.0) & (back < long) & (across < wide))
-    return ~job.ev.algebra.any_of(blocked)
+    """Whether nobody is where one would back up to, or will be there soon."""
+    ev, here = job.ev, current_pose(job.ev, job.actor)
+    back, width = 0.5 * BEHIND, size_of(job.actor, "width")
+    x, y = here.x - back * cos(here.heading), here.y - back * sin(here.heading)
+    room = ev.algebra.pack(x, y, here.heading, size_of(job.actor, "length") + BEHIND, width)
+    blocked = []
+    for other in others(ev, job.actor):
+        there, theirs = current_pose(ev, other), state(ev, other, State.SPEED)
+        size = size_of(other, "length"), size_of(other, "width")
+        behind = (there.x - here.x) * cos(here.heading) + (there.y - here.y) * sin(here.heading) < 0.0
+        for later in (0.0, THEN):
+            away = later * theirs
+            x, y = there.x + away * cos(there.heading), there.y + away * sin(there.heading)
+            near = box_distance(room, ev.algebra.pack(x, y, there.heading, *size)) < ROOM
+            blocked.append(is_present(ev, other) & behind & near)
+    return ~ev.algebra.any_of(blocked)
 
 
 def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
     """Whether it is through before another; where ways join, also fast enough not to be run into."""
     joining = conflict.arrives + (MERGING_GAP + _lost(job, other))
     return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
-
-
-def _retreats(job: Job, conflict: Conflict) -> Term:
-    """Whether one at the edge of the area, who cannot get out ahead of the other, has time to back out of it."""
-    at_edge = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
-    return at_edge & ~(conflict.clears < conflict.their_arrival) & (conflict.their_arrival > RETREAT)
 
 
 def _lost(job: Job, other: Actor) -> Term:
