@@ -12,9 +12,9 @@ What is fair is asked of the blind driver, who follows its lanes and looks at no
     struck      … in which it is struck from behind, or while it stands where one may stand
     stood       … in which it touches somebody, slower than 0.1 m/s, anywhere else
     through     share of the scenes in which it is through within the time, where the blind driver touches nobody
-                and comes nobody nearer than 5 m; nothing where the blind driver never is, as on a
-                road without a crossing
-    lost        how much longer than the blind driver it takes, on average, where both are through [s]
+                and comes nobody nearer than 5 m; nothing where the blind driver is never through,
+                as on a road without a crossing
+    lost        how much longer than the blind driver it takes, on average, where both are through [s]; nothing likewise
 """
 
 import argparse
@@ -243,6 +243,11 @@ def table(made: Sequence[Row]) -> str:
     return "\n".join(_lines(made))
 
 
+def _plain(row: Row) -> dict[str, object]:
+    """As JSON has it, which knows no NaN."""
+    return {name: None if value != value else value for name, value in asdict(row).items()}
+
+
 def across(made: Sequence[Row]) -> str:
     """Files in rows and drivers in columns: collisions, and how many of them are avoidable, in per cent."""
     drivers = list(dict.fromkeys(row.driver for row in made))
@@ -284,7 +289,7 @@ def main(arguments: list[str]) -> int:
     files = groups.get(options.files) or options.files.split(",")
     drivers = {file: [each for each in options.drivers.split(",") if goes_there(file, each)] for file in files}
     made = [row for file in files for row in rows(file, drivers[file], options.scenes, options.jobs)]
-    print(json.dumps([asdict(row) for row in made]) if options.json else (across if options.across else table)(made))
+    print(json.dumps([_plain(row) for row in made]) if options.json else (across if options.across else table)(made))
     if options.list and not options.json:
         print(blots(made))
     return 0

@@ -89,11 +89,62 @@ def test_who_stands_too_near_backs_up_to_the_line(number: int, beyond: float) ->
     assert distance_apart(run) > 2.5
 
 
-def test_nobody_backs_up_into_who_stands_behind() -> None:
-    """A metre behind there is no room for it."""
-    behind = "last = new Obstacle behind ego by 1 m, with width 1.8 m, with length 4 m"
+BEHIND = {
+    "close": "last = new Obstacle behind ego by 1 m, with width 1.8 m, with length 4 m",
+    "aslant": """last = new Obstacle at ego offset by (-3 m, -3.85 m), facing 90 deg relative to ego,
+    with width 1.8 m, with length 8 m""",
+    "walks there": """last = new Pedestrian at ego offset by (-2 m, -3 m), facing -90 deg relative to ego,
+    with speed 1.4 m/s, with behavior WalkForwardBehavior(1.4 m/s)""",
+}
+
+
+@pytest.mark.parametrize("behind", BEHIND.values(), ids=BEHIND)
+def test_nobody_backs_up_into_who_is_behind(behind: str) -> None:
     _, run = states(EDGE.format(number=1, beyond=4.0, more=behind))
-    assert run[:, 0, State.SPEED].min() == 0.0
+    assert run[:20, 0, State.SPEED].min() == 0.0
+
+
+LEAVES = {
+    "in time": "do GivingWayBehavior(9 m/s, way) for 0.6 s",
+    "interrupted": """try:
+        do GivingWayBehavior(9 m/s, way)
+    interrupt when self.speed < 0 m/s:
+        abort""",
+}
+
+
+@pytest.mark.parametrize("leaves", LEAVES.values(), ids=LEAVES)
+def test_whoever_takes_over_drives_forwards(leaves: str) -> None:
+    """The reverse gear is in for one step at a time."""
+    behavior = f"behavior Leaves(way):\n    {leaves}\n    while True:\n        take SetThrottleAction(0.5)\n"
+    text = behavior + EDGE.format(number=1, beyond=4.0, more="")
+    _, run = states(text.replace("GivingWayBehavior(9 m/s, ahead)", "Leaves(ahead)"))
+    speed = run[:, 0, State.SPEED]
+    assert speed.min() < 0.0, "it was backing up"
+    assert speed.min() > -1.5
+    assert speed[-1] > 1.0
+
+
+@pytest.mark.parametrize("beyond", [6.0, 8.0, 10.0])
+def test_who_stands_in_the_middle_of_the_area_does_not_back_up(beyond: float) -> None:
+    """It is a way of a metre or two, at the edge."""
+    for number in (0, 1, 2):
+        _, run = states(EDGE.format(number=number, beyond=beyond, more=""))
+        assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 2.5
+
+
+def test_nobody_backs_up_before_who_comes_along_his_own_lane() -> None:
+    """That one would come after it for as long as it went back."""
+    text = """
+map intersection(approach=200 m)
+lane = intersection.incomingLanes[0]
+ego = new Car before intersection by 60 m along [lane], with speed 0 m/s, with behavior GivingWayBehavior(9 m/s)
+other = new Car ahead of ego by 100 m, facing 180 deg relative to ego, with speed 2 m/s,
+    with behavior FollowLaneBehavior(2 m/s, is_oppositeTraffic=True)
+terminate after 20 s
+"""
+    _, run = states(text)
+    assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 2.5
 
 
 @pytest.mark.parametrize("scene", [24576, 39384, 80650])

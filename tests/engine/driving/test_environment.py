@@ -1,13 +1,21 @@
 """Environments: episodes side by side, each the run that the batch host makes of its scene."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import cortex_dsl as cx
+from engine.driving import environment as environments
 from engine.errors import ControllerError
-from engine.vocabulary import EndReason
+from engine.program import Program
+from engine.sampling import draw_genomes, sample
+from engine.scenes import Scenes
+from engine.streams import StreamKey, key_rows
+from engine.tables import Floats, Ints
+from engine.vocabulary import EndReason, Method, Verdict
 from tests.engine.driving.test_blocks import cruising, scenario_of
 
 
@@ -136,3 +144,57 @@ def test_an_environment_tells_its_memory(scenario: cx.Scenario) -> None:
     for _ in range(200):
         seen = environment.step(cruising(seen)).observations
     assert many < environment.nbytes < 256 * 8000
+
+
+HALF = """
+param SPEED = Range(5, 15) m/s
+require SPEED > 8 m/s
+ego = new Car on road, with speed SPEED, with behavior ExternalBehavior()
+terminate after 0.3 s
+"""
+
+
+def test_scenes_drawn_ahead_are_those_of_their_lane_and_episode() -> None:
+    """Whenever they are drawn: as each drawn alone, of which a third has no valid scene and is passed over."""
+    scenario = cx.compile_text(HALF)
+    environment = scenario.environment(5)
+    for seed in (1, 2):
+        environment.reset(seed=seed)
+        begun = [[speed] for speed in environment.scenes.genomes[:, 0].tolist()]
+        for _ in range(60):
+            environment.step(np.zeros((5, 3)))
+            for lane, speed in enumerate(environment.scenes.genomes[:, 0].tolist()):
+                if speed != begun[lane][-1]:
+                    begun[lane].append(speed)
+        for lane in range(5):
+            keys = key_rows(seed, Method.SAMPLE, 0, 0, np.full(40, lane))
+            keys[:, StreamKey._fields.index("generation")] = np.arange(40)
+            drawn = sample(scenario.program, draw_genomes(scenario.program.space, keys), keys)
+            known = drawn.genomes[drawn.valid, 0]
+            assert len(begun[lane]) > 5
+            assert begun[lane] == known[: len(begun[lane])].tolist()
+
+
+def test_a_lane_without_a_scene_stops_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told when that lane has to begin; until then the others have the scenes that they would have had."""
+    scenario = cx.compile_text(HALF)
+    environment = scenario.environment(3)
+    whole = environments.sample
+
+    def without(program: Program, genomes: Floats, keys: Ints, *rest: Any) -> Scenes:
+        drawn = whole(program, genomes, keys, *rest)
+        lost = (keys[:, StreamKey._fields.index("index")] == 2) & (keys[:, StreamKey._fields.index("generation")] > 3)
+        return replace(drawn, verdict=np.where(lost, int(Verdict.EXHAUSTED), drawn.verdict).astype(np.int32))
+
+    undisturbed = scenario.environment(3)
+    undisturbed.reset(seed=1)
+    for lanes in ([0], [0, 1]):
+        undisturbed.episodes._begin(np.array(lanes))
+    monkeypatch.setattr(environments, "sample", without)
+    environment.reset(seed=1)
+    environment.episodes._episode[2] = 3
+    environment.episodes._begin(np.array([0]))
+    with pytest.raises(cx.CortexError, match="lane 2 has no valid scene in 100 episodes"):
+        environment.episodes._begin(np.array([0, 2]))
+    environment.episodes._begin(np.array([0, 1]))
+    assert np.array_equal(environment.scenes.keys[:2], undisturbed.scenes.keys[:2])

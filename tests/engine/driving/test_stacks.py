@@ -9,7 +9,7 @@ import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 from itertools import accumulate
 from pathlib import Path
 
@@ -283,6 +283,40 @@ def test_a_stack_that_shares_memory_is_judged_as_all_are(
     with pytest.raises(LostError, match="gave more than the 1 byte of an answer") as told:
         stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
     assert told.value.cure == "write one byte for each question, once its actions stand in the memory"
+
+
+@SHARED
+def test_stacks_that_die_leave_no_file_open(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """Neither pipes nor memory nor logs, however often one is started."""
+
+    def opened() -> int:
+        return len(list(Path("/proc/self/fd").iterdir()))
+
+    before = opened()
+    for hook in ("os._exit(3)", "done[:] = 0.0"):
+        for _ in range(3):
+            stack = stack_of(sharing(tmp_path, hook).removeprefix("process:"))
+            stack.meet({"version": 1, "lanes": 4, "observations": [{}], "actions": [{}] * 3})
+            with suppress(LostError):
+                stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
+            stack.close()
+            assert opened() == before
+    with pytest.raises(ControllerError):
+        driven(scenario, "process:./nothing")
+    assert opened() == before
+
+
+def test_memory_that_was_not_offered_cannot_be_shared(
+    scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stacks.Memory, "of", staticmethod(lambda *_: None))
+    (tmp_path / "client.py").write_text(
+        CLIENT.replace("HOOK", "pass").replace("%d}", '%d, "memory": true}').replace("VERSION", "1")
+    )
+    with pytest.raises(ControllerError, match="would share memory, of which this system has none"):
+        driven(scenario, f"process:{sys.executable} {tmp_path / 'client.py'}")
+    same_as_ever = driven(scenario, client(tmp_path))
+    assert same_as_ever.outcomes.verdict.tolist() == [Verdict.VALID] * 4
 
 
 def test_another_version_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
