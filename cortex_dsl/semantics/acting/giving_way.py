@@ -114,10 +114,10 @@ def give_way(job: Job) -> ir.Block:
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
     offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
     follow = job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset)
-    return (*acts, *_backing_up(job, follow, job.ev.algebra.any_of(backs) & _is_free_behind(job)))
+    return (*acts, _backing_up(job, follow, job.ev.algebra.any_of(backs) & _is_free_behind(job)))
 
 
-def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Block:
+def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
     """Follow, but from a standstill go backwards for as long as a condition holds, which is looked at only there.
 
     The reverse gear is in for a turn at a time, so that whatever takes over next drives forwards.
@@ -132,9 +132,7 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Block:
     )
     look = ir.SetLocal(span, looked, algebra.time())
     stands = (abs(job.speed()) < STANDING) & (algebra.local(looked) < algebra.time())
-    return ir.SetLocal(span, looked, algebra.literal(-1.0)), ir.TryInterrupt(
-        span, (follow,), ((stands, (look, *backwards)),)
-    )
+    return ir.TryInterrupt(span, (follow,), ((stands, (look, *backwards)),))
 
 
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
