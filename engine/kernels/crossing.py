@@ -35,8 +35,8 @@ BESIDE = 1.25
 """Who is farther from the middle of a way [m] …"""
 ASKEW = math.pi / 4.0
 """… or heads off it by more does not follow it [rad]; *ours*."""
-BACK = 1.5
-"""Who is in the area looks for a way out of it backwards so far [m]; *ours*: less than half a car."""
+BACK = 3.0
+"""Who is in the area looks for a way out of it backwards so far [m]; *ours*: less than a car."""
 INSIDE_STEP = 1.0
 """Of the search for the end of the area [m], for its beginning at least half of it."""
 HALVINGS = 6

@@ -15,8 +15,6 @@ line while another comes: fronts that come round a bend swing out of the strip o
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
 
-import math
-
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
 from cortex_dsl.semantics.acting.foreseeing import (
@@ -84,6 +82,8 @@ BACKWARDS = 1.5
 """Speed at which one backs up, at most [m/s]; *ours*: walking pace."""
 BEHIND = 2.5
 """Room behind for which one does so [m], free of who is there now …"""
+LEAST_TIME = 0.1
+"""Time that it takes to be off, beside that for the way [s]; *ours*."""
 THEN = 1.0
 """… and who will be in this time, as they are going [s]; *ours*."""
 BRISK = 3.0
@@ -137,7 +137,15 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
 
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
     """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
-    return (conflict.enter < where(job.speed() < 0.0, LINE, EDGE)) & (conflict.back < math.inf)
+    near = conflict.enter < where(job.speed() < 0.0, LINE, EDGE)
+    return near & (
+        (job.speed() < 0.0) | (conflict.enter > 0.0) | (_time_to_back_out(conflict) < conflict.their_arrival)
+    )
+
+
+def _time_to_back_out(conflict: Conflict) -> Term:
+    """[s]; infinite where there is no way back."""
+    return conflict.back / BACKWARDS + LEAST_TIME
 
 
 def _comes_soon(job: Job, other: Actor, conflict: Conflict) -> Term:
@@ -146,8 +154,8 @@ def _comes_soon(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 def _retreats(job: Job, conflict: Conflict, lost: Term) -> Term:
     """Whether one just inside the area, who cannot get out ahead of the other, has time to stop and back out of it."""
-    inside = (conflict.enter <= 0.0) & (conflict.back < math.inf) & (job.speed() < CRAWLING)
-    time = job.speed() / braking(job) + sqrt(2.0 * minimum(conflict.back, BEHIND) / throttle(job))
+    inside = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
+    time = job.speed() / braking(job) + _time_to_back_out(conflict)
     return inside & ~is_out_before(conflict, lost) & (time < conflict.their_arrival)
 
 
