@@ -127,10 +127,10 @@ def test_whoever_takes_over_drives_forwards(leaves: str) -> None:
 
 @pytest.mark.parametrize("beyond", [6.0, 8.0, 10.0])
 def test_who_stands_in_the_middle_of_the_area_does_not_back_up(beyond: float) -> None:
-    """It is a way of a metre or two, at the edge."""
+    """It is at most three metres to the edge, and one to the line."""
     for number in (0, 1, 2):
         _, run = states(EDGE.format(number=number, beyond=beyond, more=""))
-        assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 2.5
+        assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 4.2
 
 
 def test_nobody_backs_up_before_who_comes_along_his_own_lane() -> None:

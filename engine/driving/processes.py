@@ -119,7 +119,7 @@ def start(command: Sequence[str], memory: Memory | None) -> Process:
                 f"`{command[0]}` cannot be started: {(error.strerror or str(error)).lower()}",
                 "name a program that there is, as `process:./my_stack --fast`",
             ) from error
-        ours.pop_all()  # it is the process that closes them
+        ours.pop_all()  # `Process.close` closes them
     os.set_blocking(write, False)
     _widen(write)
     return Process(process, read, write, log, memory)
