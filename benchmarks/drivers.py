@@ -179,7 +179,7 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> D
 def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:
     """One row a driver, of at least so many fair scenes."""
     counted, named = {name: np.zeros(8) for name in drivers}, {name: [] for name in drivers}
-    first, done, blind_through = 0, 0, 0
+    first, done, passes = 0, 0, False
     while done < scenes and first < 50 * scenes:
         last = first + min(BLOCK, max(500, 2 * (scenes - done)))
         blind = driven(text_of(file, "blind"), first, last, jobs, fair=True)
@@ -189,9 +189,8 @@ def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]
             counts, blots = _counts(one, blind)
             counted[name] += counts
             named[name].append([first + np.flatnonzero(each) for each in blots])
-        blind_through += int((blind.outcomes.end_reason == EndReason.RULE).sum())
+        passes |= bool((blind.outcomes.end_reason == EndReason.RULE).any())
         done, first = done + int(blind.fair.sum()), last
-    passes = bool(blind_through)
     return [
         _row(file, name, counted[name], passes, *map(np.concatenate, zip(*named[name], strict=True)))
         for name in drivers

@@ -275,8 +275,8 @@ class State(IntEnum):
 
 class Command(IntEnum):
     """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
-    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step. A `BACK` of 2 puts the reverse
-    gear in for one step.
+    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step. `BACK`, of `FOR_ONE_STEP`,
+    puts the reverse gear in for that long.
     """
 
     THROTTLE = 0
@@ -287,3 +287,7 @@ class Command(IntEnum):
     OFFSET = 5
     STOP = 6
     BACK = 7
+
+
+FOR_ONE_STEP = 2.0
+"""Of a reverse gear that is in: 1 is one that stays in."""

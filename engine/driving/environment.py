@@ -37,6 +37,7 @@ REWARD = "reward"
 TRIES = 100
 """Episodes of a lane that may have no valid scene, one after the other."""
 SCENE_ARRAYS = tuple(each.name for each in fields(Scenes) if each.name != "actions")
+"""What a lane keeps of its scene; what is decided in it the lane keeps itself."""
 
 
 class Episodes:
@@ -135,11 +136,12 @@ class Episodes:
         """Draw the scenes of the next episodes of some lanes; one without a valid scene is passed over, some times."""
         left = lanes
         for _ in range(TRIES):
-            keys = self._keys(left, self._episode[left] + 1)
+            episodes = self._episode[left] + 1
+            keys = self._keys(left, episodes)
             genomes = draw_genomes(self.program.space, keys)
             drawn = sample(self.program, genomes, keys, self.config.simulation, self.config.search.jobs)
             self._coming = _with_rows(self._coming, left, drawn, np.arange(len(left)))
-            self._episode[left], self._drawn[left] = keys[:, StreamKey._fields.index("generation")], drawn.valid
+            self._episode[left], self._drawn[left] = episodes, drawn.valid
             left = left[~drawn.valid]
             if not len(left):
                 return

@@ -5,7 +5,6 @@ when its next run begins: lanes need memory for how long their runs are, not for
 stands what everybody was commanded, where it is kept (`engine.kernels.review`).
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,7 +46,7 @@ class Orders:
     @property
     def nbytes(self) -> int:
         """Memory of what is kept, and was at the most; without `pages`, which runs have."""
-        page = sum(each.itemsize * math.prod(each.shape[1:]) for each in (self._decided, self.told))
+        page = sum(each.itemsize * each.shape[1] * each.shape[2] for each in (self._decided, self.told))
         return self._most * page + self._free.nbytes + self._neutral.nbytes
 
     def begin(self, chosen: Ints, neutral: Floats, coming: Floats) -> None:

@@ -3,8 +3,8 @@
 A step of many runs is one call: `rollout.advance` goes through the lanes, and runs each on to its next pause or to its
 end, in its place. So the same code serves a lone run and many. A lane holds where its run stands, not how it came
 there: no record, but at most what everybody was commanded (`kernels.review`). Such runs take their turns at every
-sample (`Layout.hold` is 1). What a lane keeps of several samples or turns it
-keeps in a ring, of as many rows as a power of two: which row is the sample's needs no division.
+sample (`Layout.hold` is 1). What a lane keeps of several samples or turns stands in a ring of as many rows as a power
+of two, so that finding the row of one needs no division.
 """
 
 import math

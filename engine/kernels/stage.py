@@ -136,7 +136,7 @@ class Slot(IntEnum):
     FRONT_WHEEL = 16
     REAR_WHEEL = 17
     REVERSE = 18
-    """1 while the gear is the reverse one; stays until the next. 2: it is in this turn alone."""
+    """1 while the gear is the reverse one; stays until the next. `vocabulary.FOR_ONE_STEP`: in this turn alone."""
     OFFSET = 19
     """How far left of its path an actor is to follow it in this step [m]."""
     PATH = 20

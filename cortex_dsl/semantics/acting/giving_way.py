@@ -15,6 +15,8 @@ line while another comes: fronts that come round a bend swing out of the strip o
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
 
+from collections.abc import Sequence
+
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.following import idm_acceleration, path_to_follow
 from cortex_dsl.semantics.acting.foreseeing import (
@@ -49,7 +51,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     sqrt,
     where,
 )
-from engine.vocabulary import Command, State
+from engine.vocabulary import FOR_ONE_STEP, Command, State
 
 BEND_RADIUS = 8.0
 """Of the bends in which others come round [m]; *ours*: a turn to the near side."""
@@ -80,12 +82,12 @@ CRAWLING = 2.0
 """Who is slower just inside the area would rather back out of it than drive on before another [m/s]; *ours*."""
 BACKWARDS = 1.5
 """Speed at which one backs up, at most [m/s]; *ours*: walking pace."""
-BEHIND = 2.5
-"""Room behind for which one does so [m], free of who is there now …"""
 LEAST_TIME = 0.1
 """Time that it takes to be off, beside that for the way [s]; *ours*."""
-THEN = 1.0
-"""… and who will be in this time, as they are going [s]; *ours*."""
+BEHIND = 2.5
+"""Room behind for which one does so [m], free of who is there now …"""
+WHILE = (0.0, 1.0)
+"""… and who will be while one backs up, as they are going [s]; *ours*."""
 BRISK = 3.0
 """Acceleration and deceleration of the model where the call names none [m/s^2]."""
 
@@ -100,14 +102,14 @@ def give_way(job: Job) -> ir.Block:
     off, askew = _beside(job, path)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
-        must, stops = conflict.crosses & ~_goes_before(job, other, conflict), can_stop(job, conflict.nearer(askew))
-        lost = _lost(job, other)
+        lost, waits_for = _lost(job, other), ~_goes_before(job, other, conflict)
+        must, stops = conflict.crosses & waits_for, can_stop(job, conflict.nearer(askew))
         helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost)
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
         brakes.append(must & ~stops & helps)
         goes.append(must & ~stops & ~helps)
-        in_its_way = must | (conflict.comes & ~_goes_before(job, other, conflict))
-        backs.append(in_its_way & _is_at_edge(job, conflict) & _comes_soon(job, other, conflict))
+        meets = (conflict.crosses | conflict.comes) & waits_for
+        backs.append(meets & _is_at_edge(job, conflict) & _comes_soon(job, other, conflict))
     speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
@@ -124,7 +126,11 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
     """
     algebra, span, looked = job.ev.algebra, job.call.span, job.ev.run.new_local()
     throttle = minimum(1.0, SPEED_GAIN * maximum(BACKWARDS + job.speed(), 0.0) / size_of(job.actor, "maxAcceleration"))
-    back = (Command.THROTTLE, throttle), (Command.BRAKE, algebra.literal(0.0)), (Command.BACK, algebra.literal(2.0))
+    back = (
+        (Command.THROTTLE, throttle),
+        (Command.BRAKE, algebra.literal(0.0)),
+        (Command.BACK, algebra.literal(FOR_ONE_STEP)),
+    )
     halt = (Command.THROTTLE, algebra.literal(0.0)), (Command.BRAKE, algebra.literal(1.0))
     backwards = (
         ir.Loop(span, backs & (job.speed() < STANDING), (ir.Take(span, back),)),
@@ -167,14 +173,11 @@ def _is_free_behind(job: Job) -> Term:
     room = ev.algebra.pack(x, y, here.heading, size_of(job.actor, "length") + BEHIND, width)
     blocked = []
     for other in others(ev, job.actor):
-        there, theirs = current_pose(ev, other), state(ev, other, State.SPEED)
-        size = size_of(other, "length"), size_of(other, "width")
+        there, size = current_pose(ev, other), (size_of(other, "length"), size_of(other, "width"))
         behind = (there.x - here.x) * cos(here.heading) + (there.y - here.y) * sin(here.heading) < 0.0
-        for later in (0.0, THEN):
-            away = later * theirs
-            x, y = there.x + away * cos(there.heading), there.y + away * sin(there.heading)
-            near = box_distance(room, ev.algebra.pack(x, y, there.heading, *size)) < ROOM
-            blocked.append(is_present(ev, other) & behind & near)
+        outlines = [ev.algebra.pack(*place, there.heading, *size) for place in _places(job, other, WHILE)]
+        near = ev.algebra.any_of([box_distance(room, outline) < ROOM for outline in outlines])
+        blocked.append(is_present(ev, other) & behind & near)
     return ~ev.algebra.any_of(blocked)
 
 
@@ -214,12 +217,17 @@ def _kept_aside(job: Job, path: Term) -> Term:
         long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length")) + LINE
         wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width")) + _swing(other)
         comes = (behind > -long) & (behind < long + theirs * RETURN)
-        along, across = theirs * cos(there.heading), theirs * sin(there.heading)
-        places = [(there.x + along * later, there.y + across * later) for later in LATER]
-        on_it = job.ev.algebra.any_of([path_distance(path, x, y) < wide for x, y in places])
+        on_it = job.ev.algebra.any_of([path_distance(path, *place) < wide for place in _places(job, other, LATER)])
         near = is_present(job.ev, other) & comes & on_it & unhidden(job.ev, job.actor, other)
         aside = maximum(aside, where(near, wide, 0.0))
     return aside
+
+
+def _places(job: Job, other: Actor, times: Sequence[float]) -> list[tuple[Term, Term]]:
+    """Where another will be, as it is going."""
+    there, speed = current_pose(job.ev, other), state(job.ev, other, State.SPEED)
+    along, across = speed * cos(there.heading), speed * sin(there.heading)
+    return [(there.x + along * later, there.y + across * later) for later in times]
 
 
 def _swing(other: Actor) -> Term:
