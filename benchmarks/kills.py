@@ -24,6 +24,8 @@ FILE = "examples/own_driver/crossing.scn"
 STACK = Path("examples/own_driver/stack.py").resolve()
 PAUSE = (0.5, 2.0)
 """From one kill to the next, in which a stack can start and answer [s]."""
+GENERATIONS = 200
+"""Which take longer than ten such pauses."""
 TABLES = ("individual", "simulation", "action")
 """Of a journal."""
 
@@ -65,7 +67,7 @@ def main(kills: int = 10, file: str = FILE) -> None:
 def searched(file: str, folder: Path) -> dict[str, list[Any]]:
     """The journal of a search, without what tells of the clock."""
     scenario = cx.load(file).driven_by(f"process:{sys.executable} {STACK}", block=32)
-    scenario.search("ga", generations=60, population=40, seed=1, out=folder)
+    scenario.search("ga", generations=GENERATIONS, population=40, seed=1, out=folder)
     return journal(folder / JOURNAL)
 
 
