@@ -81,24 +81,29 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
 
     Of runs side by side all do so, one after the other; their temporal requirements are not judged, as they have no
     record.
+
+    One loop goes through the steps of all lanes: with one for lanes around another for steps, the compiler would prepare
+    in each lane what pays only where many steps follow.
     """
     lanes = len(run.lane_status)
-    for lane in range(max(lanes, 1)):
-        its, first = run, 0
-        if lanes > 0:
+    its, lane, first, goes = run, -1, 0, lanes == 0
+    while goes or lane < lanes - 1:
+        if not goes:
+            lane += 1
             if rests(run, lane):
                 continue
             its = telling(plan, run, lane)
             take_up(its, lane)
             take_orders(plan, its, lane)
             first = int(its.status[Status.SAMPLE])
-        while (its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)) or its.status[
-            Status.TOUCHDOWN
-        ] == 1:
+        goes = (
+            its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)
+        ) or its.status[Status.TOUCHDOWN] == 1
+        if goes:
             if its.status[Status.SAMPLE] % plan.layout.hold == 0 or its.status[Status.TOUCHDOWN] == 1:
                 _take_turns(plan, its, scored)
-            if (scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1:
-                break
+            goes = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
+        if goes:
             if len(its.told) > 0:
                 note_commands(plan, its)
             step(plan, its)
@@ -114,6 +119,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                     settle_others(plan, its, int(its.status[Status.SAMPLE]), met.part, met.one, met.other)
                     high = 1  # the ego's own contact is still to be found
             its.status[Status.SAMPLE] += 1
+            continue
         if its.status[Status.TOUCHDOWN] == 1:
             step_on(its)
         if lanes > 0:
