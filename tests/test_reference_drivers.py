@@ -153,6 +153,14 @@ def test_who_had_to_brake_hard_is_not_struck_at_the_edge(scene: int) -> None:
     assert not driven(text_of("C", "gives way"), scene, scene + 1, 1).outcomes.collided[0]
 
 
+def test_who_brakes_at_the_edge_brakes_to_the_end_and_backs_off() -> None:
+    """In 89672 of C it is too late by some centimetres: it presses its throttle again only backwards."""
+    one = driven(text_of("C", "gives way"), 89672, 89673, 1)
+    assert one.outcomes.collided[0]
+    assert one.outcomes.ego_speed[0, 0] < -0.5
+    assert not driven(text_of("D", "gives way"), 70069, 70070, 1).outcomes.collided[0], "another is before its nose"
+
+
 # -- the emergency brake, by UN R152 -----------------------------------------------------------------------------------
 
 AHEAD = """

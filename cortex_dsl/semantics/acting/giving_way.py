@@ -3,7 +3,7 @@
 It goes on only where it clears the area before the other can be in it, though that one sped up (gap acceptance; where
 two ways become one: where it is there long enough before the other). Else it stops at the line and waits, by a
 deceleration of 3 m/s^2 where that is enough. Where it can no longer stop there, it does what keeps the two apart
-(`foreseeing`).
+(`foreseeing`), and brakes where it comes to rest before outlines touch.
 
 Who has left its way, as one that comes into a bend too fast, goes back to it only where nobody is beside it or comes
 from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
@@ -15,6 +15,7 @@ line while another comes: fronts that come round a bend swing out of the strip o
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
 """
 
+import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
@@ -78,6 +79,10 @@ EDGE = 0.7
 """Who stands nearer to the area than this backs up, and goes on to the line [m]; *ours*."""
 SOON = 5.0
 """… while another is in the area or will be there within this time [s]; *ours*."""
+NOSE = 0.2
+"""So far into the area outlines do not touch yet [m]: `engine.kernels.crossing.CLEARANCE`."""
+AT_ONCE = 0.1
+"""Who comes within this time is as good as there [s]; *ours*."""
 CRAWLING = 2.0
 """Who is slower just inside the area would rather back out of it than drive on before another [m/s]; *ours*."""
 BACKWARDS = 1.5
@@ -104,11 +109,11 @@ def give_way(job: Job) -> ir.Block:
         conflict = foreseen(job, path, other, sight, target, throttle(job))
         lost, waits_for = _lost(job, other), ~_goes_before(job, other, conflict)
         must, stops = conflict.crosses & waits_for, can_stop(job, conflict.nearer(askew))
-        helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost)
+        meets, halts = (conflict.crosses | conflict.comes) & waits_for, _halts_at_edge(job, conflict, lost)
+        helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost) | halts
         speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
-        brakes.append(must & ~stops & helps)
+        brakes.append((must & ~stops & helps) | (meets & halts & _comes_soon(job, other, conflict)))
         goes.append(must & ~stops & ~helps)
-        meets = (conflict.crosses | conflict.comes) & waits_for
         backs.append(meets & _is_at_edge(job, conflict) & _comes_soon(job, other, conflict))
     speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
@@ -144,9 +149,8 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
     """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
     near = conflict.enter < where(job.speed() < 0.0, LINE, EDGE)
-    return near & (
-        (job.speed() < 0.0) | (conflict.enter > 0.0) | (_time_to_back_out(conflict) < conflict.their_arrival)
-    )
+    clear = (conflict.enter > 0.0) | (conflict.back < NOSE)
+    return near & ((job.speed() < 0.0) | clear | (_time_to_back_out(conflict) < conflict.their_arrival))
 
 
 def _time_to_back_out(conflict: Conflict) -> Term:
@@ -163,6 +167,15 @@ def _retreats(job: Job, conflict: Conflict, lost: Term) -> Term:
     inside = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
     time = job.speed() / braking(job) + _time_to_back_out(conflict)
     return inside & ~is_out_before(conflict, lost) & (time < conflict.their_arrival)
+
+
+def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
+    """Whether to brake just inside the area, where one cannot get out ahead of the other: one comes to rest before
+    outlines touch, or has the other before its nose.
+    """
+    inside = (conflict.enter <= 0.0) & (conflict.back < math.inf)
+    rests = conflict.back + job.speed() * job.speed() / (2.0 * braking(job)) < NOSE
+    return inside & ~is_out_before(conflict, lost) & (rests | (conflict.their_arrival < AT_ONCE))
 
 
 def _is_free_behind(job: Job) -> Term:

@@ -5,7 +5,7 @@ pedals stay as they were set, as in Scenic.
 # scenario: walking.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 27210c744455fa517e6f1ada81d0a9b8
+# digest: e91a2db05ceee160fa14d35b596dbbbe
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
