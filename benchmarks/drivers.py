@@ -34,6 +34,7 @@ from engine.fairness import fair_starts
 from engine.host import requested
 from engine.outcomes import Outcomes
 from engine.sampling import draw_genomes, sample
+from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.tables import Bools, Ints
@@ -154,16 +155,16 @@ def _ended(text: str, through: str) -> str:
 
 
 @dataclass(frozen=True)
-class Driven:
+class DrivenBlock:
     """A block of scenes, driven by one driver: arrays (n,)."""
 
-    valid: Bools
+    scenes: Scenes
     fair: Bools
     outcomes: Outcomes
     blamed: np.ndarray
 
 
-def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> Driven:
+def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> DrivenBlock:
     """The scenes of these numbers; `fair`: whether to ask for fair starts."""
     scenario = cx.compile_text(text)
     program, config = scenario.program, scenario.config.simulation
@@ -173,19 +174,19 @@ def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> D
     outcomes = simulate(program, scenes, config, jobs)
     blamed, struck = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), np.flatnonzero(outcomes.collided)
     blamed[struck] = blame(program, take(scenes, struck), config, jobs=jobs)  # it runs all that it is given again
-    return Driven(scenes.valid, starts & scenes.valid, outcomes, blamed)
+    return DrivenBlock(scenes, starts & scenes.valid, outcomes, blamed)
 
 
 def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]:
     """One row a driver, of at least so many fair scenes."""
-    counted, named = {name: np.zeros(8) for name in drivers}, {name: [] for name in drivers}
+    counted, named = {name: np.zeros(9) for name in drivers}, {name: [] for name in drivers}
     first, done, passes = 0, 0, False
     while done < scenes and first < 50 * scenes:
         last = first + min(BLOCK, max(500, 2 * (scenes - done)))
         blind = driven(text_of(file, "blind"), first, last, jobs, fair=True)
         for name in drivers:
             one = blind if name == "blind" else driven(text_of(file, name), first, last, jobs)
-            assert np.array_equal(one.valid, blind.valid), f"{file}: other scenes with {name}"
+            assert np.array_equal(one.scenes.valid, blind.scenes.valid), f"{file}: other scenes with {name}"
             counts, blots = _counts(one, blind)
             counted[name] += counts
             named[name].append([first + np.flatnonzero(each) for each in blots])
@@ -197,7 +198,7 @@ def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]
     ]
 
 
-def _counts(one: Driven, blind: Driven) -> tuple[np.ndarray, tuple[Bools, Bools]]:
+def _counts(one: DrivenBlock, blind: DrivenBlock) -> tuple[np.ndarray, tuple[Bools, Bools]]:
     """Scenes, collisions, avoidable, struck, stood, of how many it should get through, gets through, …; and which
     collisions are avoidable, and in which it stood.
     """
@@ -220,16 +221,16 @@ def _counts(one: Driven, blind: Driven) -> tuple[np.ndarray, tuple[Bools, Bools]
         stood,
         free,
         free & through,
+        both,
     ]
-    # The mean of what is lost is weighed by the scenes of each block.
-    mean = float(lost.mean()) if len(lost) else 0.0
-    return np.array([*(float(each.sum()) for each in shares), mean * fair.sum()]), (avoidable, stood)
+    return np.array([*(float(each.sum()) for each in shares), float(lost.sum())]), (avoidable, stood)
 
 
 def _row(file: str, driver: str, counts: np.ndarray, passes: bool, avoided: Ints, stood_in: Ints) -> Row:
-    scenes, hits, avoidable, struck, stood, free, through, lost = (float(number) for number in counts)
-    hits, avoidable, struck, stood, lost = (each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood, lost))
-    through, lost = (through / free, lost) if passes and free else (float("nan"), float("nan"))
+    scenes, hits, avoidable, struck, stood, free, through, both, lost = (float(number) for number in counts)
+    hits, avoidable, struck, stood = (each / max(scenes, 1.0) for each in (hits, avoidable, struck, stood))
+    through = through / free if passes and free else float("nan")
+    lost = lost / both if passes and both else float("nan")
     which = tuple(avoided.tolist()), tuple(stood_in.tolist())
     return Row(file, driver, int(scenes), hits, avoidable, struck, stood, through, lost, *which)
 

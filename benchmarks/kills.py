@@ -11,7 +11,6 @@ import sqlite3
 import sys
 import tempfile
 import threading
-import time
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +45,7 @@ def disturbed(kills: int, file: str, folder: Path) -> Disturbed:
     """A search undisturbed, and again while its stack is killed."""
     undisturbed = searched(file, folder / "one")
     done = threading.Event()
-    killed: list[float] = []
+    killed: list[int] = []
     killer = threading.Thread(target=kill, args=(kills, killed, done))
     killer.start()
     other = searched(file, folder / "other")
@@ -77,15 +76,15 @@ def journal(path: Path, tables: tuple[str, ...] = TABLES) -> dict[str, list[Any]
         return {table: sorted(opened.execute(f"SELECT * FROM {table}"), key=repr) for table in tables}
 
 
-def kill(kills: int, killed: list[float], done: threading.Event) -> None:
+def kill(kills: int, killed: list[int], done: threading.Event) -> None:
     """Kill our stack at random moments of a search."""
     moments = random.Random()
     while len(killed) < kills and not done.is_set():
         done.wait(moments.uniform(*PAUSE))
-        for process in children():
+        for process in children()[: kills - len(killed)]:
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
-                killed.append(time.monotonic())
+                killed.append(process)
 
 
 def children() -> list[int]:

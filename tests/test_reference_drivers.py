@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.drivers import DRIVERS, EXAMPLES, ROOT, driven, goes_there, rows, text_of
+from benchmarks.drivers import DRIVERS, EXAMPLES, ROOT, DrivenBlock, driven, goes_there, rows, text_of
 from cortex_dsl import compile_text
+from engine.batch import trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
 from tests.test_driving_library import CAR_LENGTH, states
@@ -24,6 +25,13 @@ GIVES_WAY = "GivingWayBehavior(9 m/s, turn)"
 BRAKES = "EmergencyBrakeBehavior(FollowTrajectoryBehavior(9 m/s, turn))"
 INSIDE = 9.5
 """From the middle of the intersection to its stop lines [m]."""
+
+
+def one_scene(file: str, number: int) -> DrivenBlock:
+    """One of the scenes of the table, with who gives way."""
+    one = driven(text_of(file, "gives way"), number, number + 1, 1)
+    assert one.scenes.valid.all()
+    return one
 
 
 def distance_apart(run: Floats) -> float:
@@ -127,10 +135,9 @@ def test_whoever_takes_over_drives_forwards(leaves: str) -> None:
 
 @pytest.mark.parametrize("beyond", [6.0, 8.0, 10.0])
 def test_who_stands_in_the_middle_of_the_area_does_not_back_up(beyond: float) -> None:
-    """It is at most three metres to the edge, and one to the line."""
     for number in (0, 1, 2):
         _, run = states(EDGE.format(number=number, beyond=beyond, more=""))
-        assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 4.2
+        assert run[:, 0, State.SPEED].min() >= 0.0
 
 
 def test_nobody_backs_up_before_who_comes_along_his_own_lane() -> None:
@@ -147,18 +154,21 @@ terminate after 20 s
     assert -0.05 * np.minimum(run[:, 0, State.SPEED], 0.0).sum() < 2.5
 
 
-@pytest.mark.parametrize("scene", [24576, 39384, 80650])
-def test_who_had_to_brake_hard_is_not_struck_at_the_edge(scene: int) -> None:
-    """In C it comes to rest just before the way of one that turns, which would strike it there."""
-    assert not driven(text_of("C", "gives way"), scene, scene + 1, 1).outcomes.collided[0]
+@pytest.mark.parametrize(("file", "number"), [("C", 24576), ("C", 39384), ("C", 80650), ("D", 70069)])
+def test_who_had_to_brake_hard_is_not_struck_at_the_edge(file: str, number: int) -> None:
+    """It comes to rest just before or in the way of one that turns, which would strike it there."""
+    assert not one_scene(file, number).outcomes.collided[0]
 
 
 def test_who_brakes_at_the_edge_brakes_to_the_end_and_backs_off() -> None:
     """In 89672 of C it is too late by some centimetres: it presses its throttle again only backwards."""
-    one = driven(text_of("C", "gives way"), 89672, 89673, 1)
+    one = one_scene("C", 89672)
     assert one.outcomes.collided[0]
     assert one.outcomes.ego_speed[0, 0] < -0.5
-    assert not driven(text_of("D", "gives way"), 70069, 70070, 1).outcomes.collided[0], "another is before its nose"
+    scenario = compile_text(text_of("C", "gives way"))
+    ego = trajectory(scenario.program, one.scenes, 0, scenario.config.simulation).states[:, 0]
+    late = np.flatnonzero(ego[:, State.BRAKE] == 1.0)[0]
+    assert ((ego[late:, State.THROTTLE] == 0.0) | (ego[late:, State.SPEED] < 0.0)).all()
 
 
 # -- the emergency brake, by UN R152 -----------------------------------------------------------------------------------
@@ -248,16 +258,14 @@ def test_the_brake_along_ways_ends_no_run_early_and_gets_through() -> None:
 )
 def test_who_comes_too_fast_keeps_aside_or_gets_out_ahead(file: str, number: int) -> None:
     """Scenes in which it once stopped askew on its way back to its way, or where ways join, in front of another."""
-    one = driven(text_of(file, "gives way"), number, number + 1, 1)
-    assert one.valid.all()
-    assert not one.outcomes.collided.any()
+    assert not one_scene(file, number).outcomes.collided.any()
 
 
 @pytest.mark.parametrize("file", sorted(each.stem for each in (ROOT / "benchmarks" / "suite").glob("*.scn")))
 def test_nobody_is_through_before_it_has_begun(file: str) -> None:
     """Wherever the ego's way leads, runs of the suite go on until it is behind the intersection."""
     blind = driven(text_of(file, "blind"), 0, 4, 1)
-    assert (blind.outcomes.end_time[blind.valid] > 1.0).all()
+    assert (blind.outcomes.end_time[blind.scenes.valid] > 1.0).all()
 
 
 FILES = (*EXAMPLES, "cut_in", "crowd", "two_walkers")

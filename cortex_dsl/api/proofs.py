@@ -12,6 +12,7 @@ import numpy as np
 from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.display import facts_table
+from engine.driving.decisions import name_of
 from engine.search.evaluations import Evaluations
 from engine.search.evaluator import repeat, sampled
 from engine.search.journal_reader import damaged
@@ -109,10 +110,14 @@ def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
     """(n, k) simulations that can be run again, and what is to say of others: without the controller that drove, those
     alone whose decisions are kept.
     """
-    keys, driver = run.record.evaluations.keys, run.scenario.config.driver
+    evaluations, driver = run.record.evaluations, run.scenario.config.driver
+    keys, genomes = evaluations.keys, evaluations.genomes
     if driver is None or driver.anew:
         return np.ones(keys.shape[:2], dtype=np.bool_), ()
-    kept = [[key.tobytes() in run.record.actions for key in rollouts] for rollouts in keys]
+    kept = [
+        [name_of(key, genome) in run.record.actions for key in rollouts]
+        for rollouts, genome in zip(keys, genomes, strict=True)
+    ]
     among = np.array(kept, dtype=np.bool_).reshape(keys.shape[:2])
     remark = f"simulations are run again whose decisions are kept; `{driver.name}`, named again, drives all of them"
     return among, (remark,)

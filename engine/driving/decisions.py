@@ -19,7 +19,7 @@ from engine.program import Program
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.ranking import Case
-from engine.tables import Bools, Floats
+from engine.tables import Bools, Floats, Ints
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -27,12 +27,17 @@ MOST_KEPT = 5_000
 """Scenes of which a run keeps what was decided; some 2 kB each."""
 
 
+def name_of(key: Ints, genome: Floats) -> bytes:
+    """What tells a scene from all others: its key decides its random numbers, with which several genomes are tried."""
+    return key.astype("<i8").tobytes() + genome.astype("<f8").tobytes()
+
+
 @dataclass(frozen=True, eq=False)
 class KeptActions:
     """What a controller decided in some scenes, in its place: they are driven without it."""
 
     actions: Mapping[bytes, Floats]
-    """(turns, numbers) by the bytes of a scene's key."""
+    """(turns, numbers) by `name_of` their scenes."""
     name: str = ""
     """Of the controller that decided …"""
     digest: str = ""
@@ -54,7 +59,7 @@ class KeptActions:
         """
         actions = np.zeros((len(scenes), samples_of(config) + 1, numbers_decided(program.controls)))
         for row in np.flatnonzero(scenes.valid).tolist():
-            kept = self.actions.get(scenes.keys[row].tobytes())
+            kept = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
             if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
                 raise ControllerError(
                     f"what `{self.name}` decided in this scene is not kept", f"name it again: `--ego {self.name}`"
@@ -114,7 +119,7 @@ class Recorder:
 
     def _keep(self, done: Driven, chosen: Bools, most: int) -> None:
         for row in np.flatnonzero(chosen).tolist():
-            key = done.scenes.keys[row].tobytes()
+            key = name_of(done.scenes.keys[row], done.scenes.genomes[row])
             if key not in self.known and len(self.known) < most:
                 self.known.add(key)
                 self.kept[key] = done.scenes.actions[row, : int(done.outcomes.steps[row]) + 1].copy()

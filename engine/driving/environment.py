@@ -1,8 +1,8 @@
 """Environments: scenes of a program side by side, in which somebody outside drives step by step.
 
 The scene of a lane is drawn for (seed, lane, episode) and nothing else. A lane that has ended begins its next episode
-with the next step, whose action it does not take, and which is worth nothing. Scenes are drawn before they begin, for
-all lanes that have none to come: many at once cost little more than a few.
+with the next step, whose action it does not take, and which is worth nothing unless the new run ends at once. Scenes
+are drawn before they begin, for all lanes that have none to come: many at once cost little more than a few.
 
 What an agent gets for a step is the difference of `record … as "reward"`, where the file has one. Elsewhere it is 0
 until the run ends, and then what a search looks for: minus that for the ego, which is to avoid it, that for all others.
@@ -32,8 +32,6 @@ from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Method, Verdict
 
-REWARD = "reward"
-"""The record whose difference is the reward of a step."""
 TRIES = 100
 """Episodes of a lane that may have no valid scene, one after the other."""
 SCENE_ARRAYS = tuple(each.name for each in fields(Scenes) if each.name != "actions")
@@ -60,21 +58,18 @@ class Episodes:
         self._others = _seats(program, self.agents, others or {})
         self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
         self._profile = PROFILES["paper"]
-        names = [name for name, _ in observed(program, observe == "records")]
-        self._rewarded = names.index(REWARD) if REWARD in names else -1
-        self._kept = np.array([number for number, name in enumerate(names) if name != REWARD], dtype=np.int64)
-        self.observations = tuple(each for each in observed(program, observe == "records") if each[0] != REWARD)
-        self._seen = [np.zeros((n, len(names))) for _ in program.controls]
+        self.observations = observed(program, observe == "records")
+        self._seen = [np.zeros((n, len(self.observations))) for _ in program.controls]
         self._everywhere = np.ones(n, dtype=bool)
         for seat, _ in self._others:
-            seat.meet(n, observed(program, observe == "records"), config.simulation.time_step)
+            seat.meet(n, self.observations, config.simulation.time_step)
         self._scenes: Scenes | None = None
         self._coming: Scenes | None = None
         self._drawn = np.zeros(n, dtype=bool)
         self._episode = np.zeros(n, dtype=np.int64)
         self._seed = 0
         self._ended = np.zeros(n, dtype=bool)
-        self._worth = np.zeros(n)
+        self._worth: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.lanes)
@@ -97,9 +92,10 @@ class Episodes:
 
     @property
     def scenes(self) -> Scenes:
-        """The scene of each lane, with what has been decided in it: whatever runs scenes runs it again."""
+        """A copy of the scene of each lane, with what has been decided in it: whatever runs scenes runs it again."""
         assert self._scenes is not None, "`reset` draws the first scenes"
-        return replace(self._scenes, actions=self.lanes.decided(np.arange(len(self))))
+        every = np.arange(len(self))
+        return replace(take(self._scenes, every), actions=self.lanes.decided(every))
 
     # -- episodes ----------------------------------------------------------------------------------------------------
 
@@ -112,7 +108,7 @@ class Episodes:
         self._begin(np.arange(len(self)))
         self.lanes.step()
         self._look()
-        self._worth = self._value().copy()
+        self._worth = self.lanes.rewarded
         return self._views()
 
     def _begin(self, chosen: Ints) -> None:
@@ -163,13 +159,12 @@ class Episodes:
         if self._scenes is None:
             raise ArgumentError("nothing has begun yet", "call `reset` first")
         fresh = np.flatnonzero(self._ended)
-        going = ~self._ended
         times = self.lanes.times
         for number, given in zip(self._numbers, actions, strict=True):
-            asked = self.lanes.asked(number) & going
+            asked = self.lanes.asked(number)
             self.lanes.decide(number, asked, checked(self.program.controls[number], given, asked, times))
         for seat, number in self._others:
-            asked = self.lanes.asked(number) & going
+            asked = self.lanes.asked(number)
             if asked.any():
                 self.lanes.decide(number, asked, seat.act(self._seen[number].copy(), asked, times))
         if len(fresh):
@@ -188,25 +183,19 @@ class Episodes:
         self._seen = [self.lanes.observe(number, self._everywhere) for number in range(len(self._seen))]
 
     def _views(self) -> list[Floats]:
-        if self._rewarded < 0:
-            return [self._seen[number] for number in self._numbers]  # of this step alone: nobody writes there again
-        return [self._seen[number][:, self._kept] for number in self._numbers]
+        return [self._seen[number] for number in self._numbers]  # of this step alone: nobody writes there again
 
     # -- rewards -----------------------------------------------------------------------------------------------------
 
-    def _value(self) -> Floats:
-        return self._seen[self._numbers[0]][:, self._rewarded] if self._rewarded >= 0 else self._worth
-
     def _rewards(self, fresh: Ints) -> list[Floats]:
         """What each agent gets for the step."""
-        if self._rewarded >= 0:
-            value = self._value().copy()
-            gained = value - self._worth
+        before, self._worth = self._worth, self.lanes.rewarded
+        if before is not None and self._worth is not None:
+            gained = self._worth - before
             gained[fresh] = 0.0
-            self._worth = value
             return [gained.copy() for _ in self._numbers]
         found = self._found()
-        return [-found if self.program.controls[number].actor == 0 else found.copy() for number in self._numbers]
+        return [0.0 - found if self.program.controls[number].actor == 0 else found.copy() for number in self._numbers]
 
     def _found(self) -> Floats:
         """What a search makes of the runs that have just ended; 0 of one that is not valid, or goes on."""

@@ -43,11 +43,12 @@ class Memory:
         *starts, size = accumulate((-(-each // ALIGNED) * ALIGNED for each in bytes_of), initial=0)
         self.layout = {"size": size, **dict(zip(parts, starts, strict=True))}
         """What a stack is told: the bytes that there are, and where each part begins."""
-        self.descriptor = os.memfd_create("cortexc")
+        self.descriptor = os.memfd_create("cortexc", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.descriptor, size)
+            _seal(self.descriptor)
             room = mmap.mmap(self.descriptor, size)
-        except OSError:
+        except (AttributeError, OSError):
             os.close(self.descriptor)
             raise
         self.views = {name: np.ndarray(*part, room, self.layout[name]) for name, part in parts.items()}
@@ -59,6 +60,13 @@ class Memory:
             return Memory(lanes, observations, actions)
         except (AttributeError, OSError):
             return None
+
+
+def _seal(descriptor: int) -> None:
+    """Let memory stay as large as it is: whoever reads where it was before it shrank is killed by the system."""
+    import fcntl
+
+    fcntl.fcntl(descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
 
 
 @dataclass

@@ -63,6 +63,8 @@ class Stack:
     """Since it last answered a question."""
     _fresh: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
     _keys: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
+    _said: str = ""
+    """What it printed, once it has failed."""
 
     def meet(self, header: Mapping[str, Any]) -> None:
         """What will be asked; a stack that was told something else is started anew."""
@@ -148,7 +150,7 @@ class Stack:
         try:
             said = json.loads(answer)
             version = said["version"]
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             version = answer[:80].decode(errors="replace")
         if version != VERSION:
             self.close()
@@ -234,8 +236,6 @@ class Stack:
             raise TimeoutError(there)
 
     # -- what it printed ---------------------------------------------------------------------------------------------
-
-    _said: str = ""
 
     def _log_of(self, running: Process) -> None:
         running.log.seek(0)

@@ -4,7 +4,8 @@ A stepped run is the run of the batch host: the same kernel, which pauses at a s
 There the lanes are observed, controllers decide, and the next call goes on. A lane holds where its run stands and what
 was decided in it (`engine.driving.orders`). With that a finished run is run again by any host, without the controller:
 so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run. Of an
-ego and one other, what both were commanded is kept, so that they need only move again (`engine.kernels.review`).
+ego and one other, where no formula or objective reads the run, what both were commanded is kept, so that they need only
+move again (`engine.kernels.review`).
 """
 
 import math
@@ -27,7 +28,7 @@ from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Results, begin_lanes, judge_rows, simulate_rows
 from engine.kernels.stage import Run, Status
 from engine.outcomes import Outcomes
-from engine.program import Program
+from engine.program import Program, Record
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, Verdict
@@ -39,16 +40,22 @@ AT_ONCE = 64
 
 # -- what is observed --------------------------------------------------------------------------------------------------
 
+REWARD = "reward"
+"""The record whose difference is the reward of a step; no controller observes it."""
 Named = tuple[tuple[str, str], ...]
 """Names and their SI unit words."""
 
 
 def observed(program: Program, records: bool = True) -> Named:
-    """What a controller of this program observes: what the file records over time, or the egocentric vector where it
-    records nothing, or `records` is False.
+    """What a controller of this program observes: what the file records over time but the reward, or the egocentric
+    vector where it records nothing else, or `records` is False.
     """
-    kept = tuple((record.name, record.unit) for record in program.records if record.when == "series")
+    kept = tuple((record.name, record.unit) for record in _series(program) if record.name != REWARD)
     return kept if kept and records else EGOCENTRIC
+
+
+def _series(program: Program) -> list[Record]:
+    return [record for record in program.records if record.when == "series"]
 
 
 def _egocentric() -> Named:
@@ -85,12 +92,12 @@ class Lanes:
         self.plan = plan(program, config, contact, pause=pause)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
-        told = told_at(program)
-        room = 0 if self._late or others_touch(program) else pause * max(TOLD, int(told.max()) + TOLD)
-        self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, room)
+        places = told_at(program)
+        told = 0 if self._late or others_touch(program) else pause * max(TOLD, int(places.max()) + TOLD)
+        self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, told)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = lanes(program, self.turns, count, back, self._orders.coming)
-        self._run = run._replace(told_at=told, told_pages=self._orders.told, lane_pages=self._orders.pages)
+        self._run = run._replace(told_at=places, told_pages=self._orders.told, lane_pages=self._orders.pages)
         self._status = self._run.lane_status
         self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)
@@ -100,8 +107,9 @@ class Lanes:
         self._alone: Run | None = None
         self._paths = np.full((len(program.actors), count), -1, dtype=np.int32)
         self._reach = np.full(count, np.inf)
-        kept = [record.rule for record in program.records if record.when == "series"]
-        self._rules = kept if records else []
+        kept = {record.name: record.rule for record in _series(program)}
+        self._reward = kept.pop(REWARD, None)
+        self._rules = list(kept.values()) if records else []
 
     def __len__(self) -> int:
         return len(self._reach)
@@ -118,12 +126,12 @@ class Lanes:
 
     @property
     def turns(self) -> int:
-        """Rows of what is decided in a lane …"""
+        """Turns of the longest run."""
         return int(self.plan.layout.last_sample) + 1
 
     @property
     def numbers(self) -> int:
-        """… and numbers in a row."""
+        """How many numbers are decided in a turn."""
         return numbers_decided(self.controls)
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
@@ -212,7 +220,9 @@ class Lanes:
 
     @property
     def reasons(self) -> Ints:
-        """(lanes,) why each run has ended, or `RUNNING`; formulas and objectives may say so only when it is judged."""
+        """(lanes,) why each run has ended, `RUNNING`, or `EMPTY` of one that is lost; formulas and objectives may say
+        so only when it is judged.
+        """
         return self.results.end_reason if self._late else self._status[:, Status.END]
 
     @property
@@ -279,6 +289,11 @@ class Lanes:
         actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
         look_around(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
         return seen
+
+    @property
+    def rewarded(self) -> Floats | None:
+        """(lanes,): a copy of the record called reward at the current samples, where the file has one."""
+        return None if self._reward is None else self._run.lane_watched[:, self._reward].copy()
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""

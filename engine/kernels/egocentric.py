@@ -10,6 +10,7 @@ from typing import NamedTuple
 from engine.kernels.evaluate import wrap_angle
 from engine.kernels.jit import inlined, shared
 from engine.kernels.lanes import in_lane, take_up
+from engine.kernels.legs import velocity_of
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
@@ -112,11 +113,10 @@ def _observe_others(plan: Plan, run: Run, sample: int, actor: int, frame: Frame,
             return
         before, last = least, nearest
         it, at = run.states[sample, nearest], len(OWN) + 2 * len(AHEAD) + number * len(EACH)
-        vx = it[State.SPEED] * math.cos(it[State.HEADING]) - speed * frame.cos
-        vy = it[State.SPEED] * math.sin(it[State.HEADING]) - speed * frame.sin
+        rate = velocity_of(run, sample, nearest)
         out[at] = 1.0
         out[at + 1], out[at + 2] = _from(frame, it[State.X] - frame.x, it[State.Y] - frame.y)
         out[at + 3] = wrap_angle(it[State.HEADING] - frame.heading)
-        out[at + 4], out[at + 5] = _from(frame, vx, vy)
+        out[at + 4], out[at + 5] = _from(frame, rate.x - speed * frame.cos, rate.y - speed * frame.sin)
         out[at + 6] = column_of(plan, run, nearest, Column.LENGTH)
         out[at + 7] = column_of(plan, run, nearest, Column.WIDTH)

@@ -38,7 +38,7 @@ def in_lane(run: Run, lane: int) -> Run:
 
 @inlined
 def telling(plan: Plan, run: Run, lane: int) -> Run:
-    """The same, with room for what is commanded up to the next pause."""
+    """The same, with the row for what is commanded up to the next pause."""
     row = int(run.lane_status[lane, Status.SAMPLE]) // plan.layout.pause
     told = run.told_pages[run.lane_pages[lane, row // PAGE], row % PAGE]
     return lane_with(run, lane, run.lane_actors[lane], run.lane_status[lane], told)

@@ -7,8 +7,8 @@ record keeps of such a step is its start and its end: between the two a struck b
 contact and for all metrics, as everybody does in every step.
 
 Contact is where two come within `TOUCH` while they approach. Two who touch and part, or rest against one another, are
-left alone until they approach again, looked at `LOOKS` times a step. Two who are inside one another since they came
-together (a file may say so) have no side that keeps one out of the other: their centres may not approach either.
+left alone until they approach again, looked at `LOOKS` times a step. Two who came into the scene inside one another (a
+file may say so) have no side that keeps one out of the other: their centres may not approach either.
 """
 
 import math
@@ -20,9 +20,9 @@ from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, 
 from engine.kernels.blows import MAX_BLOWS, PAUSE, PULSE, Blow
 from engine.kernels.coasting import STILL
 from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_contact, closing, touching, wedged
-from engine.kernels.geometry import building, frame, nearest_points
+from engine.kernels.geometry import building, frame, half_diagonal, nearest_points
 from engine.kernels.impact import resolve
-from engine.kernels.jit import allocating, inlined, kernel
+from engine.kernels.jit import allocating, inlined, shared
 from engine.kernels.legs import (
     Leg,
     along_leg,
@@ -160,14 +160,14 @@ def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
         for other in range(one + 1, met_up_to(plan, run, one)):
             if not takes_part(run, sample, other) or stays_off(plan, run, here, here, other, part, part):
                 continue
-            if _approach(plan, run, sample, part, one, other, bodies, contacts, count):
+            if _approach(plan, run, part, one, other, bodies, contacts, count):
                 count += 1
     return count
 
 
 @inlined
 def _approach(
-    plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, contacts: Floats, row: int
+    plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, contacts: Floats, row: int
 ) -> bool:
     """Whether two touch and approach; their contact is written into a row either way."""
     first, second = frame(outline_on_leg(plan, run, one, part)), frame(outline_on_leg(plan, run, other, part))
@@ -183,18 +183,21 @@ def _approach(
     if found.gap >= -FLAT or other >= len(plan.kinds):
         return False
     add_contact(contacts, row, one, other, wedged(first, second))
-    return closing(bodies, contacts, row) > STILL and _came_in_one_another(plan, run, sample, one, other)
+    came_so = run.actors[one, Slot.INSIDE] != 0.0 and run.actors[other, Slot.INSIDE] != 0.0
+    return came_so and closing(bodies, contacts, row) > STILL
 
 
-@kernel
-def _came_in_one_another(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
-    """Whether two have been inside one another at every sample up to this one at which both were there."""
-    for k in range(sample, -1, -1):
-        if run.states[k, one, State.PRESENT] == 0.0 or run.states[k, other, State.PRESENT] == 0.0:
-            break
-        if touching(frame(outline_of(plan, run, k, one)), frame(outline_of(plan, run, k, other))).gap >= -FLAT:
-            return False
-    return True
+@shared
+def note_insides(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """Note of one who comes into the scene, and of others, whether they are inside one another."""
+    for other in range(1, len(plan.kinds)):
+        if actor == 0 or other == actor or run.states[sample, other, State.PRESENT] == 0.0:
+            continue
+        here, there = outline_of(plan, run, sample, actor), outline_of(plan, run, sample, other)
+        if math.hypot(here.x - there.x, here.y - there.y) > half_diagonal(here) + half_diagonal(there):
+            continue
+        if touching(frame(here), frame(there)).gap < -FLAT:
+            run.actors[actor, Slot.INSIDE] = run.actors[other, Slot.INSIDE] = 1.0
 
 
 @inlined
@@ -294,7 +297,7 @@ def _next_meeting(
             if due[one, other] <= part or _struck_at(plan, run, one, part) or _struck_at(plan, run, other, part):
                 due[one, other] = NEVER
                 if takes_part(run, sample, other) and not stays_off(plan, run, before, after, other, part, 1.0):
-                    due[one, other] = _meet(plan, run, sample, part, one, other, bodies, contacts)
+                    due[one, other] = _meet(plan, run, part, one, other, bodies, contacts)
             first = min(first, due[one, other])
     return first
 
@@ -306,9 +309,7 @@ def _struck_at(plan: Plan, run: Run, body: int, part: float) -> bool:
 
 
 @inlined
-def _meet(
-    plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, contacts: Floats
-) -> float:
+def _meet(plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, contacts: Floats) -> float:
     """When two next touch and approach: by conservative advancement as far as they are apart, else by looking."""
     a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
     b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
@@ -320,7 +321,7 @@ def _meet(
             now = part + fraction * (1.0 - part)
             embody(plan, run, one, now, bodies)
             embody(plan, run, other, now, bodies)
-            if _approach(plan, run, sample, now, one, other, bodies, contacts, 0):
+            if _approach(plan, run, now, one, other, bodies, contacts, 0):
                 return now
             if fraction >= 1.0:
                 return NEVER

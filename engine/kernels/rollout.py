@@ -33,7 +33,7 @@ from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn
 from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
 from engine.kernels.lanes import lay_down, note_commands, rests, take_orders, take_up, telling
-from engine.kernels.meetings import Meeting, search_contact, settle_others
+from engine.kernels.meetings import Meeting, note_insides, search_contact, settle_others
 from engine.kernels.motion import step
 from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
 from engine.kernels.temporal import find_broken
@@ -66,6 +66,8 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
     for actor in range(len(plan.kinds)):
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
         place(plan, run, 0, actor, float(plan.present[actor]))
+        if plan.present[actor] != 0:
+            note_insides(plan, run, 0, actor)
     for monitor in range(len(plan.monitor_started)):
         if plan.monitor_started[monitor] == Turns.FROM_START or plan.monitor_started[monitor] == Turns.BEFORE_RULES:
             run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]
@@ -82,13 +84,14 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Of runs side by side all do so, one after the other; their temporal requirements are not judged, as they have no
     record.
 
-    One loop goes through the steps of all lanes: with one for lanes around another for steps, the compiler would prepare
-    in each lane what pays only where many steps follow.
+    One flat loop goes through the steps of all lanes. With a loop for lanes around one for steps the compiler prepares
+    in each lane what pays only over many steps, and functions taken out of this body slow the batch host down by what
+    it keeps in registers; `benchmarks.environment` measures both.
     """
     lanes = len(run.lane_status)
-    its, lane, first, goes = run, -1, 0, lanes == 0
-    while goes or lane < lanes - 1:
-        if not goes:
+    its, lane, first, steps = run, -1, 0, lanes == 0
+    while steps or lane < lanes - 1:
+        if not steps:
             lane += 1
             if rests(run, lane):
                 continue
@@ -96,14 +99,14 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
             take_up(its, lane)
             take_orders(plan, its, lane)
             first = int(its.status[Status.SAMPLE])
-        goes = (
-            its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)
-        ) or its.status[Status.TOUCHDOWN] == 1
-        if goes:
+        steps = (its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)) or its.status[
+            Status.TOUCHDOWN
+        ] == 1
+        if steps:
             if its.status[Status.SAMPLE] % plan.layout.hold == 0 or its.status[Status.TOUCHDOWN] == 1:
                 _take_turns(plan, its, scored)
-            goes = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
-        if goes:
+            steps = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
+        if steps:
             if len(its.told) > 0:
                 note_commands(plan, its)
             step(plan, its)
@@ -120,6 +123,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                     high = 1  # the ego's own contact is still to be found
             its.status[Status.SAMPLE] += 1
             continue
+        # It has come to its end, to a pause or to `until`.
         if its.status[Status.TOUCHDOWN] == 1:
             step_on(its)
         if lanes > 0:

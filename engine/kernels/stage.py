@@ -148,6 +148,8 @@ class Slot(IntEnum):
     PACE = 23
     STOP = 24
     """Brake pedal of this step alone, where pedals stay; what was asked for before holds beside it."""
+    INSIDE = 25
+    """1 of one that was inside another, the ego left out, when the later of the two came into the scene."""
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0

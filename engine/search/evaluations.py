@@ -145,16 +145,19 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
     Invalid only when all k are; an error among rollouts of which none is valid makes the individual an error.
     """
-    valid = (rollouts.verdict == Verdict.VALID) | _is_sought(rollouts)
+    valid = counted(rollouts)
     failed = (rollouts.verdict == Verdict.ERROR).any(axis=1)
     verdict = np.where(failed, int(Verdict.ERROR), rollouts.verdict[:, 0])
     verdict = np.where((rollouts.verdict == Verdict.VALID).any(axis=1), int(Verdict.VALID), verdict).astype(np.int32)
     return verdict, aggregate(goal_of(rollouts), valid, how)
 
 
-def _is_sought(rollouts: Assessment) -> Bools:
-    """(n, k) where a controller failed, and such scenes are what is sought."""
-    return (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
+def counted(rollouts: Assessment) -> Bools:
+    """(n, k) simulations that fitness is made of: valid ones, and where such scenes are sought those over which a
+    controller failed.
+    """
+    sought = (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
+    return (rollouts.verdict == Verdict.VALID) | sought
 
 
 def is_aimed(rollouts: Assessment) -> bool:

@@ -154,7 +154,7 @@ class Journal:
         self._write(progress.evaluations, progress.figures, progress.elapsed)
 
     def keep(self, actions: Mapping[bytes, Floats]) -> None:
-        """Add what controllers decided, (turns, numbers) by the bytes of a scene's key.
+        """Add what controllers decided, (turns, numbers) by `driving.decisions.name_of` their scenes.
 
         Raises:
             StoreError: it cannot be written.

@@ -19,6 +19,7 @@ from engine.search.evaluations import (
     Figures,
     GenerationFigures,
     aggregate,
+    counted,
     generation_figures,
     goal_of,
 )
@@ -229,7 +230,6 @@ def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...],
     names, runs = _runs(simulations, manifest)
     at = np.array([names[generation, place] for generation, place in births.tolist()], dtype=np.int64)
     rollouts = map_arrays(runs, lambda array: array[at])
-    valid = rollouts.verdict == 0
     return Evaluations(
         genomes=genomes,
         places=integers[:, 0:2],
@@ -238,7 +238,7 @@ def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...],
         parents=integers[:, 6:10].reshape(-1, 2, 2),
         reused=integers[:, 4].astype(bool),
         verdict=integers[:, 10],
-        fitness=aggregate(goal_of(rollouts), valid, manifest.settings["search"]["aggregate"]),
+        fitness=aggregate(goal_of(rollouts), counted(rollouts), manifest.settings["search"]["aggregate"]),
         keys=_keys(births, rollouts.verdict.shape[1], manifest),
         rollouts=rollouts,
     )

@@ -176,7 +176,7 @@ def _scenario(file: Statements, node: nodes.ScenarioDefinition) -> Block:
     )
 
 
-def _do(file: Statements, node: nodes.Do) -> Block:
+def _lasting(file: Statements, node: nodes.Do | nodes.Wait) -> Block:
     written = file.to.parts(replace(node, duration=None))
     if node.duration is None:
         return (written,)
@@ -225,7 +225,8 @@ _HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
     nodes.BehaviorDefinition: _behaviour,
     nodes.MonitorDefinition: _monitor,
     nodes.ScenarioDefinition: _scenario,
-    nodes.Do: _do,
+    nodes.Do: _lasting,
+    nodes.Wait: _lasting,
     nodes.Try: _try,
     nodes.If: _if,
     nodes.While: _while,

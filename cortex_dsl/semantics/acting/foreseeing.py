@@ -142,11 +142,16 @@ def throttle(job: Job) -> Term:
     return THROTTLE * size_of(job.actor, "maxAcceleration")
 
 
-def can_stop(job: Job, conflict: Conflict) -> Term:
-    """Whether full braking ends before the area."""
+def stopping_distance(job: Job) -> Term:
+    """Of full braking from now on [m]."""
     speed = job.speed()
     late = LATE + 0.5 * size_of(job.actor, "pedalTime")
-    return speed * late + speed * speed / (2.0 * braking(job)) + LEAST_LINE < conflict.enter
+    return speed * late + speed * speed / (2.0 * braking(job))
+
+
+def can_stop(job: Job, conflict: Conflict) -> Term:
+    """Whether full braking ends before the area."""
+    return stopping_distance(job) + LEAST_LINE < conflict.enter
 
 
 def braking_helps(job: Job, conflict: Conflict, lost: Term | None = None) -> Term:

@@ -1,4 +1,4 @@
-"""The library's driver who gives way: it stops at a line before the area where ways cross, and never in it.
+"""The library's driver who gives way: it stops at a line before the area where ways cross.
 
 It goes on only where it clears the area before the other can be in it, though that one sped up (gap acceptance; where
 two ways become one: where it is there long enough before the other). Else it stops at the line and waits, by a
@@ -9,7 +9,7 @@ Who has left its way, as one that comes into a bend too fast, goes back to it on
 from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
 stands only where all of its outline is clear of that way.
 
-Who has come to rest nearer to the area than the line, or just inside, as one that had to brake hard, backs up to the
+Who has come to rest nearer to the area than 0.7 m, or just inside, as one that had to brake hard, backs up to the
 line while another comes: fronts that come round a bend swing out of the strip of their way.
 
 Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
@@ -32,6 +32,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     can_stop,
     foreseen,
     is_out_before,
+    stopping_distance,
     throttle,
 )
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job
@@ -52,6 +53,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     sqrt,
     where,
 )
+from engine.frozen import frozen
 from engine.vocabulary import FOR_ONE_STEP, Command, State
 
 BEND_RADIUS = 8.0
@@ -79,8 +81,8 @@ EDGE = 0.7
 """Who stands nearer to the area than this backs up, and goes on to the line [m]; *ours*."""
 SOON = 5.0
 """… while another is in the area or will be there within this time [s]; *ours*."""
-NOSE = 0.2
-"""So far into the area outlines do not touch yet [m]: `engine.kernels.crossing.CLEARANCE`."""
+TOUCHING = 0.2
+"""From so far into the area on outlines touch [m]: `engine.kernels.crossing.CLEARANCE`."""
 AT_ONCE = 0.1
 """Who comes within this time is as good as there [s]; *ours*."""
 CRAWLING = 2.0
@@ -97,31 +99,55 @@ BRISK = 3.0
 """Acceleration and deceleration of the model where the call names none [m/s^2]."""
 
 
+@frozen
+class Answer:
+    """What a driver does about one other."""
+
+    stops: Term
+    """Stop at the line."""
+    brakes: Term
+    """Brake as hard as it can."""
+    goes: Term
+    """Get out of the area."""
+    backs: Term
+    """Once it stands, back up to the line."""
+
+
 def give_way(job: Job) -> ir.Block:
     """Follow a lane or trajectory, behind whoever is ahead, and stop before areas of conflict until they are free."""
     job.must_steer()
     acts, path = path_to_follow(job)
     sight, target = Sight.of(job), job.target_speed()
     speed = job.speed() + idm_acceleration(job, path, BRISK, BRISK) / SPEED_GAIN
-    brakes, goes, backs = [], [], []
+    answers, any_of = list[Answer](), job.ev.algebra.any_of
     off, askew = _beside(job, path)
     for other in others(job.ev, job.actor):
         conflict = foreseen(job, path, other, sight, target, throttle(job))
-        lost, waits_for = _lost(job, other), ~_goes_before(job, other, conflict)
-        must, stops = conflict.crosses & waits_for, can_stop(job, conflict.nearer(askew))
-        meets, halts = (conflict.crosses | conflict.comes) & waits_for, _halts_at_edge(job, conflict, lost)
-        helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost) | halts
-        speed = where(must & stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
-        brakes.append((must & ~stops & helps) | (meets & halts & _comes_soon(job, other, conflict)))
-        goes.append(must & ~stops & ~helps)
-        backs.append(meets & _is_at_edge(job, conflict) & _comes_soon(job, other, conflict))
-    speed = where(job.ev.algebra.any_of(goes), job.speed() + AWAY, speed)
+        answer = _answer(job, other, conflict, askew)
+        speed = where(answer.stops, minimum(speed, _approach(job, conflict.enter - LINE)), speed)
+        answers.append(answer)
+    speed = where(any_of([each.goes for each in answers]), job.speed() + AWAY, speed)
     aside = where(abs(off) > OFF, _kept_aside(job, path), 0.0)
     waits, stands = aside > 0.0, abs(off) - askew > aside
     speed = where(waits, where(stands, HARD, minimum(speed, EDGING)), speed)
     offset = where(waits, where(off > 0.0, maximum(off, aside + ROOM), minimum(off, -aside - ROOM)), 0.0)
-    follow = job.follow(path, where(job.ev.algebra.any_of(brakes), HARD, speed), offset)
-    return (*acts, _backing_up(job, follow, job.ev.algebra.any_of(backs) & _is_free_behind(job)))
+    follow = job.follow(path, where(any_of([each.brakes for each in answers]), HARD, speed), offset)
+    return (*acts, _backing_up(job, follow, any_of([each.backs for each in answers]) & _is_free_behind(job)))
+
+
+def _answer(job: Job, other: Actor, conflict: Conflict, askew: Term) -> Answer:
+    """`askew`: how far its outline reaches beyond where its way has it."""
+    lost, waits = _lost(job, other), ~_goes_before(job, other, conflict)
+    soon, halts = _comes_soon(job, other, conflict), _halts_at_edge(job, conflict, lost)
+    in_time = can_stop(job, conflict.nearer(askew))
+    helps = braking_helps(job, conflict.nearer(askew), lost) | _retreats(job, conflict, lost) | halts
+    crosses, comes = conflict.crosses & waits, conflict.comes & waits
+    return Answer(
+        stops=crosses & in_time,
+        brakes=(crosses & ~in_time & helps) | (comes & halts & soon),
+        goes=crosses & ~in_time & ~helps,
+        backs=(crosses | comes) & soon & _is_at_edge(job, conflict),
+    )
 
 
 def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
@@ -149,7 +175,7 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
     """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
     near = conflict.enter < where(job.speed() < 0.0, LINE, EDGE)
-    clear = (conflict.enter > 0.0) | (conflict.back < NOSE)
+    clear = (conflict.enter > 0.0) | (conflict.back < TOUCHING)
     return near & ((job.speed() < 0.0) | clear | (_time_to_back_out(conflict) < conflict.their_arrival))
 
 
@@ -174,7 +200,7 @@ def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
     outlines touch, or has the other before its nose.
     """
     inside = (conflict.enter <= 0.0) & (conflict.back < math.inf)
-    rests = conflict.back + job.speed() * job.speed() / (2.0 * braking(job)) < NOSE
+    rests = conflict.back + stopping_distance(job) < TOUCHING
     return inside & ~is_out_before(conflict, lost) & (rests | (conflict.their_arrival < AT_ONCE))
 
 

@@ -50,6 +50,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+OWN_DRIVER = Path(__file__).parents[3] / "examples" / "own_driver"
 EGO = ("--ego", "python:planner_of_mine:drive")
 SMALL = ("--random", "--generations", "2", "--population", "4", "--jobs", "1")
 
@@ -122,6 +123,32 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
         file.write("# another\n")
     with pytest.raises(StoreError, match="drove in `run`, and not `python:planner_of_mine:drive` as it is now"):
         cx.open_run("run", ego="python:planner_of_mine:drive")
+
+
+FUZZ = """
+import planner
+
+def drive(seen):
+    pedals = planner.drive(seen)
+    pedals[seen[:, 0] > 15.0] = float("nan")
+    return pedals
+"""
+
+
+@pytest.mark.parametrize(
+    ("driver", "more"), [("planner", ()), ("fuzz", ("--objective", "controller"))], ids=["collisions", "failures"]
+)
+def test_what_is_kept_of_a_search_is_what_it_was(home: Path, driver: str, more: tuple[str, ...]) -> None:
+    """Decisions belong to one scene, not to others that were tried with the same random numbers, and a search that
+    seeks failures of its controller follows from its journal.
+    """
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "fuzz.py").write_text(FUZZ, encoding="utf-8")
+    search = ("crossing.scn", "--ga", "--generations", "3", "--population", "20", "--seed", "2")
+    assert main([*search, *more, "--ego", f"python:{driver}:drive", "--out", "run"]) == 0
+    assert main(["verify", "run"]) == 0
+    assert main(["report", "run"]) == 0
 
 
 def rows(folder: str) -> list[tuple[object, ...]]:

@@ -96,9 +96,14 @@ def test_units_are_si() -> None:
 
 def test_times_have_a_word_behind_them() -> None:
     """Also those that are worked out."""
-    text = body("WAIT = 2 s\nbehavior B(t):\n    do IdleBehavior() for t + 1 s\n    do IdleBehavior() for 3 steps\n")
+    behavior = (
+        "    do IdleBehavior() for t + 1 s\n    do IdleBehavior() for 3 steps\n    wait for t\n    wait for 2 steps\n"
+    )
+    text = body(f"WAIT = 2 s\nbehavior B(t):\n{behavior}")
     assert "do IdleBehavior() for t + 1 seconds" in text
     assert "do IdleBehavior() for 3 steps" in text
+    assert "wait for t seconds" in text
+    assert "wait for 2 steps" in text
 
 
 def test_headings_are_from_the_north() -> None:

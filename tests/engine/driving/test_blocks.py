@@ -119,27 +119,57 @@ def test_how_fast_another_turns_is_seen_in_lanes(seen: str) -> None:
     held(scenario, cruised(scenario, scenes), scenes)
 
 
-def held(scenario: cx.Scenario, lanes: Lanes, scenes: Scenes) -> None:
-    """Lanes against the batch host on the scenes with what was decided in them."""
+def test_others_who_crash_do_so_in_lanes_as_anywhere() -> None:
+    """Nobody looks back further than a lane does, into what another has left there."""
+    text = """
+map intersection(approach=80 m)
+straight = filter(lambda m: m.type is ManeuverType.STRAIGHT, intersection.maneuvers)[0]
+crossing = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, straight.conflictingManeuvers))
+ego = new Car before intersection by 70 m along [straight.startLane], with speed 5 m/s,
+    with behavior ExternalBehavior(trajectory=straight)
+leader = new Car before intersection by Range(20, 30) m along [straight.startLane], with speed Range(6, 10) m/s,
+    with behavior FollowTrajectoryBehavior(8 m/s, straight)
+adversary = new Car before intersection by Range(20, 30) m along [crossing.startLane], with speed Range(6, 10) m/s,
+    with behavior FollowTrajectoryBehavior(8 m/s, crossing)
+terminate after 8 s
+"""
+    scenario = cx.compile_text(text)
+    scenes = scenario.sample(400, seed=4)
+    lanes = cruised(scenario, scenes)
+    outcomes = scenario.simulate(replace(scenes, actions=lanes.decided(np.arange(len(scenes)))))
+    assert np.isfinite(outcomes.others_contact_time).sum() > 100
+    held(scenario, lanes, scenes, len(scenes))
+
+
+def held(scenario: cx.Scenario, lanes: Lanes, scenes: Scenes, most: int = 20) -> None:
+    """Lanes against the batch host on the scenes with what was decided in them; so many to their last states."""
     decided = replace(scenes, actions=lanes.decided(np.arange(len(scenes))))
     samples, reasons, valid = lanes.samples.copy(), lanes.reasons.copy(), scenes.valid
     outcomes = scenario.simulate(decided)
     assert np.array_equal(samples[valid], outcomes.steps[valid])
     assert np.array_equal(reasons[valid], outcomes.end_reason[valid])
-    for row in np.flatnonzero(valid & ~outcomes.collided)[:20]:
+    for row in np.flatnonzero(valid & ~outcomes.collided)[:most]:
         track = batch.trajectory(scenario.program, decided, int(row), scenario.config.simulation)
         assert np.array_equal(lanes.states[row], track.states[-1])
     same(host.outcomes(lanes.results), outcomes)
 
 
-def test_blocks_change_nothing() -> None:
+def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the size of a block nor the number of threads changes what a driver of single lanes does."""
+    split(monkeypatch)
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(40, seed=5)
     one = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=7)
     other = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=64, jobs=2)
     same(one.outcomes, other.outcomes)
     assert np.array_equal(one.scenes.actions, other.scenes.actions)
+
+
+def split(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have some lanes be stepped and judged in several threads, as thousands are."""
+    for module in (host, stepping):
+        monkeypatch.setattr(module, "CHUNK", 8)
+    monkeypatch.setattr(stepping, "AT_ONCE", 4)
 
 
 def test_both_hosts_run_driven_scenes_alike() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import cortex_dsl as cx
 from engine.driving import environment as environments
+from engine.driving.stepping import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.program import Program
 from engine.sampling import draw_genomes, sample
@@ -16,7 +17,7 @@ from engine.scenes import Scenes
 from engine.streams import StreamKey, key_rows
 from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason, Method, Verdict
-from tests.engine.driving.test_blocks import cruising, scenario_of
+from tests.engine.driving.test_blocks import cruising, scenario_of, split
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +47,9 @@ def test_an_environment_steps_through_episodes(scenario: cx.Scenario) -> None:
     assert episodes > 8
 
 
-def test_an_episode_is_the_run_of_its_scene(scenario: cx.Scenario) -> None:
+def test_an_episode_is_the_run_of_its_scene(scenario: cx.Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first episodes are the scenes of `sample`, and what becomes of them is what the batch host says."""
+    split(monkeypatch)
     environment = scenario.environment(16, jobs=2)
     seen = environment.reset(seed=9)
     drawn = scenario.sample(16, seed=9)
@@ -65,6 +67,18 @@ def test_an_episode_is_the_run_of_its_scene(scenario: cx.Scenario) -> None:
     assert again.end_reason[first] == environment.outcomes.end_reason[first]
     assert again.steps[first] == environment.outcomes.steps[first]
     assert np.array_equal(again.min_distance[first], environment.outcomes.min_distance[first])
+
+
+def test_scenes_that_were_asked_for_stay_as_they_are(scenario: cx.Scenario) -> None:
+    """The next episode, which begins in the lane, has its own."""
+    environment = scenario.environment(1)
+    step = environment.step(cruising(environment.reset(seed=9)))
+    while not (step.terminated[0] or step.truncated[0]):
+        step = environment.step(cruising(step.observations))
+    kept, outcomes = environment.scenes, environment.outcomes
+    environment.step(cruising(step.observations))
+    assert not np.array_equal(kept.genomes, environment.scenes.genomes)
+    assert scenario.simulate(kept).steps[0] == outcomes.steps[0]
 
 
 def test_a_seed_gives_the_same_episodes(scenario: cx.Scenario) -> None:
@@ -92,6 +106,30 @@ terminate after 2 s
     step = environment.step(np.tile([1.0, 0.0, 0.0], (3, 1)))
     assert step.rewards == pytest.approx(2.0 * (step.observations[:, 0] - 5.0))
     assert (step.rewards > 0.0).all()
+
+
+@pytest.mark.parametrize("more", ['record ego.speed as "speed"', ""])
+@pytest.mark.parametrize("observe", ["records", "egocentric"])
+def test_a_reward_is_no_observation(more: str, observe: str) -> None:
+    """Neither of an environment nor of a driver, who was perhaps trained in one; it is paid whatever is observed."""
+    text = f"""
+ego = new Car on road, with speed 5 m/s, with behavior ExternalBehavior()
+record 2 * ego.speed as "reward"
+{more}
+terminate after 1 s
+"""
+    scenario, widths = cx.compile_text(text), set[int]()
+    environment = scenario.environment(2, observe=observe)
+    wide = 1 if more and observe == "records" else len(EGOCENTRIC)
+    assert environment.reset(seed=1).shape == (2, wide)
+    assert (environment.step(np.tile([1.0, 0.0, 0.0], (2, 1))).rewards > 0.0).all()
+
+    def drive(seen: Floats) -> Floats:
+        widths.add(seen.shape[1])
+        return np.zeros((len(seen), 3))
+
+    scenario.driven_by(drive).sample(2, seed=1)
+    assert widths == {1 if more else len(EGOCENTRIC)}
 
 
 def test_an_adversary_gets_what_a_search_seeks() -> None:

@@ -20,6 +20,7 @@ import cortex_dsl as cx
 from engine.driving import stacks
 from engine.driving.blocks import Driven, drive
 from engine.driving.named import named_driver
+from engine.driving.processes import Memory
 from engine.driving.stacks import stack_of
 from engine.errors import ControllerError, LostError
 from engine.vocabulary import Verdict
@@ -304,6 +305,16 @@ def test_stacks_that_die_leave_no_file_open(scenario: cx.Scenario, tmp_path: Pat
     with pytest.raises(ControllerError):
         driven(scenario, "process:./nothing")
     assert opened() == before
+
+
+def test_shared_memory_stays_as_large_as_it_is() -> None:
+    """To read where it was before it shrank would end us."""
+    memory = Memory(4, 3, 2)
+    try:
+        with pytest.raises(PermissionError):
+            os.ftruncate(memory.descriptor, 0)
+    finally:
+        os.close(memory.descriptor)
 
 
 def test_memory_that_was_not_offered_cannot_be_shared(

@@ -58,6 +58,13 @@ def test_two_straight_ways_at_right_angles() -> None:
     assert found.earliest == pytest.approx(soonest)
 
 
+@pytest.mark.parametrize(("inside", "back"), [(-1.0, 0.0), (0.5, 0.5), (2.5, 2.5), (3.5, math.inf)])
+def test_the_way_back_out_of_the_area(inside: float, back: float) -> None:
+    """As far as the nose is in it, up to three metres."""
+    edge = 120.0 - 0.5 * (LENGTH + WIDTH) - CLEARANCE
+    assert foreseen(at_right_angles(x=edge + inside)).back == pytest.approx(back, abs=0.1)
+
+
 def test_who_accelerates_to_a_target_is_there_sooner() -> None:
     """From 10 m/s at 2 m/s^2 up to 14 m/s: 2 s and 24 m for that, the rest at 14 m/s."""
     found = foreseen(at_right_angles(), ALL_AROUND._replace(target=14.0, acceleration=2.0))

@@ -5,7 +5,7 @@ pedals stay as they were set, as in Scenic.
 # scenario: walking.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: e91a2db05ceee160fa14d35b596dbbbe
+# digest: fd4c0457658e013830cd66c793536672
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #
@@ -42,7 +42,7 @@ param WAY = WAY
 
 behavior Stroll():
     take SetWalkingDirectionAction(WAY), SetWalkingSpeedAction(1.4)
-    wait for WAIT
+    wait for WAIT seconds
     take SetWalkingDirectionAction(roadDirection)
     wait until abs(ego.angularSpeed) > 0.1
     take SetWalkingDirectionAction(angle from self to ego), SetWalkingSpeedAction(3)
@@ -51,7 +51,7 @@ behavior Stroll():
 
 behavior Push():
     take SetThrottleAction(0.6)
-    wait for WAIT
+    wait for WAIT seconds
     take SetThrottleAction(0), SetBrakeAction(0.2)
     wait for 1 seconds
     do FollowLaneBehavior(6) for 1 seconds
