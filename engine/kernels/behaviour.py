@@ -19,7 +19,6 @@ from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.legs import spin_of, velocity_of
-from engine.kernels.meetings import note_insides
 from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
@@ -214,7 +213,6 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.SPAWN:
             if run.states[_now(run), a, State.PRESENT] == 0.0:
                 place(plan, run, _now(run), a, 1.0)
-                note_insides(plan, run, _now(run), a)
                 run.status[Status.SHADED] = -1
         else:
             signal = SEGMENT_ENDED

@@ -20,9 +20,9 @@ from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, 
 from engine.kernels.blows import MAX_BLOWS, PAUSE, PULSE, Blow
 from engine.kernels.coasting import STILL
 from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_contact, closing, touching, wedged
-from engine.kernels.geometry import building, frame, half_diagonal, nearest_points
+from engine.kernels.geometry import building, frame, nearest_points
 from engine.kernels.impact import resolve
-from engine.kernels.jit import allocating, inlined, shared
+from engine.kernels.jit import allocating, inlined, kernel
 from engine.kernels.legs import (
     Leg,
     along_leg,
@@ -125,6 +125,7 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
     actors, count = len(plan.kinds), bodies_of(plan)
     if other < actors:
         _note_first(plan, run, sample + part, one, other)
+    _note_insides(plan, run, sample)
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
             lay_leg(plan, run, sample, actor)
@@ -187,17 +188,28 @@ def _approach(
     return came_so and closing(bodies, contacts, row) > STILL
 
 
-@shared
-def note_insides(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """Note of one who comes into the scene, and of others, whether they are inside one another."""
-    for other in range(1, len(plan.kinds)):
-        if actor == 0 or other == actor or run.states[sample, other, State.PRESENT] == 0.0:
+@kernel
+def _note_insides(plan: Plan, run: Run, sample: int) -> None:
+    """Note of all who have come into the scene since others last touched whether they are inside another. Who came in
+    inside one another touch in the first step in which one of them moves.
+    """
+    for one in range(1, len(plan.kinds)):
+        if run.actors[one, Slot.INSIDE] >= 0.0 or run.states[sample, one, State.PRESENT] == 0.0:
             continue
-        here, there = outline_of(plan, run, sample, actor), outline_of(plan, run, sample, other)
-        if math.hypot(here.x - there.x, here.y - there.y) > half_diagonal(here) + half_diagonal(there):
-            continue
-        if touching(frame(here), frame(there)).gap < -FLAT:
-            run.actors[actor, Slot.INSIDE] = run.actors[other, Slot.INSIDE] = 1.0
+        run.actors[one, Slot.INSIDE] = 0.0
+        for other in range(1, len(plan.kinds)):
+            if (
+                other != one
+                and run.states[sample, other, State.PRESENT] != 0.0
+                and _inside(plan, run, sample, one, other)
+            ):
+                run.actors[one, Slot.INSIDE] = run.actors[other, Slot.INSIDE] = 1.0
+
+
+@inlined
+def _inside(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
+    here, there = outline_of(plan, run, sample, one), outline_of(plan, run, sample, other)
+    return touching(frame(here), frame(there)).gap < -FLAT
 
 
 @inlined

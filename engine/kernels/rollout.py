@@ -33,7 +33,7 @@ from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn
 from engine.kernels.jit import inlined, shared
 from engine.kernels.judging import step_on, touch_down
 from engine.kernels.lanes import lay_down, note_commands, rests, take_orders, take_up, telling
-from engine.kernels.meetings import Meeting, note_insides, search_contact, settle_others
+from engine.kernels.meetings import Meeting, search_contact, settle_others
 from engine.kernels.motion import step
 from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
 from engine.kernels.temporal import find_broken
@@ -66,8 +66,6 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
     for actor in range(len(plan.kinds)):
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
         place(plan, run, 0, actor, float(plan.present[actor]))
-        if plan.present[actor] != 0:
-            note_insides(plan, run, 0, actor)
     for monitor in range(len(plan.monitor_started)):
         if plan.monitor_started[monitor] == Turns.FROM_START or plan.monitor_started[monitor] == Turns.BEFORE_RULES:
             run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]

@@ -149,7 +149,9 @@ class Slot(IntEnum):
     STOP = 24
     """Brake pedal of this step alone, where pedals stay; what was asked for before holds beside it."""
     INSIDE = 25
-    """1 of one that was inside another, the ego left out, when the later of the two came into the scene."""
+    """1 of one that was inside another, the ego left out, when the later of the two came into the scene; else 0, and -1
+    until others first touch.
+    """
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
@@ -311,6 +313,7 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
     run.actors[actor, Slot.LEFT_ROAD] = math.nan
     run.actors[actor, Slot.AWAITED] = 1.0 - present
+    run.actors[actor, Slot.INSIDE] = -1.0
 
 
 @inlined
