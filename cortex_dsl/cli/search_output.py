@@ -103,7 +103,9 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
 
 def _report(found: Found) -> SearchReport:
     folder = found.folder if found.folder.is_dir() else None
-    return SearchReport(found.campaign, folder, found.worst_files, found.manifest.method)
+    manifest = found.manifest
+    driver = "" if manifest.driver is None else manifest.driver.name
+    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, driver)
 
 
 def _settings(found: Sequence[Found]) -> str:

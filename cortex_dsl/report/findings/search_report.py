@@ -50,6 +50,8 @@ class SearchReport:
 
     name: str = ""
     """Of the method, where it is not one of ours."""
+    driver: str = ""
+    """Who drives what the file leaves to a controller, as `--ego` names it; "" where nobody does."""
 
     @property
     def method(self) -> str:

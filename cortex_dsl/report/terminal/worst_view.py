@@ -162,7 +162,8 @@ def worst_files(report: SearchReport) -> RenderableType | None:
         return None
     first, last = report.worst_files[0], report.worst_files[-1]
     text = quote(as_argument(first)) + ("" if first == last else f" .. {last.name}")
-    return Text.assemble(("again: ", "quiet"), f"cortexc {text}")
+    drives = f" --ego {quote(report.driver)}" if report.driver else ""
+    return Text.assemble(("again: ", "quiet"), f"cortexc {text}{drives}")
 
 
 # -- the same cases by what they are -----------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """`--ego`: who drives is named on the command line, kept with the run, and never started by a file."""
 
 import json
+import re
 import sqlite3
 import sys
 from pathlib import Path
@@ -103,6 +104,8 @@ def test_what_nobody_needs_is_refused(home: Path, capsys: pytest.CaptureFixture[
 def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its collisions replay and report without the driver; what is new wants it again, as it was."""
     assert main(["mine.scn", *SMALL, *EGO, "--out", "run"]) == 0
+    (again,) = re.findall(r"again: cortexc (\S+) .*(--ego \S+)", capsys.readouterr().out)
+    assert main([again[0], *again[1].split()]) == 0
     run = cx.open_run("run")
     driven = run.record.manifest.driver
     assert driven is not None
