@@ -8,6 +8,7 @@ runs them, the reference driver is held against them, they replay and export, an
 """
 
 import logging
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
@@ -128,8 +129,8 @@ def drive(
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
     if work.failures and not work.answered:
         raise work.failures[-1]
-    for failure in work.failures:
-        LOG.warning("%s", failure.message)
+    for message, times in Counter(failure.message for failure in work.failures).items():
+        LOG.warning("%s%s", message, f" ({times} times)" if times > 1 else "")
     return Driven(scenes, outcomes(results), tuple(work.failures))
 
 

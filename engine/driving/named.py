@@ -54,6 +54,9 @@ def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
 
 def _module(name: str) -> Any:
     """Import a module; the folder in which the command runs counts, as for `python -m`."""
+    if name.endswith(".py") or "/" in name:
+        dotted = ".".join(part for part in Path(name).with_suffix("").parts if part.isidentifier())
+        raise ControllerError(f"`{name}` is a file and no module", f"write `python:{dotted or 'module'}:function`")
     here = str(Path.cwd())
     if here not in sys.path and "" not in sys.path:
         sys.path.insert(0, here)

@@ -73,6 +73,7 @@ def test_nobody_is_named(home: Path, capsys: pytest.CaptureFixture[str]) -> None
     [
         ("python:planner_of_mine:driv", "the module `planner_of_mine` has no `driv`"),
         ("python:planner_of_mine.x:drive", "there is no module `planner_of_mine.x` here"),
+        ("python:./planner_of_mine.py:drive", "is a file and no module help: write `python:planner_of_mine:function`"),
         ("python:nowhere:drive", "there is no module `nowhere` here"),
         ("planner_of_mine", "`planner_of_mine` names no driver"),
         ("process:./nowhere", "`./nowhere` cannot be started"),
@@ -81,7 +82,7 @@ def test_nobody_is_named(home: Path, capsys: pytest.CaptureFixture[str]) -> None
 )
 def test_a_name_that_is_none(home: Path, capsys: pytest.CaptureFixture[str], name: str, message: str) -> None:
     assert main(["mine.scn", "--ego", name]) == 2
-    assert message in capsys.readouterr().err.replace("\n", " ")
+    assert message in " ".join(capsys.readouterr().err.split())
 
 
 def test_what_a_planner_prints_is_no_output(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
