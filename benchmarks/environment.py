@@ -30,6 +30,7 @@ from benchmarks.drivers import EXAMPLES, ROOT
 from engine import batch
 from engine.driving.blocks import Driven, drive
 from engine.driving.controllers import seats_of
+from engine.driving.environment import Environment
 from engine.driving.named import named_driver
 from engine.driving.stepping import Lanes
 from engine.outcomes import Outcomes
@@ -160,15 +161,12 @@ def episodes(scenario: cx.Scenario, lanes: int) -> None:
     actions = np.tile(DECIDED, (lanes, 1))
     for _ in range(STEPS):
         environment.step(actions)
-    before, count = environment.episodes.lanes.samples.copy(), 0
+    count = 0
 
     def step() -> None:
-        nonlocal before, count
+        nonlocal count
         for _ in range(STEPS):
-            environment.step(actions)
-            now = environment.episodes.lanes.samples.copy()
-            count += int(np.where(now >= before, now - before, now).sum())
-            before = now
+            count += steps_of(environment, actions)
 
     driven = drive(program, scenario.sample(lanes, seed=1), constant, config, block=lanes).scenes
 
@@ -181,6 +179,14 @@ def episodes(scenario: cx.Scenario, lanes: int) -> None:
     mine, theirs = count / TURNS / stepped, steps / at_once
     print(f"  environment {mine:,.0f} steps a second, drawn and run at once {theirs:,.0f}: {theirs / mine:.2f} times")
     print(f"  {environment.nbytes / lanes / 1000:.1f} kB a scene")
+
+
+def steps_of(environment: Environment, actions: Floats) -> int:
+    """Steps that all lanes simulate up to the next question; one that begins anew counts from its beginning."""
+    lanes = environment.episodes.lanes
+    before = lanes.samples.copy()
+    environment.step(actions)
+    return int(np.where(lanes.samples >= before, lanes.samples - before, lanes.samples).sum())
 
 
 def processes(scenario: cx.Scenario, lanes: int) -> None:

@@ -7,7 +7,9 @@ import pytest
 
 from benchmarks.drivers import DRIVERS, EXAMPLES, ROOT, DrivenBlock, driven, goes_there, rows, text_of
 from cortex_dsl import compile_text
+from cortex_dsl.semantics.acting import giving_way
 from engine.batch import trajectory
+from engine.kernels.crossing import BESIDE, CLEARANCE
 from engine.tables import Floats
 from engine.vocabulary import State
 from tests.test_driving_library import CAR_LENGTH, states
@@ -158,6 +160,10 @@ terminate after 20 s
 def test_who_had_to_brake_hard_is_not_struck_at_the_edge(file: str, number: int) -> None:
     """It comes to rest just before or in the way of one that turns, which would strike it there."""
     assert not one_scene(file, number).outcomes.collided[0]
+
+
+def test_who_gives_way_has_the_measures_of_the_search_for_areas() -> None:
+    assert (giving_way.OFF, giving_way.TOUCHING) == (BESIDE, CLEARANCE)
 
 
 def test_who_brakes_at_the_edge_brakes_to_the_end_and_backs_off() -> None:
