@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from cortex_dsl.api.loading import compile_text, load
     from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.proofs import prove
-    from cortex_dsl.api.runs import open_run, resume, search
+    from cortex_dsl.api.resuming import resume
+    from cortex_dsl.api.runs import open_run, search
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.api.studies import study
     from cortex_dsl.diagnostics import CompileError
@@ -57,7 +58,7 @@ _HOMES = {
     "measure_all": "cortex_dsl.api.exchange",
     "open_run": "cortex_dsl.api.runs",
     "prove": "cortex_dsl.api.proofs",
-    "resume": "cortex_dsl.api.runs",
+    "resume": "cortex_dsl.api.resuming",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",
     "verify": "cortex_dsl.api.opinions",

@@ -97,6 +97,15 @@ class ArgumentKindError(CortexError, TypeError):
 class ControllerError(CortexError):
     """A controller cannot be asked, gives what cannot be driven, or is not named where one is needed."""
 
+    def __init__(self, message: str, cure: str = "", what: str = "") -> None:
+        super().__init__(message, cure)
+        self.what = what or message
+        """The message without the place: the same of all scenes over which a controller fails alike."""
+
+    def at(self, where: str) -> "ControllerError":
+        """The same, with the scene over which it failed, and when."""
+        return type(self)(f"{self.what}, {where}", self.cure, self.what)
+
 
 class LostError(ControllerError):
     """A controller failed over some scenes: asked about others, or once more, it may do better."""

@@ -134,6 +134,17 @@ def format_key(key: Iterable[int]) -> str:
     return ".".join([str(fields.seed), _method_text(fields.method), *map(str, fields[2:])])
 
 
+def scene_in_words(key: Iterable[int]) -> str:
+    """`generation 2, place 31` of a search, `scene 7` of a sample, "" of a single run, which has no other."""
+    fields = StreamKey(*(int(value) for value in key))
+    if fields.method == Method.SINGLE:
+        return ""
+    if fields.method == Method.SAMPLE:
+        return f"scene {fields.index}"
+    rollout = f", rollout {fields.rollout}" if fields.rollout else ""
+    return f"generation {fields.generation}, place {fields.index}{rollout}"
+
+
 def _method_text(method: int) -> str:
     if method <= max(Method):
         return Method(method).name.lower()

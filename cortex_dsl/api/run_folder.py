@@ -4,7 +4,7 @@
     >>> found.campaign.distinct_collisions, found.worst_files[0]
 
 `finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier,
-`cortex_dsl.api.runs.resume` does the rest.
+`cortex_dsl.api.resuming.resume` does the rest.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,7 +14,7 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.api.concrete import map_copies
+from cortex_dsl.api.case_files import Writable, write_cases
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
@@ -30,7 +30,7 @@ from engine.search.manifest import Link, Manifest, Origin, Text, changed_version
 from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
-from engine.search.ranking import Case
+from engine.search.ranking import worst_runs
 from engine.search.result_files import write_exports
 from engine.search.run import search
 from engine.search.searchers import canonical
@@ -42,13 +42,11 @@ if TYPE_CHECKING:
 
 OnRemoved = Callable[[RemovedError], None]
 """Called as soon as a run's folder is found to be gone; the search goes on in memory."""
-WORST_FOLDER = "worst"
-"""Folder of the concrete scenarios inside a run directory."""
 FAILURES = "controller.log"
 """File of a run in which stands where a controller failed."""
 
 
-class Searchable(Protocol):
+class Searchable(Writable, Protocol):
     """What a search asks of a scenario: what to run, by which settings, and how to write a case as a file."""
 
     @property
@@ -59,12 +57,8 @@ class Searchable(Protocol):
     def overrides(self) -> Mapping[str, str]: ...
     @property
     def chosen(self) -> str | None: ...
-    @property
-    def program(self) -> Program: ...
     def sample(self, count: int = 1, /) -> "Scenes": ...
-    def scene(self, case: Case) -> "Scenes": ...
     def driven_by(self, ego: object, /) -> "Searchable": ...
-    def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
 
 
 @dataclass(frozen=True)
@@ -187,10 +181,11 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
     try:
         journal.complete(campaign)
         if recorder is not None:
-            recorder.keep_worst(work.scenario.program, work.scenario.config.simulation, campaign.worst)
+            cases = (*campaign.worst, *worst_runs(campaign.evaluations))
+            recorder.keep_worst(work.scenario.program, work.scenario.config.simulation, cases)
             journal.keep(recorder.take())
         write_exports(work.folder, campaign, work.manifest)
-        files = _write_worst(work, campaign)
+        files = write_cases(work.scenario, work.folder, campaign, work.manifest.file)
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
@@ -198,7 +193,6 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
 
 
 def _note_failures(path: Path, recorder: Recorder | None) -> None:
-    """Keep in words where a controller failed."""
     if recorder is not None and recorder.failures:
         with store_errors(path), path.open("a", encoding="utf-8") as file:
             file.writelines(f"{failure}\n" for failure in recorder.failures)
@@ -216,12 +210,15 @@ def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]
 
 def campaign_of(work: Work, record: Record | None) -> Campaign:
     """The search itself, from its beginning or from where its journal ends."""
-    manifest = work.manifest
+    manifest, driver = work.manifest, work.scenario.config.driver
+    config = replace(manifest.config, driver=driver)
+    if driver is not None and not driver.anew:
+        config = replace(config, search=replace(config.search, probes=0))
     try:
         return search(
             work.scenario.program,
             manifest.method,
-            replace(manifest.config, driver=work.scenario.config.driver),
+            config,
             manifest.profile,
             work.on_generation,
             past=record.past() if record else (),
@@ -243,35 +240,6 @@ def _foreign(work: Work, error: ForeignPastError) -> StoreError:
     return StoreError(
         what, f"start the search again; {work.manifest.method} does not repeat itself, or the file is damaged"
     )
-
-
-def worst_files(folder: Path) -> list[Path]:
-    """The scenarios of the worst cases, in their order."""
-    return sorted((folder / WORST_FOLDER).glob("[0-9][0-9].scn"))
-
-
-def _write_worst(work: Work, campaign: Campaign) -> list[Path]:
-    """The worst cases, and none of those that were the worst before the run went on."""
-    files = [_write_case(work, case) for case in campaign.worst]
-    with store_errors(work.folder / WORST_FOLDER):
-        for path in set(worst_files(work.folder)) - set(files):
-            path.unlink()
-    return files
-
-
-def _write_case(work: Work, case: Case) -> Path:
-    """Return one of the worst cases as a scenario that runs to the same outcome."""
-    remark = f"case {case.rank} of a search in {work.manifest.file}: risk {case.score}"
-    path = work.folder / WORST_FOLDER / f"{case.rank:02d}.scn"
-    files = work.scenario.concrete_files(work.scenario.scene(case), remark=remark, name=path.name)
-    with store_errors(path):
-        path.parent.mkdir(exist_ok=True)
-        for name, text in files.items():
-            path.with_name(name).write_text(text, encoding="utf-8")
-        for name, content in map_copies(work.scenario.program).items():
-            if not (copy := path.with_name(name)).exists():
-                copy.write_bytes(content)
-    return path
 
 
 @dataclass(frozen=True)

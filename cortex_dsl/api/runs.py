@@ -1,32 +1,25 @@
-"""Runs on disk: a journal alone is enough to compile its scenario again and to go on with what was done with it.
+"""Runs on disk: a journal alone is enough to compile its scenario again, with every case that was found in it.
 
 >>> import cortex_dsl as cx
 >>> run = cx.open_run("runs/left_turn-ga-001")
 >>> run.record.evaluations.collided.sum()
 >>> run.scenario.watch(run.scenario.scene_of(genome, key))
->>> cx.resume("runs/left_turn-ga-001", generations=60).campaign.distinct_collisions
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of
+from cortex_dsl.api.arguments import kind, path_of
+from cortex_dsl.api.case_files import WORST_FOLDER
 from cortex_dsl.api.loading import load
 from cortex_dsl.api.run_folder import (
-    Found,
+    FAILURES,
     KeptFiles,
-    OnRemoved,
-    Work,
-    campaign_of,
-    carry_out,
     check_map,
-    default_workers,
-    same_objective,
-    worst_files,
 )
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import CompileError
@@ -34,18 +27,16 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
-from engine.arguments import whole
 from engine.display import facts_table
 from engine.search.campaign import Campaign, OnGeneration
 from engine.search.insight.kinds import blamed
-from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, Text, check_program
 from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
-from engine.search.searchers import build_searcher, find_searcher, seek
-from engine.search.store import JOURNAL, StoreError, example_run, hold
+from engine.search.searchers import build_searcher, seek
+from engine.search.store import JOURNAL, StoreError, example_run
 from engine.search.typed import ManifestError
 from engine.search.workers import Workers
 from engine.study.database import is_study
@@ -91,8 +82,16 @@ class OpenedRun:
         """Return the scene of one of its cases, drawn again.
 
         Raises:
-            StoreError: by the settings and the seed of the journal there is no such scene.
+            StoreError: by the settings and the seed of the journal there is no such scene, or a controller failed over
+                it.
         """
+        if case.lost:
+            raise StoreError(
+                f"the driver failed over case {case.rank}, so that there is no run of it",
+                f"`cortexc {self.folder / WORST_FOLDER / f'{case.rank:02d}.scn'} --ego NAME` drives it again"
+                if case.rank <= WORST
+                else f"its scene and its failure stand in `{self.folder / FAILURES}`",
+            )
         scenes = self.scenario.scene(case)
         if not scenes.valid[0]:
             raise damaged(self.folder / JOURNAL, f"by its settings there is no scene of case {case.rank}")
@@ -229,114 +228,14 @@ def _text_of(name: str) -> str | None:
         return None
 
 
-# -- going on with one -----------------------------------------------------------------------------------------------
-
-
-def resume(
-    folder: str | Path,
-    *,
-    generations: int | None = None,
-    on_generation: OnGeneration | None = None,
-    on_removed: OnRemoved | None = None,
-    workers: Workers | None = None,
-    objective: Sought | Sequence[Sought] | None = None,
-    ego: object = None,
-) -> Found:
-    """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
-
-    `objective`: what the run looks for, which is known but for functions: these must be given again, by the same name.
-
-    `ego`: who drove in it, who must be named again where one did.
-
-    `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
-    written, and nothing simulated but the probes of its genes.
-
-    Raises:
-        StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
-        and as `search_and_keep`.
-    """
-    generations = None if generations is None else whole("generations", generations, 0)
-    callback("on_generation", on_generation)
-    callback("on_removed", on_removed)
-    with reopened(open_run(folder, ego), generations, objective) as rest:
-        return rest.carry_out(on_generation=on_generation, on_removed=on_removed, workers=workers)
-
-
-@dataclass(frozen=True)
-class Rest:
-    """What is left to do of a run. Without a journal: nothing, it is finished."""
-
-    run: OpenedRun
-    manifest: Manifest
-    """Of the run as it is to end."""
-    journal: Journal | None = None
-    record: Record | None = None
-    """What the journal holds."""
-    objective: tuple[Sought, ...] = ()
-    """What the run looks for."""
-
-    def carry_out(
-        self,
-        *,
-        on_generation: OnGeneration | None = None,
-        on_removed: OnRemoved | None = None,
-        workers: Workers | None = None,
-    ) -> Found:
-        """Search to the end, or only report a run that is finished."""
-        config = replace(self.manifest.config, driver=self.run.scenario.config.driver)
-        folder, scenario = self.run.folder, replace(self.run.scenario, config=config)
-        workers = workers or default_workers(scenario)
-        work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
-        if self.journal is not None and self.record is not None:
-            return carry_out(work, self.journal, self.record)
-        campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
-        return Found(campaign, folder, self.manifest, worst_files(folder))
-
-
-@contextmanager
-def reopened(
-    run: OpenedRun, generations: int | None = None, objective: Sought | Sequence[Sought] | None = None
-) -> Iterator[Rest]:
-    """Hold an open run for as long as the block goes on with it, once nothing stands against that.
-
-    Raises:
-        StoreError: it looks for something else, cannot be made so long, another process is at it, or its folder
-            cannot be written.
-    """
-    longer = _with_generations(run, generations)
-    given = None if objective is None else objectives_of(run.scenario.program, objective)
-    aims = same_objective(run.folder, run.scenario.program, longer, given)
-    if run.record.status == "finished" and longer == run.record.manifest:
-        yield Rest(run, longer, objective=aims)
-        return
-    with hold(run.folder):
-        record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
-        with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
-            yield Rest(run, longer, journal, record, aims)
-
-
-def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
-    """Return the manifest of the run with so many generations."""
-    manifest, done = run.record.manifest, len(run.record.generations)
-    settings: dict[str, Any] = manifest.settings
-    if generations is None or generations == settings["search"]["generations"]:
-        return manifest
-    if generations < done:
-        raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
-    if find_searcher(manifest.method).paced:
-        planned = settings["search"]["generations"]
-        raise StoreError(
-            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
-            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
-        )
-    return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})
-
-
 # -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------
 
 
 def every_case(run: OpenedRun) -> tuple[Case, ...]:
-    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first."""
+    """Return every genome with a valid simulation, or, where these are sought, with one over which a controller failed.
+
+    Number 7 is `worst/07.scn`; from 11 on all others, worst first.
+    """
     evaluations = run.record.evaluations
     first = worst_cases(evaluations, WORST, run.blame)
     taken = {case.row for case in first}
@@ -346,5 +245,5 @@ def every_case(run: OpenedRun) -> tuple[Case, ...]:
 
 
 def first_cases(run: OpenedRun, count: int) -> tuple[Case, ...]:
-    """Return the first `count` cases."""
-    return every_case(run)[:count]
+    """Return the first `count` cases of which there is a run: not those over which a controller failed."""
+    return tuple(case for case in every_case(run) if not case.lost)[:count]

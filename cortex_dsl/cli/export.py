@@ -97,6 +97,7 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
+    from cortex_dsl.api.runs import first_cases
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
@@ -107,8 +108,8 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
     rank = options.case or 1
-    cases = cases_of(run, options.what, rank)
-    chosen = cases[rank - 1 : rank] if options.top is None else cases[: options.top]
+    case = cases_of(run, options.what, rank)[rank - 1]
+    chosen = (case,) if options.top is None else first_cases(run, options.top)
     with usage_errors():
         return [case_of_run(run, case) for case in chosen]
 

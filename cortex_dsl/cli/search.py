@@ -4,8 +4,9 @@ import argparse
 import textwrap
 from pathlib import Path
 
+from cortex_dsl.api.resuming import reopened
 from cortex_dsl.api.run_folder import Found, search_and_keep
-from cortex_dsl.api.runs import OpenedRun, open_run, reopened
+from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
 from cortex_dsl.cli.study import resume_study, study_workers

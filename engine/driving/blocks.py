@@ -8,8 +8,7 @@ runs them, the reference driver is held against them, they replay and export, an
 """
 
 import logging
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import Config, ContactConfig, SimulationConfig
-from engine.driving.controllers import Seat, seats_of, undrivable
+from engine.driving.controllers import Seat, fault_of, seats_of, undrivable
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
@@ -25,6 +24,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
 from engine.search.assessment import take
+from engine.streams import scene_in_words
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
@@ -34,6 +34,8 @@ RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
 TWICE = 2
 """So often a block is driven over which a controller fails, before it is halved."""
+TOLD = 5
+"""Ways of failing that are told of one by one; more of them as their number."""
 LOG = logging.getLogger(__name__)
 """Where failures of controllers are told; on a command line on stderr."""
 DEFAULTS = SimulationConfig()
@@ -50,12 +52,26 @@ class Driven:
     scenes: Scenes
     outcomes: Outcomes
     failures: tuple[ControllerError, ...] = ()
-    """Of controllers, one after the other."""
+    """Of controllers, one after the other: each scene that was lost, and what happened once and not again."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What people are told of the failures."""
         return tuple(failure.message for failure in self.failures)
+
+    def tell(self) -> "Driven":
+        """Tell people of the failures; itself."""
+        for line in _in_brief(self.failures):
+            LOG.warning("%s", line)
+        return self
+
+
+@dataclass
+class Known:
+    """What is known of a driver by now."""
+
+    answered: bool = False
+    """Whether it has ever given an action that can be driven: one that never did is no driver."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +88,7 @@ class Driver:
     """SHA-256 of the file that defines it; "" where there is none."""
     anew: bool = True
     """Whether it can be asked about scenes that nobody has driven."""
+    known: Known = field(default_factory=Known, repr=False)
 
     def drive(
         self,
@@ -82,17 +99,21 @@ class Driver:
         jobs: int = 1,
     ) -> Driven:
         """Drive all valid scenes."""
-        return drive(program, scenes, self.given, config, contact, self.block, jobs)
+        return drive(program, scenes, self.given, config, contact, self.block, jobs, self.known)
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return scenes as whom the config names drives in them; as they are where it names nobody."""
+    """Return scenes as whom the config names drives in them; as they are where it names nobody.
+
+    Raises:
+        ControllerError: as `drive`, and where a controller failed over all of them.
+    """
     if config.driver is None:
         return scenes
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
     if done.failures and not done.scenes.valid.any():
-        raise done.failures[-1]
-    return done.scenes
+        raise done.failures[0]
+    return done.tell().scenes
 
 
 def drive(
@@ -103,6 +124,7 @@ def drive(
     contact: ContactConfig = CONTACT,
     block: int = BLOCK,
     jobs: int = 1,
+    known: Known | None = None,
 ) -> Driven:
     """Drive all valid scenes by one controller, or a mapping from names to controllers.
 
@@ -116,7 +138,7 @@ def drive(
     actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
     for seat in seats:
         seat.meet(block, observed(program), config.time_step)
-    work = _Work(lanes, seats)
+    work = _Work(lanes, seats, known or Known())
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))
         room = actions[first : first + block]
@@ -127,11 +149,20 @@ def drive(
             room[:] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    if work.failures and not work.answered:
-        raise work.failures[-1]
-    for message, times in Counter(failure.message for failure in work.failures).items():
-        LOG.warning("%s%s", message, f" ({times} times)" if times > 1 else "")
+    if work.failures and not work.known.answered:
+        raise work.failures[0]
     return Driven(scenes, outcomes(results), tuple(work.failures))
+
+
+def _in_brief(failures: Sequence[ControllerError]) -> Iterator[str]:
+    """A line for each way of failing, with the scene in which it came first."""
+    alike: dict[str, list[ControllerError]] = {}
+    for failure in failures:
+        alike.setdefault(failure.what, []).append(failure)
+    for first, *more in [*alike.values()][:TOLD]:
+        yield f"{first.message}{f', and {len(more):,} scenes more' if more else ''}"
+    if rest := [*alike.values()][TOLD:]:
+        yield f"and {sum(map(len, rest)):,} failures of other kinds"
 
 
 @dataclass
@@ -140,9 +171,8 @@ class _Work:
 
     lanes: Lanes
     seats: Sequence[Seat]
+    known: Known
     failures: list[ControllerError] = field(default_factory=list)
-    answered: bool = False
-    """Whether anybody has given an action that can be driven."""
     alone: int = 0
     """Scenes that were lost one by one."""
 
@@ -172,18 +202,21 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
     Raises:
         LostError: it has failed over one scene after the other, and never given an action that can be driven.
     """
-    rows = np.flatnonzero(scenes.valid)
-    for attempt in range(TWICE):
+    rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
+    while len(failed) < TWICE:
         try:
-            return _Block(_drive_block(work, scenes, room), work.lanes.copied())
+            actions = _drive_block(work, scenes, room)
         except LostError as error:
-            work.failures.append(error)
-            if attempt + 1 == TWICE and len(rows) <= 1:
-                work.alone += 1
-                if work.alone > 1 and not work.answered:
-                    raise
-                return _lost(work.lanes, scenes, rows)
+            failed.append(error)
+            del work.failures[before:]
+        else:
+            work.failures.extend(failed)
+            return _Block(actions, work.lanes.copied())
+    if len(rows) <= 1:
+        return _lost(work, scenes, rows, failed[-1])
     halves = [_patiently(work, _only(scenes, part)) for part in np.array_split(rows, 2)]
+    if len(work.failures) == before:
+        work.failures.append(failed[-1])
     chosen = np.isin(np.arange(len(scenes)), np.array_split(rows, 2)[0])
     return _Block(
         _either(chosen, halves[0].actions, halves[1].actions),
@@ -191,12 +224,23 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
     )
 
 
-def _lost(lanes: Lanes, scenes: Scenes, rows: Ints) -> _Block:
-    """Scenes over which a controller fails."""
+def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
+    """A scene over which a controller fails, alone in its block."""
+    work.alone += 1
+    if work.alone > 1 and not work.known.answered:
+        raise error
+    lanes = work.lanes
+    work.failures.extend(error.at(_place(lanes, scenes, lane)) for lane in rows.tolist())
     results = empty_results(lanes.program, requested(lanes.program, coasting(lanes.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
     return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), blank)
+
+
+def _place(lanes: Lanes, scenes: Scenes, lane: int) -> str:
+    """In which scene a lane is, and when."""
+    scene, when = scene_in_words(scenes.keys[lane]), f"at {lanes.times[lane]:.2f} s"
+    return f"in {scene} {when}" if scene else when
 
 
 def _only(scenes: Scenes, rows: Ints) -> Scenes:
@@ -223,25 +267,29 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
             asked = lanes.asked(number)
             if asked.any():
                 seen = lanes.observe(number, asked)
-                _decide(work, number, asked, seat.answer(seen, asked, times))
+                _decide(work, number, scenes, asked, seat.answer(seen, asked, times))
         lanes.step()
     return lanes.decided(every, room)
 
 
-def _decide(work: _Work, number: int, asked: Bools, actions: Floats) -> None:
+def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, actions: Floats) -> None:
     """Let lanes do what was decided; one in which that cannot be driven is lost, and all others go on.
 
     Raises:
         ControllerError: none can be driven, and none ever could.
     """
-    wrong = undrivable(work.seats[number].control, actions, asked, work.lanes.times)
+    control = work.seats[number].control
+    wrong = undrivable(control, actions, asked)
     if wrong is None:
         work.lanes.decide(number, asked, actions)
-        work.answered = True
+        work.known.answered = True
         return
-    if not work.answered and np.array_equal(wrong.lanes, asked):
-        raise wrong.error
-    work.failures.append(wrong.error)
-    work.lanes.lose(wrong.lanes)
-    work.lanes.decide(number, asked & ~wrong.lanes, actions)
-    work.answered |= bool((asked & ~wrong.lanes).any())
+    failures = [
+        fault_of(control, actions[lane]).at(_place(work.lanes, scenes, lane)) for lane in np.flatnonzero(wrong).tolist()
+    ]
+    if not work.known.answered and np.array_equal(wrong, asked):
+        raise failures[0]
+    work.failures.extend(failures)
+    work.lanes.lose(wrong)
+    work.lanes.decide(number, asked & ~wrong, actions)
+    work.known.answered |= bool((asked & ~wrong).any())

@@ -170,9 +170,10 @@ def checked(control: Control, given: object, active: Bools, times: Floats) -> Fl
         ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
     """
     actions = shaped(control, given, active)
-    wrong = undrivable(control, actions, active, times)
+    wrong = undrivable(control, actions, active)
     if wrong is not None:
-        raise wrong.error
+        lane = int(np.flatnonzero(wrong)[0])
+        raise fault_of(control, actions[lane]).at(f"in lane {lane} at {times[lane]:.2f} s")
     return actions
 
 
@@ -201,32 +202,29 @@ def _bare(given: object) -> Any:
     return cast("Any", given).astype(np.float64).filled(np.nan) if isinstance(given, np.ma.MaskedArray) else given
 
 
-@dataclass(frozen=True)
-class Wrong:
-    """Actions that cannot be driven."""
-
-    lanes: Bools
-    """(n,) where."""
-    error: ControllerError
-    """What is wrong with the first."""
-
-
-def undrivable(control: Control, actions: Floats, active: Bools, times: Floats) -> Wrong | None:
-    """Where actions are NaN or out of range; None where all can be driven."""
-    low, high = (np.array([getattr(each, name) for each in control.actions]) for name in ("low", "high"))
+def undrivable(control: Control, actions: Floats, active: Bools) -> Bools | None:
+    """(n,) where actions (n, a) are NaN or out of range; None where all can be driven."""
+    low, high = _ranges(control)
     if are_within(np.require(actions, np.float64, PLAIN), active, low, high):
         return None
-    wrong = active[:, np.newaxis] & ~((actions >= low) & (actions <= high))
-    number = int(np.flatnonzero(wrong.any(axis=0))[0])
-    lane, action = int(np.flatnonzero(wrong[:, number])[0]), control.actions[number]
-    value, unit = actions[lane, number], f" {action.unit}" if action.unit else ""
-    error = ControllerError(
-        f"the controller `{control.controller}` gave {action.name} = {value:g}{unit} in lane {lane} at "
-        f"{times[lane]:.2f} s",
+    return np.asarray(active & ~((actions >= low) & (actions <= high)).all(axis=1))
+
+
+def fault_of(control: Control, actions: Floats) -> ControllerError:
+    """What is wrong with actions (a,) that cannot be driven: the first of them."""
+    low, high = _ranges(control)
+    number = int(np.flatnonzero(~((actions >= low) & (actions <= high)))[0])
+    action, value = control.actions[number], float(actions[number])
+    unit = f" {action.unit}" if action.unit else ""
+    return ControllerError(
+        f"the controller `{control.controller}` gave {action.name} = {value:g}{unit}",
         f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
         + ("look for what makes it no number" if np.isnan(value) else "`numpy.clip` holds it there"),
     )
-    return Wrong(np.asarray(wrong.any(axis=1)), error)
+
+
+def _ranges(control: Control) -> tuple[Floats, Floats]:
+    return np.array([each.low for each in control.actions]), np.array([each.high for each in control.actions])
 
 
 def _wanted(control: Control) -> str:

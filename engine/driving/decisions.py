@@ -112,8 +112,10 @@ class Recorder:
         return done
 
     def keep_worst(self, program: Program, config: SimulationConfig, cases: Sequence[Case]) -> None:
-        """Drive cases for the sake of what is decided in them, whatever they came to."""
+        """Drive cases for the sake of what is decided in them, whatever they came to; not those over which it fails."""
         for case in cases:
+            if case.lost or name_of(np.array(case.key), np.array(case.genome)) in self.known:
+                continue
             scene = sample(program, np.array([case.genome]), np.array([case.key], dtype=np.int64), config)
             self._keep(self.driver.drive(program, scene, config, CONTACT), scene.valid, MOST_KEPT + len(cases))
 

@@ -92,6 +92,11 @@ class Evaluations:
         return np.equal(self.verdict, Verdict.VALID)
 
     @cached_property
+    def scored(self) -> Bools:
+        """(n,) that have a fitness: valid ones, and where these are sought those over which a controller failed."""
+        return self.valid | (np.equal(self.verdict, Verdict.CONTROLLER) & np.isfinite(self.fitness))
+
+    @cached_property
     def failed(self) -> Bools:
         """(n,) the engine failed: neither valid nor invalid, never scored."""
         return np.equal(self.verdict, Verdict.ERROR)
@@ -221,9 +226,9 @@ class Figures:
     individuals: int
     valid: int
     rl: float
-    """Mean fitness of valid individuals."""
+    """Mean fitness of individuals that have one: valid ones (see `Evaluations.scored`)."""
     rl_all: float
-    """The same with invalid individuals as -1."""
+    """The same with all others as -1."""
     nc: int
     """Individuals with at least one collision."""
     mdg: float
@@ -254,14 +259,15 @@ def figures(evaluations: Evaluations, chosen: Bools) -> Figures:
     distance = evaluations.rollouts.min_distance[chosen]
     fitness = evaluations.fitness[chosen]
     valid, errors = evaluations.valid[chosen], evaluations.failed[chosen]
+    scored = evaluations.scored[chosen]
+    total, scores = float(fitness[scored].sum()), int(scored.sum())
     individuals, counted = len(valid), int((~errors).sum())
     nis = counted - int(valid.sum())
-    total = float(fitness[valid].sum())
     return Figures(
         individuals=individuals,
         valid=counted - nis,
-        rl=_ratio(total, counted - nis),
-        rl_all=_ratio(total - nis, counted),
+        rl=_ratio(total, scores),
+        rl_all=_ratio(total - (counted - scores), counted),
         nc=int(collided.any(axis=1).sum()),
         mdg=_mean(distance, valid_runs),
         mdec=_mean(distance, valid_runs & ~collided),

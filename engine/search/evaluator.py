@@ -79,6 +79,7 @@ def _simulator(
     def run(scenes: Scenes) -> Simulated:
         if config.driver is not None:
             done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
+            done.tell()
             return done.scenes, done.outcomes if batched else simulate(done.scenes), None
         if gaps and batched:
             from engine.batch import simulate_with_gaps

@@ -4,7 +4,7 @@ risk, then by continuous risk, then age, and of many kinds.
 Of the collisions in that order (of all valid simulations, where there are fewer than asked for) the worst is taken,
 then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that a
 competent driver would have avoided goes before one that it would not. Where something else than the risk is sought, it
-stands for the risk, and its finds for the collisions.
+stands for the risk, and its finds for the collisions: of a search for failures of a controller these are cases, too.
 """
 
 from dataclasses import dataclass
@@ -38,12 +38,17 @@ class Case:
     closing_speed: float = float("nan")
     """How fast the two came together at contact, or where they were closest [m/s]: risk has a top, this has none."""
 
+    @property
+    def lost(self) -> bool:
+        """Whether a controller failed over it: there is a scene, and nothing is known of its run."""
+        return self.score < 0
+
 
 def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
-    """Return the valid simulated rows, worst first: integer risk, or what else is sought; then those that a
-    competent driver would have avoided, where `blame` (n, k) tells; then continuous risk, then birth.
+    """Return the simulated rows that have a fitness, worst first: integer risk, or what else is sought; then those
+    that a competent driver would have avoided, where `blame` (n, k) tells; then continuous risk, then birth.
     """
-    rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
+    rows = np.flatnonzero(evaluations.scored & evaluations.simulated)
     first = -evaluations.continuous if is_aimed(evaluations.rollouts) else -evaluations.score
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
@@ -58,7 +63,27 @@ def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = 
     rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
         rows = _of_each_kind(evaluations, rows, count, blame)
-    return tuple(_case(evaluations, row, rank) for rank, row in enumerate(rows[:count].tolist(), start=1))
+    worst = evaluations.worst_rollout
+    return tuple(
+        _case(evaluations, row, int(worst[row]), rank) for rank, row in enumerate(rows[:count].tolist(), start=1)
+    )
+
+
+def worst_runs(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
+    """Return so many of the worst cases of which there is a run, where some of the worst have none; else nothing more
+    than `worst_cases` does.
+    """
+    if not any(case.lost for case in worst_cases(evaluations, count)):
+        return ()
+    every = worst_cases(evaluations, len(evaluations))
+    return tuple(case for case in every if not case.lost)[:count]
+
+
+def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
+    """Return the first simulations over which a controller failed."""
+    lost = (evaluations.rollouts.verdict == Verdict.CONTROLLER) & evaluations.simulated[:, np.newaxis]
+    places = np.argwhere(lost)[:count].tolist()
+    return tuple(_case(evaluations, row, rollout, rank) for rank, (row, rollout) in enumerate(places, start=1))
 
 
 def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Ints:
@@ -84,11 +109,10 @@ def _different(evaluations: Evaluations, rows: Ints) -> Ints:
     return rows[np.array(new, dtype=bool)]
 
 
-def _case(evaluations: Evaluations, row: int, rank: int) -> Case:
-    rollout = int(evaluations.worst_rollout[row])
+def _case(evaluations: Evaluations, row: int, rollout: int, rank: int) -> Case:
     place = row, rollout
     runs = evaluations.rollouts
-    assert runs.verdict[place] == Verdict.VALID
+    assert runs.verdict[place] in (Verdict.VALID, Verdict.CONTROLLER)
     return Case(
         rank=rank,
         row=row,

@@ -15,7 +15,8 @@ from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
 from engine.search.protocol import SOUGHT, Box
 from engine.search.searchers import build_searcher, find_searcher, seek
-from engine.streams import FIELD_BITS
+from engine.streams import FIELD_BITS, key_rows
+from engine.vocabulary import Method
 
 RUNS = 30
 """The least number of runs on which "beats" may be said."""
@@ -127,12 +128,13 @@ def _with_seed(subject: Subject, seed: int) -> Subject:
 
 
 def check(plan: Plan) -> None:
-    """Build each searcher once, so that nothing is wrong with them later.
+    """Build each searcher once, and let each driver drive once, so that nothing is wrong with them later.
 
     Raises:
         ArgumentError: nothing to do, an unknown or repeated method, an unknown objective, two scenarios of one
             name, too many runs.
         MissingExtraError, PluginError: a method cannot be used.
+        ControllerError: a driver does not fit a scenario.
     """
     from engine.search.objectives import objectives
 
@@ -148,3 +150,15 @@ def check(plan: Plan) -> None:
         for method in plan.methods:
             searcher = build_searcher(method, Box.of(subject.program.space), subject.config)
             seek(searcher, method, len(objectives(subject.program, plan.objective)))
+        _try_driver(subject)
+
+
+def _try_driver(subject: Subject) -> None:
+    driver = subject.config.driver
+    if driver is not None and driver.anew:
+        from engine.driving.blocks import driven
+        from engine.sampling import draw_genomes, sample
+
+        keys = key_rows(subject.config.search.seed, Method.SAMPLE, 0, 0, range(driver.block))
+        genomes = draw_genomes(subject.program.space, keys)
+        driven(subject.program, sample(subject.program, genomes, keys, subject.config.simulation), subject.config)

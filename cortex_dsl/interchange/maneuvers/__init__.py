@@ -52,7 +52,8 @@ def _value_files(case: "ExportCase", plan: ManeuverPlan, stem: str, options: Exp
         return Export({}, (NOTHING_VARIES,))
     files, remarks, scenario = {}, [], f"{stem}.xosc"
     if case.run is not None:
-        found = _champions(case, plan, worst_cases(case.run.record.evaluations, CHAMPIONS))
+        cases = worst_cases(case.run.record.evaluations, CHAMPIONS)
+        found = _champions(case, plan, [each for each in cases if not each.lost])
         files[f"{stem}.champions.xosc"] = champions_file(scenario, found.sets, provenance, version)
         remarks += _of_champions(found)
     drawn = [each for each in plan.parameters if each.is_drawn]

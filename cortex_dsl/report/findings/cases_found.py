@@ -1,17 +1,13 @@
 """What the worst cases of a search are: with whom, of what kind, and whether a competent driver avoids them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
-from engine.avoidability import Avoidability, avoidability
+from engine.avoidability import Avoidability
 from engine.config import Config
-from engine.driving.blocks import driven
 from engine.program import Program
-from engine.sampling import sample
 from engine.search.campaign import Campaign
+from engine.search.insight.analysis import driven_again
 from engine.search.insight.diversity import SECTORS, sector
 from engine.search.ranking import Case
 from engine.vocabulary import Side
@@ -45,19 +41,11 @@ class CaseFound:
 
 def cases_found(scenario: Searched, campaign: Campaign) -> tuple[CaseFound, ...]:
     """Each of the worst cases; those that collided are driven again by the reference driver."""
-    answers = _answers(scenario, campaign.worst)
+    rows = [case.row for case in campaign.worst]
+    answers = driven_again(scenario.program, campaign.evaluations, rows, scenario.config)
     return tuple(
         _found(scenario.program, campaign, case, answer) for case, answer in zip(campaign.worst, answers, strict=True)
     )
-
-
-def _answers(scenario: Searched, worst: Sequence[Case]) -> tuple[Avoidability | None, ...]:
-    if not worst:
-        return ()
-    config, genomes = scenario.config, np.array([case.genome for case in worst])
-    keys = np.array([case.key for case in worst], dtype=np.int64)
-    scenes = driven(scenario.program, sample(scenario.program, genomes, keys, config.simulation), config)
-    return avoidability(scenario.program, scenes, config.simulation, contact=config.contact)
 
 
 def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidability | None) -> CaseFound:
@@ -70,5 +58,5 @@ def _found(program: Program, campaign: Campaign, case: Case, answer: Avoidabilit
         Side(side).name.lower() if met else "",
         SECTORS[int(sector(runs.approach_angle[place]))] if met else "",
         (float(runs.ego_speed[place]), float(runs.other_speed[place])),
-        answer if case.collided else None,
+        answer,
     )

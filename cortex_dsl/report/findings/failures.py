@@ -38,6 +38,16 @@ def collisions_text(came: Failures) -> str:
     return f"{counted(came.collisions, 'collision')} of {counted(came.kinds, 'kind')}"
 
 
+def driver_text(came: Failures, objective: Sequence[str]) -> str:
+    """`61 failures of the driver`, where the search is for these; empty where it is not, or found none."""
+    return f"{counted(came.lost, 'failure')} of the driver" if came.lost and objective[0] == "controller" else ""
+
+
+def driver_failed_text(came: Failures) -> str:
+    """`the driver failed in 61 simulations`, of which nothing more is known; empty where it never did."""
+    return f"the driver failed in {counted(came.lost, 'simulation')}" if came.lost else ""
+
+
 def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
     """What the counts are of the work that found them, by valid simulation and by time."""
     if not came.collisions:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.failures import collisions_text, lead_text
+from cortex_dsl.report.findings.failures import collisions_text, driver_text, lead_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
@@ -143,6 +143,8 @@ def headline(record: Record, came: Failures) -> str:
     """The result in one sentence."""
     _, simulated = whole_run(record)
     tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
+    if failed := driver_text(came, record.manifest.objective):
+        return f"{failed} in {tried}."
     if came.collisions:
         lead = lead_text(came)
         more = f"; {collisions_text(came)} in all" if came.collisions > came.unknown else ""

@@ -22,7 +22,7 @@ from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
-from engine.search.ranking import Case
+from engine.search.ranking import Case, worst_cases
 from engine.search.result_files import collisions_by_partner, failures_content
 from engine.streams import format_key
 
@@ -197,7 +197,7 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        f"{APART.capitalize()}. Their numbers are those of the files in the run's folder "
+        f"{_lost_words(found)}{APART.capitalize()}. Their numbers are those of the files in the run's folder "
         "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
@@ -225,6 +225,18 @@ def _cases(found: RunPage) -> Node:
     ]
     road = shared_road(found.replays[0])
     return part("cases", "The worst cases", note, road, element("ol", tabs, class_="tabs"), cards)
+
+
+def _lost_words(found: RunPage) -> str:
+    """Which of the worst have no replay, as the driver failed over them; empty where there are none."""
+    lost = [case.rank for case in worst_cases(found.record.evaluations, WORST, found.run.blame) if case.lost]
+    if not lost:
+        return ""
+    ranks = f"case {lost[0]}" if len(lost) == 1 else f"cases {lost[0]} to {lost[-1]}"
+    return (
+        f"Over {ranks} the driver failed, so that there is no replay: `controller.log` says how, and the files in "
+        "`worst` run them again. These are the worst others. "
+    )
 
 
 def _case_words(found: RunPage, case: Case) -> str:

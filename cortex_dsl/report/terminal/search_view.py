@@ -9,7 +9,14 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.findings.failures import APART, lead_text, others_text, rate_texts
+from cortex_dsl.report.findings.failures import (
+    APART,
+    driver_failed_text,
+    driver_text,
+    lead_text,
+    others_text,
+    rate_texts,
+)
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, brief_of
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, significant, whole
 from cortex_dsl.report.findings.search_report import (
@@ -77,11 +84,12 @@ def headline(program: Program, report: SearchReport) -> Text:
     count.
     """
     campaign = report.campaign
-    came = campaign.failures
+    came, found = campaign.failures, campaign.by_simulation
+    failed = driver_text(came, campaign.objective)
     return Text.assemble(
         (f"{method_name(report.method)}: ", method_style(report.method)),
-        (lead_text(came), "bad" if came.collisions else "good"),
-        f" in {_simulations(campaign.by_simulation)}",
+        (failed or lead_text(came), "bad" if failed or came.collisions else "good"),
+        f" in {counted(found.runs, 'simulation') if failed else _simulations(found)}",
         ("  interrupted" if campaign.stopped else "", "warn"),
         *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
     )
@@ -95,6 +103,8 @@ def _simulations(found: Figures) -> str:
 def _below(program: Program, report: SearchReport) -> Iterator[str]:
     campaign = report.campaign
     everyone, found = campaign.by_individual, campaign.by_simulation
+    if not driver_text(campaign.failures, campaign.objective):
+        yield driver_failed_text(campaign.failures)
     yield from rate_texts(campaign.failures, campaign.elapsed)
     yield others_text(campaign.failures, program.actors[0])
     yield partners_text(program.actors, partners(campaign.evaluations, len(program.actors)))
@@ -177,6 +187,8 @@ def methods_table(reports: Sequence[SearchReport]) -> RenderableType:
 RESULTS: Sequence[tuple[str, str]] = (
     ("README.md", "every file and every column explained"),
     ("worst/", "the worst cases, each a scenario of its own"),
+    ("failures/", "scenes over which the driver failed, to be driven again"),
+    ("controller.log", "where the driver failed, one line for each scene"),
     ("summary.json", "the figures of this page, for programs"),
     ("evaluations.csv", "every simulation: params, verdict, metrics (SI), risk"),
     ("evaluations.jsonl", "the same as JSON, with the counts of each requirement"),

@@ -75,8 +75,8 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
     """Risk and its parts; and whom the ego hit or came near to, where there is more than one who may be meant."""
     worst, runs = campaign.worst, campaign.evaluations.rollouts
     found: Judged = [
-        (["risk"], [Text(str(case.score)) for case in worst]),
-        (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist()) for case in worst]),
+        (["risk"], [Text(ABSENT if case.lost else str(case.score)) for case in worst]),
+        (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist(), lost=case.lost) for case in worst]),
     ]
     if campaign.objective != SOUGHT:
         found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
@@ -119,8 +119,10 @@ def _block(space: ParamSpace, campaign: Campaign, genes: Sequence[int], judged: 
     return columns(*head, rows=rows, header=True)
 
 
-def _parts(parts: Sequence[int]) -> Text:
-    """`10+4+3+4`, each part in its colour; their order is C, MD, D_MS, TTC_MS."""
+def _parts(parts: Sequence[int], *, lost: bool) -> Text:
+    """`10+4+3+4`, each part in its colour; their order is C, MD, D_MS, TTC_MS. Of a lost run there are none."""
+    if lost:
+        return Text("failed", "bad")
     pieces: list[str | tuple[str, str]] = []
     for (name, _, _), points in zip(PARTS, parts, strict=True):
         pieces += [("+", "quiet")] if pieces else []

@@ -153,12 +153,13 @@ def driven_again(
 ) -> tuple[Avoidability | None, ...]:
     """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision."""
     chosen = np.array(rows, dtype=np.int64)
-    keys = evaluations.keys[chosen, evaluations.worst_rollout[chosen]]
-    scenes = driven(program, sample(program, evaluations.genomes[chosen], keys, config.simulation), config)
-    collided = evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]
+    hit = chosen[evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]]
+    keys = evaluations.keys[hit, evaluations.worst_rollout[hit]]
+    scenes = driven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
     answers = avoidability(program, scenes, config.simulation, contact=config.contact)
-    refuse_missing(collided, answers)
-    return answers
+    refuse_missing(np.ones(len(hit), dtype=bool), answers)
+    known = dict(zip(hit.tolist(), answers, strict=True))
+    return tuple(known.get(row) for row in rows)
 
 
 def _spread_evenly(rows: Sequence[int]) -> list[int]:

@@ -18,7 +18,7 @@ from engine.kernels.fault import STANDING
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import KMH, SECTORS, sector
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Blame, Side
+from engine.vocabulary import Blame, Side, Verdict
 
 SPEEDS = (30.0, 50.0, 70.0)
 """What parts those that move [km/h] …"""
@@ -80,6 +80,8 @@ class Failures:
     """… and those of which nothing is known: the reference driver was not asked."""
     without_ego: int
     """Simulations in which two others touched."""
+    lost: int
+    """Simulations over which a controller failed, so that nothing is known of them."""
     kinds: int
     """Of the collisions."""
     avoidable_kinds: int
@@ -138,6 +140,7 @@ def failures(evaluations: Evaluations, blame: Ints) -> Failures:
         avoidable=int((said == Blame.AVOIDABLE).sum()),
         struck=int((said == Blame.STRUCK).sum()),
         unknown=int((said == Blame.NONE).sum()),
+        lost=int((evaluations.rollouts.verdict[new] == Verdict.CONTROLLER).sum()),
         without_ego=int(np.isfinite(evaluations.rollouts.others_contact_time[new]).sum()),
         kinds=len(found),
         avoidable_kinds=sum(each.kind.blame == Blame.AVOIDABLE for each in found),
