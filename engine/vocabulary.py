@@ -163,6 +163,9 @@ class Sense(IntEnum):
     MINIMIZE = 2
 
 
+RECORDS, EGOCENTRIC = OBSERVABLE = ("records", "egocentric")
+"""What a controller may observe: what the file records over time, where it does, or what is seen from its own seat."""
+
 OBJECTIVES = ("risk", "avoidable", "conflict", "severity", "injury", "controller")
 """What a search of any file may look for; no objective of a file has such a name."""
 

@@ -31,7 +31,7 @@ from cortex_dsl.pipeline import Compiled
 from engine.config import Config
 from engine.errors import ArgumentError, ArgumentKindError
 from engine.program import Program
-from engine.vocabulary import Method, Verdict
+from engine.vocabulary import OBSERVABLE, RECORDS, Method, Verdict
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -104,20 +104,22 @@ class Scenario:
         scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
         return driven(self.program, scenes, self.config, jobs)
 
-    def driven_by(self, ego: object, block: int = 256) -> "Scenario":
+    def driven_by(self, ego: object, block: int = 256, observe: str = RECORDS) -> "Scenario":
         """Return the scenario with a driver for whom it leaves to a controller (`ExternalBehavior`): its scenes come
         driven, and whatever runs or searches them goes by that.
 
         `ego`: a function of observations (n, d) to actions (n, a), an object with `reset(lanes, keys)` and
         `act(observations, active)`, `"python:package.module:function"`, or a mapping from the names of controllers to
-        these. `block`: scenes that it is asked about at once, which is part of what decides a result.
-        """
-        from engine.driving.decisions import KeptActions, Recorder
-        from engine.driving.named import driver_of
+        these. `block`: scenes that it is asked about at once, and `observe`, `records` of the file, where it has any,
+        or `egocentric`: both are part of what decides a result.
 
-        block = arguments.whole("block", block, 1)
-        kept = isinstance(ego, KeptActions | Recorder)
-        return replace(self, config=replace(self.config, driver=ego if kept else driver_of(ego, block)))
+        Raises:
+            ControllerError: nobody here is left to a controller, there is none of such a name, or it cannot be asked.
+        """
+        from engine.driving.named import driver_for
+
+        block, observe = arguments.whole("block", block, 1), arguments.one_of("observe", observe, OBSERVABLE)
+        return replace(self, config=replace(self.config, driver=driver_for(self.program, ego, block, observe)))
 
     def environment(
         self,
@@ -126,7 +128,7 @@ class Scenario:
         controller: str = "",
         others: "Mapping[str, object] | None" = None,
         reward: "Sought" = "risk",
-        observe: str = "records",
+        observe: str = RECORDS,
         jobs: int = 1,
     ) -> "Environment":
         """Return `n` scenes side by side, in which somebody outside drives step by step: `reset(seed)` and
@@ -139,7 +141,7 @@ class Scenario:
         from engine.driving.environment import Environment, Episodes
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
-        arguments.one_of("observe", observe, ("records", "egocentric"))
+        arguments.one_of("observe", observe, OBSERVABLE)
         (aim,) = arguments.objectives_of(self.program, reward)
         config = replace(self.config, driver=None, search=replace(self.config.search, jobs=jobs))
         agents = (controller,) if controller else ()

@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cortex_dsl.console.command import Parser, TwoColumns, add_ego, add_json, cores
+from cortex_dsl.console.command import DRIVER_OPTIONS, Parser, TwoColumns, add_ego, add_json, cores, driver_options
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
     SEED_LIMIT,
@@ -53,7 +53,6 @@ collision. All of the language is in docs/reference/language.md, Python in
 docs/reference/python.md; the reports are explained in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "objective", "rollouts", "aggregate", "dask", "out")
-DRIVER_OPTIONS = ("ego", "ego_batch")
 RUN_OPTIONS = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target", *DRIVER_OPTIONS)
 """Options of drawing and running: they mean nothing where a file is only compiled."""
 BUDGET_LIMIT = 100_000_000
@@ -290,8 +289,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Seque
             flag = "--" + name.replace("_", "-")
             cure = "add --ga, --random or --method NAME to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
-    if options.ego_batch is not None and options.ego is None:
-        raise UsageError("--ego-batch has no effect without a driver", "add --ego NAME")
+    driver_options(options)
     if options.aggregate is not None and options.rollouts is None:
         raise UsageError("--aggregate has no effect with one scene for each individual", "add --rollouts K")
     if options.preset is not None and "ga" not in methods:

@@ -14,17 +14,18 @@ from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
-from cortex_dsl.console.request import CompileRequest
+from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
+from engine.driving.names import Egos, as_options
 from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.campaign import Campaign
-from engine.search.manifest import changed_versions
+from engine.search.manifest import DrivenBy, changed_versions
 from engine.search.objectives import ObjectiveError, ObjectiveNameError
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT
@@ -104,8 +105,18 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
 def _report(found: Found) -> SearchReport:
     folder = found.folder if found.folder.is_dir() else None
     manifest = found.manifest
-    driver = "" if manifest.driver is None else manifest.driver.name
-    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, driver)
+    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, _driver_options(manifest.driver))
+
+
+def _driver_options(driver: DrivenBy | None) -> str:
+    """What names on a command line who drives in a worst case again."""
+    if driver is None:
+        return ""
+    usual = RunRequest()
+    options = [as_options(driver.name)]
+    options += [f"--ego-batch {driver.block}"] if driver.block != usual.ego_batch else []
+    options += [f"--ego-observes {driver.observe}"] if driver.observe != usual.ego_observes else []
+    return " ".join(options)
 
 
 def _settings(found: Sequence[Found]) -> str:
@@ -147,7 +158,7 @@ def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
 # -- runs that commands show: opened, and held against the searcher that their journals name --------------------------
 
 
-def opened_run(folder: Path, ego: str | None = None) -> OpenedRun:
+def opened_run(folder: Path, ego: Egos | None = None) -> OpenedRun:
     """A run.
 
     Raises:
@@ -171,7 +182,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     return cases
 
 
-def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> OpenedRun:
+def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None) -> OpenedRun:
     """A run with a finished generation, whose individuals are those that its method proposes.
 
     What the simulations came to is not simulated again: a changed result shows only where it changes what the method
@@ -183,7 +194,7 @@ def checked_run(folder: Path, terminal: Terminal, ego: str | None = None) -> Ope
     run = opened_run(folder, ego)
     driver = run.scenario.config.driver
     if driver is not None and not driver.anew:
-        terminal.err.print(f"`--ego {driver.name}` tells also what new runs show", style="quiet", soft_wrap=True)
+        terminal.err.print(f"`{as_options(driver.name)}` tells also what new runs show", style="quiet", soft_wrap=True)
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     check_past(run, terminal)

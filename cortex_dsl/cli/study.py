@@ -15,6 +15,7 @@ from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
+    from engine.driving.names import Egos
     from engine.search.evaluations import Evaluations
     from engine.search.workers import Workers
     from engine.study.database import Study, StudyStore
@@ -74,7 +75,7 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def resume_study(
-    folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False, ego: str | None = None
+    folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False, ego: "Egos | None" = None
 ) -> int:
     """Go on with a study that was stopped or killed; show one that is complete again.
 

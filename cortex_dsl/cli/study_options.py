@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import Parser, add_dask, add_ego, add_jobs
+from cortex_dsl.console.command import Parser, add_dask, add_ego, add_jobs, driver_options
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
@@ -188,8 +188,7 @@ def _the_six(terminal: Terminal) -> list[Path]:
 
 
 def _run_request(options: argparse.Namespace) -> RunRequest:
-    batch = {} if options.ego_batch is None else {"ego_batch": options.ego_batch}
-    return RunRequest(seed=options.seed, ego=options.ego, **batch)
+    return RunRequest(seed=options.seed, **driver_options(options))
 
 
 def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Terminal) -> "Subject | Exit":

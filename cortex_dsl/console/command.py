@@ -11,13 +11,15 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import harmless
 from cortex_dsl.spelling import nearest
+from engine.driving.names import Egos, added
 from engine.frozen import frozen
+from engine.vocabulary import OBSERVABLE
 
 
 class Parser(argparse.ArgumentParser):
@@ -180,19 +182,60 @@ def add_dask(parser: Parser, what: str) -> None:
 
 
 def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
-    """--ego: who drives for a controller of the file; `batch`: how many scenes at once may be said too."""
+    """--ego: who drives for a controller of the file; `batch`: how many scenes at once, and what is observed, too."""
     parser.add_argument(
         "--ego",
         metavar="NAME",
-        help="driver of the ego: python:package.module:function or process:COMMAND",
+        action=_OneMoreDriver,
+        help="driver of the ego: python:package.module:function or process:COMMAND; of several controllers one for "
+        "each: --ego CONTROLLER=python:...",
     )
     if batch:
+        parser.add_argument(
+            "--ego-observes",
+            metavar="WHAT",
+            choices=OBSERVABLE,
+            help="what it observes: records of the file, where it has any, or egocentric, what is seen from its seat "
+            "(records)",
+        )
         parser.add_argument(
             "--ego-batch",
             metavar="N",
             type=whole_number(1, 10**6),
             help="scenes passed to this driver in one call (256)",
         )
+
+
+DRIVER_OPTIONS = ("ego", "ego_batch", "ego_observes")
+
+
+def driver_options(options: argparse.Namespace) -> dict[str, Any]:
+    """Those about the driver that were given.
+
+    Raises:
+        UsageError: there are some, and no driver.
+    """
+    given = {name: value for name in DRIVER_OPTIONS if (value := getattr(options, name)) is not None}
+    if given and "ego" not in given:
+        raise UsageError(f"--{next(iter(given)).replace('_', '-')} has no effect without a driver", "add --ego NAME")
+    return given
+
+
+class _OneMoreDriver(argparse.Action):
+    """Drivers of several controllers are named one after the other."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,  # noqa: ARG002 - argparse's
+    ) -> None:
+        before: Egos | None = getattr(namespace, self.dest)
+        egos = added(before, values)
+        if egos is None:
+            parser.error(f"--ego {values}: its controller has a driver; name others by --ego CONTROLLER=NAME")
+        setattr(namespace, self.dest, egos)
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:

@@ -8,7 +8,9 @@ from dataclasses import field
 from enum import Enum
 from pathlib import Path
 
+from engine.driving.names import Egos
 from engine.frozen import frozen
+from engine.vocabulary import RECORDS
 
 
 class Mode(Enum):
@@ -50,10 +52,12 @@ class RunRequest:
     profile: str = "paper"
     prune: bool = False
     jobs: int = 1
-    ego: str | None = None
-    """Who drives for a controller of the file."""
+    ego: Egos | None = None
+    """Who drives for the controllers of the file."""
     ego_batch: int = 256
     """Scenes that it is asked about at once."""
+    ego_observes: str = RECORDS
+    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
     target: float | None = None
     """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
 

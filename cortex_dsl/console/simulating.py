@@ -24,11 +24,12 @@ from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
+from engine.driving.names import words_of
 from engine.metrics import recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
 from engine.scenes import Scenes, Trajectory
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import RECORDS, EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
@@ -71,9 +72,9 @@ def _driver(run: RunRequest) -> "Driver | None":
     """
     if run.ego is None:
         return None
-    from engine.driving.named import named_driver
+    from engine.driving.named import driver_of
 
-    return named_driver(run.ego, run.ego_batch)
+    return driver_of(run.ego, run.ego_batch, run.ego_observes)
 
 
 def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
@@ -228,8 +229,9 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
         words += [] if value is None else [flag, f"{value!r}"]
     words += ["--prune"] if run.prune else []
     words += ["--engine", run.engine] if run.engine else []
-    words += ["--ego", run.ego] if run.ego else []
+    words += words_of(run.ego) if run.ego else []
     words += ["--ego-batch", str(run.ego_batch)] if run.ego_batch != RunRequest().ego_batch else []
+    words += ["--ego-observes", run.ego_observes] if run.ego_observes != RECORDS else []
     words += ["--profile", run.profile] if run.profile != "paper" else []
     return shlex.join(words)
 

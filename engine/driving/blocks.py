@@ -26,7 +26,7 @@ from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.streams import scene_in_words
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Verdict
+from engine.vocabulary import RECORDS, Verdict
 
 BLOCK = 256
 """Scenes that a controller is asked about at once."""
@@ -82,6 +82,8 @@ class Driver:
     """A controller, or a mapping from names to controllers."""
     block: int = BLOCK
     """Scenes that it is asked about at once; part of what decides a result."""
+    observe: str = RECORDS
+    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
     name: str = ""
     """What people know it by: `python:mine.planner:drive`."""
     digest: str = ""
@@ -99,7 +101,7 @@ class Driver:
         jobs: int = 1,
     ) -> Driven:
         """Drive all valid scenes."""
-        return drive(program, scenes, self.given, config, contact, self.block, jobs, self.known)
+        return drive(program, scenes, self.given, config, contact, self.block, jobs, self.observe, self.known)
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
@@ -124,6 +126,7 @@ def drive(
     contact: ContactConfig = CONTACT,
     block: int = BLOCK,
     jobs: int = 1,
+    observe: str = RECORDS,
     known: Known | None = None,
 ) -> Driven:
     """Drive all valid scenes by one controller, or a mapping from names to controllers.
@@ -134,10 +137,10 @@ def drive(
     seats = seats_of(program, driver)
     undecided = coasting(program, scenes)
     results = empty_results(program, requested(program, undecided))
-    lanes = Lanes(program, block, config, contact, jobs=jobs)
+    lanes = Lanes(program, block, config, contact, observe == RECORDS, jobs)
     actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
     for seat in seats:
-        seat.meet(block, observed(program), config.time_step)
+        seat.meet(block, observed(program, observe == RECORDS), config.time_step)
     work = _Work(lanes, seats, known or Known())
     for first in range(0, len(scenes), block):
         rows = np.arange(first, min(first + block, len(scenes)))

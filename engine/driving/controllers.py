@@ -10,6 +10,7 @@ Rows are lanes, scenes side by side, n of them at every call.
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from inspect import signature
 from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
@@ -56,12 +57,27 @@ def controller_of(name: str, driver: object) -> Controller:
     if isinstance(driver, Controller) and not isinstance(driver, type):
         return driver
     if callable(driver) and not isinstance(driver, type):
+        _refuse_other_arguments(name, driver)
         return _Memoryless(cast("Callable[[Floats], Floats]", driver))
     raise ControllerError(
         f"the controller `{name}` is not a function and lacks `reset` or `act`; its type is `{type(driver).__name__}`",
         "give a function of observations (n, d) to actions (n, a), or an object with `reset(lanes, keys)` and "
         "`act(observations, active)`",
     )
+
+
+def _refuse_other_arguments(name: str, function: Callable[..., Any]) -> None:
+    """Whatever is called with observations alone."""
+    try:
+        signature(function).bind(None)
+    except TypeError:
+        raise ControllerError(
+            f"the function for the controller `{name}` takes ({', '.join(signature(function).parameters)})",
+            "it is called with the observations (n, d) alone; to be told where scenes begin and which rows count, make "
+            "it an object with `reset(lanes, keys)` and `act(observations, active)`",
+        ) from None
+    except ValueError:  # of what is compiled nothing may be known
+        return
 
 
 def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
@@ -87,7 +103,8 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     if missing:
         raise ControllerError(
             f"nobody drives for the controller{'s' * (len(missing) > 1)} {', '.join(f'`{name}`' for name in missing)}",
-            "give a mapping from the name of each controller to who drives: `ego={" + f'"{missing[0]}": …' + "}`",
+            f"name who drives for each: `--ego {missing[0]}=python:module:function` on the command line, "
+            "`ego={" + f'"{missing[0]}": …' + "}` in Python",
         )
     return tuple(controller_of(name, drivers[name]) for name in names)
 
@@ -138,9 +155,11 @@ class Seat:
             LostError: it failed, or gave no such array.
         """
         timed = (times,) if isinstance(self.controller, Stack) else ()
-        return shaped(self.control, self._ask(lambda: self.controller.act(observations, active, *timed), "act"), active)
+        seen = f" for observations of shape {observations.shape}, as `scenario.environment().observations` names them"
+        given = self._ask(lambda: self.controller.act(observations, active, *timed), "act", seen)
+        return shaped(self.control, given, active)
 
-    def _ask(self, question: Callable[[], Any], what: str) -> Any:
+    def _ask(self, question: Callable[[], Any], what: str, about: str = "") -> Any:
         try:
             return question()
         except CortexError:
@@ -149,7 +168,7 @@ class Seat:
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
             raise LostError(
                 f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
-                "correct it; what was finished before is kept",
+                f"correct it{about}; what was finished before is kept",
             ) from error
 
 

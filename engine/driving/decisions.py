@@ -13,6 +13,7 @@ from engine.batch import simulate
 from engine.config import Config, ContactConfig, Drives, SimulationConfig
 from engine.control import numbers_decided
 from engine.driving.blocks import BLOCK, Driven
+from engine.driving.names import as_options
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.program import Program
@@ -20,6 +21,7 @@ from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.ranking import Case
 from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import RECORDS
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -42,6 +44,7 @@ class KeptActions:
     """Of the controller that decided …"""
     digest: str = ""
     block: int = BLOCK
+    observe: str = RECORDS
     anew: bool = False
 
     def drive(
@@ -62,7 +65,7 @@ class KeptActions:
             kept = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
             if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
                 raise ControllerError(
-                    f"what `{self.name}` decided in this scene is not kept", f"name it again: `--ego {self.name}`"
+                    f"what `{self.name}` decided in this scene is not kept", f"name it again: `{as_options(self.name)}`"
                 )
             actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
         scenes = replace(scenes, actions=actions)
@@ -92,6 +95,10 @@ class Recorder:
     @property
     def block(self) -> int:
         return self.driver.block
+
+    @property
+    def observe(self) -> str:
+        return self.driver.observe
 
     @property
     def anew(self) -> bool:

@@ -18,6 +18,7 @@ from engine.arguments import whole
 from engine.config import Config
 from engine.control import Action, Control
 from engine.driving.controllers import Seat, checked, meant, seats_of
+from engine.driving.named import driver_of
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.outcomes import Outcomes
@@ -30,7 +31,7 @@ from engine.search.objectives import Objective, Runs, objectives
 from engine.search.protocol import Sought
 from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Method, Verdict
+from engine.vocabulary import RECORDS, EndReason, Method, Verdict
 
 TRIES = 100
 """Episodes of a lane that may have no valid scene, one after the other."""
@@ -49,16 +50,16 @@ class Episodes:
         agents: Sequence[str] = (),
         others: Mapping[str, object] | None = None,
         reward: Sought = "risk",
-        observe: str = "records",
+        observe: str = RECORDS,
     ) -> None:
         self.program, self.config = program, config
-        self.lanes = _lanes(program, n, config, observe == "records")
+        self.lanes = _lanes(program, n, config, observe == RECORDS)
         self.agents = tuple(agents) or (meant(program),)
         self._numbers = [_number(program, name) for name in self.agents]
         self._others = _seats(program, self.agents, others or {})
         self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
         self._profile = PROFILES["paper"]
-        self.observations = observed(program, observe == "records")
+        self.observations = observed(program, observe == RECORDS)
         self._seen = [np.zeros((n, len(self.observations))) for _ in program.controls]
         self._everywhere = np.ones(n, dtype=bool)
         for seat, _ in self._others:
@@ -332,5 +333,6 @@ def _seats(program: Program, agents: Sequence[str], others: Mapping[str, object]
             "give it a driver: `others={" + f'"{missing[0]}": …' + "}`, or make it an agent",
         )
     rest = replace(program, controls=tuple(c for c in program.controls if c.controller not in agents))
-    seats = seats_of(rest, dict(others)) if rest.controls else ()
+    given = driver_of(others)
+    seats = seats_of(rest, given.given) if rest.controls and given is not None else ()
     return [(seat, _number(program, seat.control.controller)) for seat in seats]

@@ -14,11 +14,15 @@ from inspect import getsourcefile, unwrap
 from pathlib import Path
 from typing import Any, cast
 
+from engine.config import Drives
 from engine.driving.blocks import BLOCK, Driven, Driver
+from engine.driving.controllers import controllers_of
+from engine.driving.decisions import KeptActions, Recorder
+from engine.driving.names import FORMS, joined, parted
 from engine.driving.stacks import file_of, stack_of
 from engine.errors import ControllerError, nearest
-
-FORMS = "`python:package.module:function` or `process:COMMAND`"
+from engine.program import Program
+from engine.vocabulary import RECORDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +37,10 @@ class NamedDriver(Driver):
             return super().drive(*given, **named)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return named_driver, (self.name, self.block)
+        return driver_of, (parted(self.name), self.block, self.observe)
 
 
-def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
+def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> NamedDriver:
     """Load what a name stands for.
 
     Raises:
@@ -45,11 +49,12 @@ def named_driver(name: str, block: int = BLOCK) -> NamedDriver:
     kind, _, place = name.partition(":")
     if kind == "process":
         stack = stack_of(place)
-        return NamedDriver(stack, block, name, _digest_of(file_of(stack)))
+        return NamedDriver(stack, block, observe, name, _digest_of(file_of(stack)))
     module, _, function = place.rpartition(":")
     if kind != "python" or not module or not function:
         raise ControllerError(f"`{name}` names no driver", f"write {FORMS}")
-    return NamedDriver(_made(_found(_module(module), module, function), name), block, name, _digest(module))
+    given = _made(_found(_module(module), module, function), name)
+    return NamedDriver(given, block, observe, name, _digest(module))
 
 
 def _module(name: str) -> Any:
@@ -84,7 +89,7 @@ def _found(module: Any, name: str, function: str) -> Any:
     there = module
     for part in function.split("."):
         if not hasattr(there, part):
-            names: list[str] = [each for each in dir(there) if not each.startswith("_")]
+            names = [each for each in dir(there) if not each.startswith("_") and callable(getattr(there, each))]
             near = nearest(part, names)
             cure = f"did you mean `{near}`?" if near else "name a function, an object or a class of it"
             raise ControllerError(f"the module `{name}` has no `{function}`", cure)
@@ -115,26 +120,43 @@ def _digest_of(place: str | None) -> str:
     return "" if place is None or not Path(place).is_file() else sha256(Path(place).read_bytes()).hexdigest()
 
 
-# -- from Python -------------------------------------------------------------------------------------------------------
+# -- several, and from Python -----------------------------------------------------------------------------------------
 
 
-def driver_of(given: object, block: int = BLOCK) -> Driver | None:
-    """Return who is named from Python: a driver, its name, a controller, or a mapping from names to controllers."""
+def driver_for(program: Program, given: object, block: int = BLOCK, observe: str = RECORDS) -> Drives | None:
+    """Return who is named (`driver_of`), or what is kept of one; all controllers of the program have theirs.
+
+    Raises:
+        ControllerError: they have not.
+    """
+    if isinstance(given, KeptActions | Recorder):
+        return given
+    driver = driver_of(given, block, observe)
+    if driver is not None:
+        controllers_of(program, driver.given)
+    return driver
+
+
+def driver_of(given: object, block: int = BLOCK, observe: str = RECORDS) -> Driver | None:
+    """Return who is named: a driver, its name, a controller, or a mapping from names of controllers to these."""
     if given is None or isinstance(given, Driver):
         return given
     if isinstance(given, str):
-        return named_driver(given, block)
+        return named_driver(given, block, observe)
     if isinstance(given, Mapping):
-        several = cast("Mapping[str, object]", given)
-        parts = {name: part for name, each in several.items() if (part := driver_of(each, block)) is not None}
-        names = [f"{name}={part.name}" for name, part in parts.items()]
-        controllers = {name: part.given for name, part in parts.items()}
-        joined = sha256("".join(part.digest for part in parts.values()).encode()).hexdigest()
-        return Driver(controllers, block, ", ".join(names), joined)
+        return _several(cast("Mapping[str, object]", given), block, observe)
     source = unwrap(given) if callable(given) else type(given)
     name = f"{getattr(source, '__module__', '')}:{getattr(source, '__qualname__', type(given).__name__)}"
     try:
         place = getsourcefile(source)
     except TypeError:
         place = None
-    return Driver(given, block, name, _digest_of(place))
+    return Driver(given, block, observe, name, _digest_of(place))
+
+
+def _several(given: Mapping[str, object], block: int, observe: str) -> Driver:
+    parts = {name: part for name, each in given.items() if (part := driver_of(each, block, observe)) is not None}
+    kind = NamedDriver if all(isinstance(part, NamedDriver) for part in parts.values()) else Driver
+    names = joined({name: part.name for name, part in parts.items()})
+    digest = sha256("".join(part.digest for part in parts.values()).encode()).hexdigest()
+    return kind({name: part.given for name, part in parts.items()}, block, observe, names, digest)

@@ -21,6 +21,7 @@ from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.search.searchers import distribution_of
 from engine.search.typed import ManifestError, typed
 from engine.streams import method_number, old_number
+from engine.vocabulary import RECORDS
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
@@ -124,6 +125,8 @@ class DrivenBy:
     """Scenes that it was asked about at once."""
     reproducible: bool = True
     """Whether it drove a block alike that it was given twice."""
+    observe: str = RECORDS
+    """What it observed, of `engine.vocabulary.OBSERVABLE`."""
 
 
 @dataclass(frozen=True)
@@ -236,7 +239,7 @@ def make_manifest(
 
 def _driven_by(config: Config, reproducible: bool) -> DrivenBy | None:
     driver = config.driver
-    return None if driver is None else DrivenBy(driver.name, driver.digest, driver.block, reproducible)
+    return None if driver is None else DrivenBy(driver.name, driver.digest, driver.block, reproducible, driver.observe)
 
 
 def _settings(config: Config) -> dict[str, Any]:

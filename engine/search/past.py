@@ -60,7 +60,14 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
     return evaluations
 
 
-def who_drove(folder: Path, driven: DrivenBy | None, actions: Mapping[bytes, Floats], ego: object) -> Drives | None:
+def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> KeptActions:
+    """Who drove, until it is named again."""
+    return KeptActions(actions or {}, driven.name, driven.digest, driven.block, driven.observe)
+
+
+def who_drove(
+    folder: Path, driven: DrivenBy | Drives | None, actions: Mapping[bytes, Floats], ego: object
+) -> Drives | None:
     """Who drives again in the run of a folder: whoever is named, if that one did; else what is kept of the decisions.
     Nothing is loaded for the name in a journal.
 
@@ -71,9 +78,9 @@ def who_drove(folder: Path, driven: DrivenBy | None, actions: Mapping[bytes, Flo
         if ego is not None:
             raise StoreError(f"no controller drove in `{folder}`", "leave `--ego` out")
         return None
-    driver = driver_of(ego, driven.block)
+    driver = driver_of(ego, driven.block, driven.observe)
     if driver is None:
-        return KeptActions(actions, driven.name, driven.digest, driven.block)
+        return kept_actions(driven, actions)
     if (driver.name, driver.digest) != (driven.name, driven.digest):
         other = f"`{driver.name}` as it is now" if driver.name == driven.name else f"`{driver.name}`"
         raise StoreError(

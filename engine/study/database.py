@@ -27,13 +27,12 @@ from typing import Any
 import numpy as np
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
-from engine.driving.decisions import KeptActions
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
 from engine.search.manifest import DrivenBy
-from engine.search.past import who_drove
+from engine.search.past import kept_actions, who_drove
 from engine.search.protocol import SOUGHT
 from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
@@ -216,9 +215,7 @@ class Study:
         return replace(self, plan=replace(self.plan, subjects=subjects))
 
     def _driven(self, subject: Subject, ego: object) -> Subject:
-        known = subject.config.driver
-        driven = None if known is None else DrivenBy(known.name, known.digest, known.block)
-        driver = who_drove(self.folder, driven, {}, ego)
+        driver = who_drove(self.folder, subject.config.driver, {}, ego)
         return replace(subject, config=replace(subject.config, driver=driver))
 
     @property
@@ -321,7 +318,7 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
         contact=ContactConfig(**parts["contact"]),
         search=SearchConfig(**parts["search"]),
         ga=GAConfig(**parts["ga"]),
-        driver=None if driven is None else KeptActions({}, driven["name"], driven["digest"], driven["block"]),
+        driver=None if driven is None else kept_actions(DrivenBy(**driven)),
     )
     return Subject(name, file, program, config)
 

@@ -51,7 +51,7 @@ class SearchReport:
     name: str = ""
     """Of the method, where it is not one of ours."""
     driver: str = ""
-    """Who drives what the file leaves to a controller, as `--ego` names it; "" where nobody does."""
+    """The options that name who drives what the file leaves to a controller; "" where nobody does."""
 
     @property
     def method(self) -> str:

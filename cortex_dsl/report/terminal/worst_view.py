@@ -164,7 +164,7 @@ def worst_files(report: SearchReport) -> RenderableType | None:
         return None
     first, last = report.worst_files[0], report.worst_files[-1]
     text = quote(as_argument(first)) + ("" if first == last else f" .. {last.name}")
-    drives = f" --ego {quote(report.driver)}" if report.driver else ""
+    drives = f" {report.driver}" if report.driver else ""
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}{drives}")
 
 

@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 import cortex_dsl as cx
+from cortex_dsl.api.runs import every_case
 from cortex_dsl.cli.entry import main
 from engine.errors import ControllerError
 from engine.search.store import StoreError
+from engine.vocabulary import Verdict
 from tests.journals import unchain
 
 TEXT = """
@@ -47,7 +49,8 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "planner_of_mine.py").write_text(PLANNER, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "planner_of_mine", raising=False)
+    for module in ("planner_of_mine", "slow_of_mine", "planner", "fuzz"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
     return tmp_path
 
 
@@ -117,8 +120,12 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
     assert main(["report", "run", "--cases", "1"]) == 0
     assert main(["verify", "run", "--model", "dynamic", "--worst", "1"]) == 0
     capsys.readouterr()
+    assert main(["resume", "run"]) == 0
+    assert "effect" in capsys.readouterr().out
     assert main(["resume", "run", "--generations", "3"]) == 2
-    assert "decided in this scene is not kept" in capsys.readouterr().err.replace("\n", " ")
+    said = capsys.readouterr().err
+    assert said.startswith("cortexc: `python:planner_of_mine:drive` drove in `run`, and drives on in it\n")
+    assert "going on" not in said
     assert main(["resume", "run", "--generations", "3", *EGO]) == 0
     whole = rows("run")
     assert main(["mine.scn", "--random", "--generations", "3", "--population", "4", *EGO, "--out", "whole"]) == 0
@@ -153,6 +160,98 @@ def test_what_is_kept_of_a_search_is_what_it_was(home: Path, driver: str, more: 
     assert main([*search, *more, "--ego", f"python:{driver}:drive", "--out", "run"]) == 0
     assert main(["verify", "run"]) == 0
     assert main(["report", "run"]) == 0
+
+
+@pytest.mark.parametrize("goal", [(), ("--objective", "controller")], ids=["risk", "failures"])
+def test_scenes_over_which_a_driver_fails_are_kept(
+    home: Path, capsys: pytest.CaptureFixture[str], goal: tuple[str, ...]
+) -> None:
+    """As scenarios that fail again, named in words by generation and place; a search for them has them first."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "fuzz.py").write_text(FUZZ.replace("15.0", "13.0"), encoding="utf-8")
+    drives = ("--ego", "python:fuzz:drive")
+    search = ("crossing.scn", "--ga", "--generations", "3", "--population", "20", "--seed", "2", *drives)
+    assert main([*search, *goal, "--out", "run"]) == 0
+    out = capsys.readouterr().out
+    run = cx.open_run("run")
+    evaluations = run.record.evaluations
+    lost = evaluations.rollouts.verdict[evaluations.simulated, 0] == Verdict.CONTROLLER
+    failed = f"{lost.sum()} failures of the driver" if goal else f"the driver failed in {lost.sum()} simulations"
+    assert failed in out
+    log = Path("run/controller.log").read_text(encoding="utf-8").splitlines()
+    assert len(log) == lost.sum() > 10
+    generation, place = evaluations.places[evaluations.simulated][lost][0].tolist()
+    assert log[0].startswith(f"the controller `ego` gave throttle = nan, in generation {generation}, place {place} at ")
+    assert len(list(Path("run/failures").iterdir())) == 10
+    assert main(["run/failures/01.scn", *drives]) == 2
+    assert log[0] in " ".join(capsys.readouterr().err.split())
+    first = next(case for case in every_case(run) if case.lost) if goal else None
+    assert (first is None) == (not goal)
+    if first is not None:
+        assert first.rank == 1
+        assert main(["run/worst/01.scn", *drives]) == 2
+        for command in (["replay", "run", "--to", "x.svg"], ["export", "run", "--to", "csv", "--out", "x"]):
+            assert main(command) == 2
+            assert "the driver failed over case 1" in capsys.readouterr().err
+    assert main(["export", "run", "--top", "3", "--to", "csv", "--out", "some"]) == 0
+    assert main(["report", "run"]) == 0
+    assert ("Over cases 1 to 10 the driver failed" in Path("run/report.html").read_text("utf-8")) == bool(goal)
+
+
+DUEL = TEXT.replace("with speed 0", 'with speed 0, with behavior ExternalBehavior("lead", actions="speed")')
+SLOW = """
+import numpy as np
+
+def creep(seen):
+    return np.tile([2.0, 0.0], (len(seen), 1))
+"""
+
+
+def test_each_controller_has_its_driver(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Several are named one after the other, in a search, in processes of a study, and to go on."""
+    (home / "duel.scn").write_text(DUEL, encoding="utf-8")
+    (home / "slow_of_mine.py").write_text(SLOW, encoding="utf-8")
+    both = ("--ego", "ego=python:planner_of_mine:drive", "--ego", "lead=python:slow_of_mine:creep")
+    assert main(["duel.scn", *both]) == 0
+    assert main(["duel.scn", *SMALL, *both, "--out", "run"]) == 0
+    assert f"--ego {both[1]} --ego {both[3]}" in " ".join(capsys.readouterr().out.split())
+    assert main(["resume", "run", "--generations", "3", *both]) == 0
+    study = ("study", "duel.scn", "--runs", "2", "--generations", "1", "--population", "4", "--methods", "random")
+    assert main([*study, *both, "--jobs", "2", "--out", "study"]) == 0
+    capsys.readouterr()
+    for words, said in (
+        (EGO, "nobody drives for the controller `lead`"),
+        ((*both, *both[:2]), "--ego ego=python:planner_of_mine:drive: its controller has a driver"),
+        ((*EGO, *EGO), "--ego python:planner_of_mine:drive: its controller has a driver"),
+        ((*both[:2], "--ego", "leed=python:slow_of_mine:creep"), "has no controller `leed`"),
+    ):
+        assert main(["duel.scn", *words]) == 2
+        assert said in " ".join(capsys.readouterr().err.split())
+    duel = cx.load("duel.scn")
+    with pytest.raises(ControllerError, match="has no controller `leed`"):
+        duel.driven_by({"leed": "python:slow_of_mine:creep"})
+    arena = duel.environment(2, others={"lead": "python:slow_of_mine:creep"})
+    assert arena.reset(seed=1).shape == (2, len(arena.observations))
+
+
+def test_what_a_driver_observes_is_kept(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """And how to have a run again names it."""
+    (home / "mine.scn").write_text(f'{TEXT}record ego.speed as "speed"\n', encoding="utf-8")
+    assert main(["mine.scn", *SMALL, *EGO, "--ego-observes", "egocentric", "--out", "run"]) == 0
+    assert "--ego-observes egocentric" in " ".join(capsys.readouterr().out.split())
+    driven = cx.open_run("run", ego=EGO[1]).scenario.config.driver
+    assert driven is not None
+    assert driven.observe == "egocentric"
+    assert main(["mine.scn", "--ego-observes", "egocentric"]) == 2
+    assert "--ego-observes has no effect without a driver" in capsys.readouterr().err
+
+
+def test_a_study_tries_its_driver_before_it_begins(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (home / "planner_of_mine.py").write_text(PLANNER.replace("0.5, 0.0, 0.0", "0.5, 0.0"), encoding="utf-8")
+    assert main(["study", "mine.scn", "--runs", "2", *EGO, "--out", "study"]) == 2
+    assert "gave actions of shape (256, 2); expected (256, 3)" in " ".join(capsys.readouterr().err.split())
+    assert not Path("study").exists()
 
 
 def rows(folder: str) -> list[tuple[object, ...]]:

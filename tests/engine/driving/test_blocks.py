@@ -375,13 +375,13 @@ def test_wrong_shapes_are_told() -> None:
 
 def test_nan_is_told() -> None:
     error = refused(lambda seen: np.full((len(seen), 3), np.nan))
-    assert error.message == "the controller `ego` gave throttle = nan in lane 0 at 0.00 s"
+    assert error.message == "the controller `ego` gave throttle = nan, in scene 0 at 0.00 s"
     assert error.cure == "throttle lies in 0 .. 1: look for what makes it no number"
 
 
 def test_out_of_range_is_told() -> None:
     error = refused(lambda seen: np.tile([0.0, 1.5, 0.0], (len(seen), 1)))
-    assert error.message == "the controller `ego` gave brake = 1.5 in lane 0 at 0.00 s"
+    assert error.message == "the controller `ego` gave brake = 1.5, in scene 0 at 0.00 s"
     assert error.cure == "brake lies in 0 .. 1: `numpy.clip` holds it there"
 
 
@@ -411,10 +411,19 @@ def test_a_forgotten_return_is_told() -> None:
     assert refused(lambda seen: None).message == "the controller `ego` gave nothing: it returns None"
 
 
-def test_a_function_that_takes_nothing_is_told_without_a_place_in_our_files() -> None:
-    message = refused(lambda: None).message
-    assert "takes 0 positional arguments but 1 was given" in message
-    assert "line" not in message
+@pytest.mark.parametrize(
+    ("function", "takes"), [(lambda: None, "()"), (lambda seen, active: seen, "(seen, active)")], ids=["none", "two"]
+)
+def test_a_function_of_other_arguments_is_told(function: Callable[..., object], takes: str) -> None:
+    error = refused(function)
+    assert error.message == f"the function for the controller `ego` takes {takes}"
+    assert "`act(observations, active)`" in error.cure
+
+
+def test_a_driver_of_another_width_is_told_what_it_was_given() -> None:
+    error = refused(lambda seen: seen[:, [999]])
+    assert "raised IndexError in `act`" in error.message
+    assert f"observations of shape (2, {len(EGOCENTRIC)})" in error.cure
 
 
 # -- one scene, and not the command ------------------------------------------------------------------------------------
@@ -477,7 +486,48 @@ def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureF
     done = drive(scenario.program, scenes, Choosy(bad, raises, times=1), scenario.config.simulation, block=8)
     same(done.outcomes, drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8).outcomes)
     assert len(done.remarks) == 1
+    done.tell()
     assert "raised ZeroDivisionError in `act`: no gap" in caplog.text
+
+
+def test_failures_are_told_by_scene_and_in_brief(caplog: pytest.LogCaptureFixture) -> None:
+    """Each with its scene; on the way a line for each way of failing."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(8, seed=3)
+    bad = np.flatnonzero(scenes.valid)[1:4].tolist()
+    done = drive(scenario.program, scenes, Choosy(bad, raises), scenario.config.simulation, block=8).tell()
+    said = [f"in scene {number} at " in remark for number, remark in zip(bad, done.remarks, strict=True)]
+    assert said == [True] * 3
+    assert caplog.text.count("no gap") == 1
+    assert "and 2 scenes more" in caplog.text
+
+
+def test_who_has_answered_is_no_broken_driver() -> None:
+    """It may fail over all scenes of a later block; one that has never answered ends the command."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes, whims = scenario.sample(8, seed=3), iter([cruising])
+    driver = Driver(lambda seen: next(whims, lambda _: np.full((len(seen), 3), np.nan))(seen), block=8)
+    with pytest.raises(ControllerError):
+        Driver(lambda seen: np.full((len(seen), 3), np.nan)).drive(scenario.program, scenes)
+    for _ in range(2):
+        done = driver.drive(scenario.program, scenes)
+        assert (done.scenes.verdict[scenes.valid] == Verdict.CONTROLLER).all()
+
+
+def test_a_driver_may_observe_what_is_seen_instead_of_what_is_recorded() -> None:
+    """As an environment does, so that a policy drives by what it was trained on."""
+    text = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)").compiled.source.text
+    scenario, widths = cx.compile_text(f'{text}\nrecord ego.speed as "speed"\n'), list[int]()
+
+    def noting(seen: Floats) -> Floats:
+        widths.append(seen.shape[1])
+        return np.zeros((len(seen), 3))
+
+    for observe in ("records", "egocentric"):
+        scenario.driven_by(noting, observe=observe).sample(1, seed=3)
+    assert set(widths) == {1, len(EGOCENTRIC)}
+    with pytest.raises(cx.CortexError, match="observe"):
+        scenario.driven_by(noting, observe="seen")
 
 
 def test_a_search_looks_for_scenes_over_which_a_controller_fails() -> None:

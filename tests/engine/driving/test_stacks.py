@@ -347,5 +347,5 @@ def test_what_cannot_be_started_is_told(scenario: cx.Scenario) -> None:
 def test_nan_of_a_process_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
     """As of any other."""
     name = client(tmp_path, "write.write(np.full((n, 3), np.nan).astype('<f8').tobytes())")
-    with pytest.raises(ControllerError, match="the controller `ego` gave throttle = nan in lane 0"):
+    with pytest.raises(ControllerError, match="the controller `ego` gave throttle = nan, in scene 0"):
         driven(scenario, name)
