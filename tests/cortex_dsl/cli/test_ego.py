@@ -180,10 +180,10 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     failed = f"{lost.sum()} failures of the driver" if goal else f"the driver failed in {lost.sum()} simulations"
     assert failed in out
     log = Path("run/controller.log").read_text(encoding="utf-8").splitlines()
-    assert len(log) == lost.sum() > 10
+    assert len(log) == lost.sum() > 5
     generation, place = evaluations.places[evaluations.simulated][lost][0].tolist()
     assert log[0].startswith(f"the controller `ego` gave throttle = nan, in generation {generation}, place {place} at ")
-    assert len(list(Path("run/failures").iterdir())) == 10
+    assert len(list(Path("run/failures").iterdir())) == min(10, lost.sum())
     assert main(["run/failures/01.scn", *drives]) == 2
     assert log[0] in " ".join(capsys.readouterr().err.split())
     first = next(case for case in every_case(run) if case.lost) if goal else None
