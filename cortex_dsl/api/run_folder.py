@@ -193,6 +193,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
 
 
 def _note_failures(path: Path, recorder: Recorder | None) -> None:
+    """Keep in words where a controller failed."""
     if recorder is not None and recorder.failures:
         with store_errors(path), path.open("a", encoding="utf-8") as file:
             file.writelines(f"{failure}\n" for failure in recorder.failures)

@@ -69,15 +69,17 @@ def controller_of(name: str, driver: object) -> Controller:
 def _refuse_other_arguments(name: str, function: Callable[..., Any]) -> None:
     """Whatever is called with observations alone."""
     try:
-        signature(function).bind(None)
+        arguments = signature(function)
+    except (TypeError, ValueError):  # of what is compiled nothing may be known
+        return
+    try:
+        arguments.bind(None)
     except TypeError:
         raise ControllerError(
-            f"the function for the controller `{name}` takes ({', '.join(signature(function).parameters)})",
+            f"the function for the controller `{name}` takes ({', '.join(arguments.parameters)})",
             "it is called with the observations (n, d) alone; to be told where scenes begin and which rows count, make "
             "it an object with `reset(lanes, keys)` and `act(observations, active)`",
         ) from None
-    except ValueError:  # of what is compiled nothing may be known
-        return
 
 
 def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:

@@ -420,6 +420,18 @@ def test_a_function_of_other_arguments_is_told(function: Callable[..., object], 
     assert "`act(observations, active)`" in error.cure
 
 
+def test_a_driver_of_whose_arguments_nothing_is_known_is_asked() -> None:
+    """As some that are compiled: what is wrong with it shows when it is called."""
+
+    class Compiled:
+        __signature__ = "none"
+
+        def __call__(self, seen: Floats) -> Floats:
+            return np.zeros((len(seen), 2))
+
+    assert "gave actions of shape (2, 2); expected (2, 3)" in refused(Compiled()).message
+
+
 def test_a_driver_of_another_width_is_told_what_it_was_given() -> None:
     error = refused(lambda seen: seen[:, [999]])
     assert "raised IndexError in `act`" in error.message
