@@ -1,9 +1,11 @@
-"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them."""
+"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them, and with
+`--ego` what becomes of them.
+"""
 
 import shlex
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,16 +15,24 @@ from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import announce_compilation, draw, open_scenario, perform_run, show_misplaced
+from cortex_dsl.console.simulating import (
+    announce_compilation,
+    draw,
+    failure_of,
+    open_scenario,
+    perform_run,
+    show_misplaced,
+)
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.driven_runs import DrivenRuns, runs_content
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
 from cortex_dsl.report.terminal.progress import with_progress
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.sample_view import sample_view
+from cortex_dsl.report.terminal.sample_view import driven_view, sample_view
 from engine.config import SimulationConfig
 from engine.feasibility import explain
 from engine.program import Program
@@ -31,6 +41,7 @@ from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
+    from engine.driving.blocks import Driven
 
 CROWD = 300
 """Actors from which a command says that it takes long."""
@@ -90,40 +101,101 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 
 CHUNK = 20_000
 """Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
+DRIVEN = 4_096
+"""So many where somebody drives, or as many as are asked about at once: what is decided in each is kept until it is
+counted.
+"""
+
+
+@dataclass
+class _Sampled:
+    """What there is to tell of the scenes so far."""
+
+    tally: Tally = field(default_factory=Tally)
+    runs: DrivenRuns = field(default_factory=DrivenRuns)
+    mistake: Diagnostic | None = None
+    interrupted: bool = False
 
 
 def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, terminal: Terminal) -> int:
-    """Draw scenes, and count what was rejected, and why."""
+    """Draw scenes, and count what was rejected, and why; with a driver, drive them and count what became of them."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
     program, scenario = compiled.program, open_scenario(request, run, compiled)
-    config = scenario.config.simulation
     announce_compilation(terminal)
     _announce_crowd(scenario, terminal)
     if not request.json and explain(program).infeasible:
         return _infeasible(compiled, request, run, terminal)
-    _warm_up(program, config)
-    start, tally, interrupted = time.perf_counter(), Tally(), False
-    try:
-        for scenes in with_progress(terminal.err, samples, _chunks(program, run, samples, config)):
-            tally = tally.plus(scenes)
-            if (mistake := _undefined(scenario, scenes)) is not None:
-                show(compiled.source, [mistake], request, terminal, failed=True)
-                return Exit.DIAGNOSTICS
-    except KeyboardInterrupt:
-        interrupted = True
+    _warm_up(program, scenario.config.simulation)
+    start = time.perf_counter()
+    sampled = _sampled(scenario, run, samples, terminal)
     seconds = time.perf_counter() - start
+    if sampled.mistake is not None:
+        show(compiled.source, [sampled.mistake], request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
+    until = f", interrupted before {samples:,}" if sampled.interrupted else ""
+    _show(request, run, scenario, sampled, seconds, f"seed {run.seed or 0}{until}", terminal)
+    if sampled.interrupted:
+        return Exit.INTERRUPTED
+    return Exit.FINE if sampled.tally.valid else Exit.NO_SCENE
+
+
+def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Terminal) -> _Sampled:
+    """All scenes, or those before Ctrl-C, or before the first that shows a mistake of the file.
+
+    Raises:
+        ControllerError: nobody is driven from outside, or the driver cannot be asked.
+    """
+    sampled = _Sampled()
+    try:
+        for scenes in with_progress(terminal.err, samples, _chunks(scenario, run, samples)):
+            sampled.tally = sampled.tally.plus(scenes)
+            sampled.mistake = _undefined(scenario, scenes)
+            if sampled.mistake is None and scenario.config.driver is not None:
+                _drive(sampled, scenario, scenes, run.jobs)
+            if sampled.mistake is not None:
+                break
+    except KeyboardInterrupt:
+        sampled.interrupted = True
+    return sampled
+
+
+def _drive(sampled: _Sampled, scenario: Scenario, scenes: Scenes, jobs: int) -> None:
+    """Drive scenes, and count how their runs ended."""
+    from engine.avoidability import blame
+
+    program, config = scenario.program, scenario.config
+    assert config.driver is not None
+    done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
+    errors = np.flatnonzero(done.outcomes.verdict == Verdict.ERROR)
+    if len(errors):
+        sampled.mistake = failure_of(scenario, done.scenes, done.outcomes, int(errors[0]))
+        return
+    said = blame(program, done.tell().scenes, config.simulation, config.contact, jobs)
+    sampled.runs = sampled.runs.plus(done.outcomes, said)
+
+
+def _show(
+    request: CompileRequest,
+    run: RunRequest,
+    scenario: Scenario,
+    sampled: _Sampled,
+    seconds: float,
+    note: str,
+    terminal: Terminal,
+) -> None:
+    """Show what was counted."""
+    program, driver, tally = scenario.program, scenario.config.driver, sampled.tally
     blame = _account(program, run) if tally.scenes and not tally.always else None
-    seed = f"seed {run.seed or 0}" + (f", interrupted before {samples:,}" if interrupted else "")
     if request.json:
         content = {"file": request.file, **_content(program, run, tally, blame)}
-        terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": interrupted}))
+        content |= {} if driver is None else {"driven": runs_content(sampled.runs, driver.name)}
+        terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": sampled.interrupted}))
+    elif driver is not None and tally.scenes:
+        terminal.out.print(sample_view(program, tally, 0.0, note, blame, driven_view(sampled.runs, driver.name)))
     elif tally.scenes:
-        terminal.out.print(sample_view(program, tally, seconds, seed, blame))
-    if interrupted:
-        return Exit.INTERRUPTED
-    return Exit.FINE if tally.valid else Exit.NO_SCENE
+        terminal.out.print(sample_view(program, tally, seconds, note, blame))
 
 
 def _infeasible(compiled: Compiled, request: CompileRequest, run: RunRequest, terminal: Terminal) -> Exit:
@@ -156,14 +228,15 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
     return undefined_value(scenario.compiled, scenes, int(errors[0])) if len(errors) else None
 
 
-def _chunks(program: Program, run: RunRequest, samples: int, config: SimulationConfig) -> Iterator[Scenes]:
-    """All scenes, some at a time."""
+def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scenes]:
+    """All scenes, some at a time; of those that are driven, whole blocks."""
     from engine.feasibility.pruning import pruner
     from engine.sampling import draw_genomes, rows_at_once, sample
     from engine.streams import key_rows
 
+    program, config, driver = scenario.program, scenario.config.simulation, scenario.config.driver
     prune = pruner(program) if config.prune else None
-    chunk = rows_at_once(program, CHUNK)
+    chunk = rows_at_once(program, CHUNK) if driver is None else driver.block * max(1, DRIVEN // driver.block)
     for first in range(0, samples, chunk):
         indices = np.arange(first, min(first + chunk, samples))
         keys = key_rows(run.seed or 0, Method.SAMPLE, 0, 0, indices)

@@ -99,7 +99,10 @@ def _add_modes(parser: Parser) -> None:
         help="search by another method, or by several: niching,cmaes; `--method list` lists them all",
     )
     group.add_argument(
-        "--sample", metavar="N", type=whole_number(1, 10**9), help="draw N scenes and count what was rejected, and why"
+        "--sample",
+        metavar="N",
+        type=whole_number(1, 10**9),
+        help="draw N scenes and count what was rejected, and why; with --ego: drive them, and count collisions",
     )
     group.add_argument("--check", action="store_true", help="compile only, and show the diagnostics")
     stages = ("tree", "ast", "ir", "program")
@@ -282,7 +285,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Seque
     idle = {
         Mode.SEARCH: ("target",),
         Mode.RUN: (*SEARCH_OPTIONS, "jobs"),
-        Mode.SAMPLE: (*SEARCH_OPTIONS, *DRIVER_OPTIONS, "engine", "profile"),
+        Mode.SAMPLE: (*SEARCH_OPTIONS, "engine", "profile"),
     }
     for name in idle.get(mode, (*SEARCH_OPTIONS, *RUN_OPTIONS)):
         if getattr(options, name) is not None:

@@ -163,7 +163,8 @@ def _in_brief(failures: Sequence[ControllerError]) -> Iterator[str]:
     for failure in failures:
         alike.setdefault(failure.what, []).append(failure)
     for first, *more in [*alike.values()][:TOLD]:
-        yield f"{first.message}{f', and {len(more):,} scenes more' if more else ''}"
+        others = f", and {len(more):,} scene{'s' * (len(more) > 1)} more" if more else ""
+        yield f"{first.message}{others}"
     if rest := [*alike.values()][TOLD:]:
         yield f"and {sum(map(len, rest)):,} failures of other kinds"
 

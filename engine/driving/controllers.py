@@ -23,6 +23,9 @@ from engine.kernels.orders import are_within
 from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
+QUOTED = 300
+"""Characters of what an error says."""
+
 
 # -- controllers -------------------------------------------------------------------------------------------------------
 @runtime_checkable
@@ -169,9 +172,15 @@ class Seat:
         except (Exception, SystemExit) as error:
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
             raise LostError(
-                f"{who} raised {kind} in `{what}`: {error}{_place(error)}",
+                f"{who} raised {kind} in `{what}`: {_in_short(error)}{_place(error)}",
                 f"correct it{about}; what was finished before is kept",
             ) from error
+
+
+def _in_short(error: BaseException) -> str:
+    """What it says, in a line: some quote all that they were given."""
+    text = " ".join(str(error).split())
+    return text if len(text) <= QUOTED else f"{text[:QUOTED]}…"
 
 
 def _place(error: BaseException) -> str:

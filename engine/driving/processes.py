@@ -1,7 +1,7 @@
 """The process of a stack: how it is started, what it is handed by number, and its end (`engine.driving.stacks`).
 
 It gets two pipes and, where the system has it, memory that both see, and writes what it prints into a log. It is ended
-with all that it has started.
+with all of its session.
 """
 
 import math

@@ -18,7 +18,8 @@ the `actions`, stand in it; `CORTEXC_MEMORY` is its number. A stack that adds `"
 sent the number of each question alone, reads the rest there, leaves its actions there, and answers with one byte.
 
 A stack that dies, hangs up, takes longer than `LATE` over an answer, or answers more than it was asked is killed with
-all that it has started.
+all that it has started, but what has left its session, as a daemon does. One that only starts another, and ends with
+exit code 0, has not died.
 """
 
 import json
@@ -46,6 +47,8 @@ LATE = 30.0
 """Over an answer [s]; a stack that computes for longer has stopped."""
 BEGINNING = 120.0
 """Until it has answered the first line [s]: it may load weights."""
+GLANCE = 0.25
+"""So often it is looked at while it does not answer [s]."""
 STARTS = 3
 """Without an answer, after which there is nothing to be had."""
 TAIL = 300
@@ -152,7 +155,7 @@ class Stack:
             version = said["version"]
         except (ValueError, KeyError, TypeError, RecursionError):
             version = answer[:80].decode(errors="replace")
-        if version != VERSION:
+        if type(version) is not int or version != VERSION:  # true is 1, too
             self.close()
             raise ControllerError(
                 f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
@@ -210,7 +213,7 @@ class Stack:
 
     def _send(self, running: Process, question: list[memoryview], end: float) -> None:
         while question:
-            self._wait(running.write, select.POLLOUT, end)
+            self._wait(running, running.write, select.POLLOUT, end)
             written = os.writev(running.write, question)
             while question and written >= len(question[0]):
                 written -= len(question.pop(0))
@@ -221,7 +224,7 @@ class Stack:
         parts: list[bytes] = []
         there = 0
         while there < size or (size < 0 and not (parts and parts[-1].endswith(b"\n"))):
-            self._wait(running.read, select.POLLIN, end, there)
+            self._wait(running, running.read, select.POLLIN, end, there)
             part = os.read(running.read, size - there if size >= 0 else 1)
             if not part:
                 raise EOFError
@@ -229,11 +232,20 @@ class Stack:
             there += len(part)
         return b"".join(parts)
 
-    def _wait(self, pipe: int, event: int, end: float, there: int = 0) -> None:
+    def _wait(self, running: Process, pipe: int, event: int, end: float, there: int = 0) -> None:
+        """Wait for a pipe, of which another may keep the far end open when the stack itself has died.
+
+        Raises:
+            TimeoutError: `there`, it was late.
+            EOFError: the stack has died.
+        """
         poll = select.poll()
         poll.register(pipe, event)
-        if not poll.poll(max(0.0, 1000.0 * (end - time.monotonic()))):
-            raise TimeoutError(there)
+        while not poll.poll(1000.0 * max(0.0, min(GLANCE, end - time.monotonic()))):
+            if running.process.poll() and not poll.poll(0):
+                raise EOFError
+            if time.monotonic() >= end:
+                raise TimeoutError(there)
 
     # -- what it printed ---------------------------------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
-"""Scenes that are drawn and not run: many of them as counts, one from above."""
+"""Scenes that are drawn: many of them as counts, and what became of them where somebody drove; one from above."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cortex_dsl.report.findings.case_replay import outline_corners
+from cortex_dsl.report.findings.driven_runs import ENDINGS, DrivenRuns
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, ratio, speed_unit, whole
 from cortex_dsl.report.findings.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.terminal.canvas import Canvas
@@ -36,9 +37,14 @@ BAR = 16
 
 
 def sample_view(
-    program: Program, tally: Tally, seconds: float, reproduce: str, account: "Account | None" = None
+    program: Program,
+    tally: Tally,
+    seconds: float,
+    reproduce: str,
+    account: "Account | None" = None,
+    driven: RenderableType | None = None,
 ) -> RenderableType:
-    """The whole report of `--sample N`."""
+    """The whole report of `--sample N`; `seconds`: of drawing alone, 0 where that is not known."""
     rate = tally.attempts / seconds if seconds > 0 else 0.0
     attempts = Text.assemble(
         counted(tally.attempts, "attempt"),
@@ -50,6 +56,7 @@ def sample_view(
     return Group(
         title_of(program),
         section(counted(tally.scenes, "scene"), Group(*drawing), reproduce),
+        *([] if driven is None else [driven]),
         section("Requirements", requirements, "tested only if the earlier ones held"),
         *(
             []
@@ -72,21 +79,35 @@ def _params_kept(program: Program, tally: Tally) -> list[Text]:
 
 def verdicts_table(tally: Tally) -> RenderableType:
     """Every verdict that occurred, and `valid` always."""
-    rows = []
-    for verdict, style, meaning in VERDICTS:
-        count = int(tally.verdicts[verdict])
-        if count or verdict == Verdict.VALID:
-            share = ratio(count, tally.scenes)
-            rows.append(
-                (
-                    Text(verdict.name.lower(), style),
-                    Text(whole(count)),
-                    Text(percent(share)),
-                    Text(bar(share, 1.0, BAR), style),
-                    Text(meaning, "quiet"),
-                )
-            )
-    return columns(left(), right(), right(), left(), left(wrap=True), rows=rows)
+    every = (
+        (Text(verdict.name.lower(), style), int(tally.verdicts[verdict]), what) for verdict, style, what in VERDICTS
+    )
+    return _shares(tally.scenes, every)
+
+
+def _shares(total: int, rows: Iterable[tuple[Text, int, str]]) -> RenderableType:
+    """A line for each word with its count, its share and its meaning: for the first, and what occurred of the rest."""
+    shown = [
+        (word, Text(whole(count)), Text(percent(ratio(count, total))), _bar(count, total, word), Text(meaning, "quiet"))
+        for number, (word, count, meaning) in enumerate(rows)
+        if count or not number
+    ]
+    return columns(left(), right(), right(), left(), left(wrap=True), rows=shown)
+
+
+def _bar(count: int, total: int, word: Text) -> Text:
+    return Text(bar(ratio(count, total), 1.0, BAR), word.style)
+
+
+def driven_view(runs: DrivenRuns, driver: str) -> RenderableType:
+    """What became of scenes that somebody drove."""
+    rows = ((Text(word, style), runs[ending], meaning) for ending, (word, style, meaning) in ENDINGS.items())
+    parts: list[RenderableType] = [_shares(runs.driven, rows)]
+    if runs.valid:
+        low, high = runs.interval
+        rate = f"{percent(ratio(runs.collisions, runs.valid), 2)} of {counted(runs.valid, 'run')}"
+        parts += [Text(), Text(f"collisions in {rate}; 95 % interval {percent(low, 2)} .. {percent(high, 2)}")]
+    return section(f"{counted(runs.driven, 'scene')} driven", Group(*parts), f"by {driver}")
 
 
 # -- one scene before anything moves: place and speed of each actor, and the way that it will take ---------------------

@@ -10,6 +10,7 @@ import pytest
 
 import cortex_dsl as cx
 from cortex_dsl.api.runs import every_case
+from cortex_dsl.cli import draw_modes
 from cortex_dsl.cli.entry import main
 from engine.errors import ControllerError
 from engine.search.store import StoreError
@@ -296,6 +297,39 @@ def test_a_study_is_driven(home: Path) -> None:
     words = ["study", "mine.scn", "--runs", "2", "--generations", "1", "--population", "4", "--methods", "random", *EGO]
     assert main([*words, "--jobs", "1", "--out", "study"]) == 0
     assert cx.study("mine.scn", "random", 2, generations=1, population=4, ego=EGO[1]).complete
+
+
+def test_drawn_scenes_are_driven(
+    home: Path,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And counted by how they end, some at a time, as Python would count them."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "fuzz.py").write_text(FUZZ.replace("15.0", "13.0"), encoding="utf-8")
+    monkeypatch.setattr(draw_modes, "DRIVEN", 64)
+    drawn = ("crossing.scn", "--sample", "200", "--seed", "3", "--ego-batch", "32", "--ego", "python:fuzz:drive")
+    assert main(drawn) == 0
+    out = capsys.readouterr().out
+    assert caplog.messages[0].startswith("the controller `ego` gave throttle = nan, in scene ")
+    scenario = cx.load("crossing.scn").driven_by("python:fuzz:drive", block=32)
+    outcomes = scenario.simulate(scenario.sample(200, seed=3))
+    lost, collided = int((outcomes.verdict == Verdict.CONTROLLER).sum()), int(outcomes.collided.sum())
+    assert lost > 0 < collided
+    rate = f"collisions in {100 * collided / (200 - lost):.2f} % of {200 - lost} runs; 95 % interval"
+    assert rate in out
+    assert "200 scenes driven  by python:fuzz:drive" in out
+    assert main([*drawn, "--json", "--jobs", "1"]) == 0
+    found = json.loads(capsys.readouterr().out)["driven"]
+    assert found["endings"]["controller"] == lost
+    assert found["endings"]["no_collision"] == 200 - lost - collided
+    assert (found["scenes"], found["collisions"], found["driver"]) == (200, collided, "python:fuzz:drive")
+    assert found["collision_rate"]["interval"]["low"] < collided / (200 - lost)
+    assert main(["crossing.scn", "--sample", "5", "--json"]) == 0
+    assert "driven" not in json.loads(capsys.readouterr().out)
+    assert main(["crossing.scn", "--sample", "5", "--ego", "python:planner_of_mine:Driver", "--engine", "world"]) == 2
 
 
 def test_a_probability_is_driven(home: Path) -> None:

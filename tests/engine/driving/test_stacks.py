@@ -40,7 +40,7 @@ read = os.fdopen(int(os.environ["CORTEXC_READ"]), "rb")
 write = os.fdopen(int(os.environ["CORTEXC_WRITE"]), "wb")
 header = json.loads(read.readline())
 n, wide = header["lanes"], len(header["observations"])
-write.write(b'{"version": %d}\\n' % VERSION)
+write.write(b'{"version": VERSION}\\n')
 write.flush()
 fast = np.zeros(n, dtype=bool)
 while True:
@@ -62,10 +62,10 @@ def scenario() -> cx.Scenario:
     return cx.compile_text(TEXT)
 
 
-def client(tmp_path: Path, hook: str = "pass", version: int = 1) -> str:
+def client(tmp_path: Path, hook: str = "pass", version: int | str = 1) -> str:
     """The name of a driver that does something else at each question."""
     path = tmp_path / "client.py"
-    path.write_text(CLIENT.replace("HOOK", hook).replace("VERSION", str(version), 1).replace("VERSION", "1"))
+    path.write_text(CLIENT.replace("HOOK", hook).replace("VERSION", str(version)))
     return f"process:{sys.executable} {path}"
 
 
@@ -105,17 +105,34 @@ def test_a_question_larger_than_a_pipe_arrives_as_it_is(tmp_path: Path) -> None:
         assert answer == hashlib.sha256(b"".join(part.tobytes() for part in parts)).digest()
 
 
+def in_c(tmp_path: Path) -> str:
+    """The name of the client in C."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no compiler of C")
+    flags = ("-O2", "-Wall", "-Wextra", "-Werror")
+    subprocess.run([compiler, *flags, "-o", tmp_path / "stack", OWN / "stack.c", "-lm"], check=True)
+    return f"process:{tmp_path / 'stack'}"
+
+
+def test_the_client_in_c_drives_by_speed_where_it_is_asked_to(tmp_path: Path) -> None:
+    """It counts the actions that our first line names."""
+    text = (
+        (OWN / "crossing.scn")
+        .read_text(encoding="utf-8")
+        .replace("straight, every", 'straight, actions="speed", every')
+    )
+    scenario = cx.compile_text(text)
+    done = named_driver(in_c(tmp_path), block=8).drive(scenario.program, scenario.sample(8, seed=2))
+    assert (done.remarks, done.outcomes.verdict.tolist()) == ((), [Verdict.VALID] * 8)
+    assert done.scenes.actions[0, 0].tolist() == [10.0, 0.0]
+
+
 @pytest.mark.parametrize("client", ["stack.py", "stack_in_memory.py", "stack.c"])
 def test_the_reference_clients_drive(client: str, tmp_path: Path) -> None:
     """The one in C goes along its path; those in Python decide what their planner does."""
     scenario = cx.load(OWN / "crossing.scn")
-    name = f"process:{sys.executable} {OWN / client}"
-    if client == "stack.c":
-        compiler = shutil.which("cc")
-        if compiler is None:
-            pytest.skip("no compiler of C")
-        subprocess.run([compiler, "-O2", "-o", tmp_path / "stack", OWN / "stack.c", "-lm"], check=True)
-        name = f"process:{tmp_path / 'stack'}"
+    name = in_c(tmp_path) if client == "stack.c" else f"process:{sys.executable} {OWN / client}"
     done = named_driver(name, block=8).drive(scenario.program, scenario.sample(8, seed=2), scenario.config.simulation)
     assert done.outcomes.verdict.tolist() == [Verdict.VALID] * 8
     if client != "stack.c":
@@ -211,6 +228,18 @@ def test_an_answer_of_another_size_is_told(
     with pytest.raises(LostError, match=message) as told:
         stack.act(seen, np.ones(4, dtype=bool))
     assert told.value.cure == "write 96 bytes for each question, 4 rows of 3 float64, and flush them"
+
+
+def test_a_stack_that_died_is_told_though_a_child_holds_its_pipes(scenario: cx.Scenario, tmp_path: Path) -> None:
+    """At once, and how it ended; one that has started another and ended well is waited for."""
+    stack = stack_of(client(tmp_path, "os._exit(7) if os.fork() else time.sleep(60)").removeprefix("process:"))
+    stack.meet({"version": 1, "lanes": 4, "observations": [{}], "actions": [{}] * 3})
+    started = time.monotonic()
+    with pytest.raises(LostError, match="ended with exit code 7"):
+        stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
+    assert time.monotonic() - started < stacks.LATE / 2
+    launched = driven(scenario, client(tmp_path, "number == 0 and os.fork() and os._exit(0); time.sleep(0.5)"), 1)
+    assert (launched.remarks, launched.outcomes.verdict.tolist()) == ((), [Verdict.VALID])
 
 
 SHARING = """
@@ -321,9 +350,7 @@ def test_memory_that_was_not_offered_cannot_be_shared(
     scenario: cx.Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stacks.Memory, "of", staticmethod(lambda *_: None))
-    (tmp_path / "client.py").write_text(
-        CLIENT.replace("HOOK", "pass").replace("%d}", '%d, "memory": true}').replace("VERSION", "1")
-    )
+    (tmp_path / "client.py").write_text(CLIENT.replace("HOOK", "pass").replace("VERSION}", '1, "memory": true}'))
     with pytest.raises(ControllerError, match="would share memory, of which this system has none"):
         driven(scenario, f"process:{sys.executable} {tmp_path / 'client.py'}")
     same_as_ever = driven(scenario, client(tmp_path))
@@ -331,8 +358,9 @@ def test_memory_that_was_not_offered_cannot_be_shared(
 
 
 def test_another_version_is_told(scenario: cx.Scenario, tmp_path: Path) -> None:
-    with pytest.raises(ControllerError, match="speaks version 7 of the protocol; this is version 1"):
-        driven(scenario, client(tmp_path, version=7))
+    for said, told in ((7, "7"), ("true", "True"), ("1.0", "1.0")):
+        with pytest.raises(ControllerError, match=f"speaks version {told} of the protocol; this is version 1"):
+            driven(scenario, client(tmp_path, version=said))
 
 
 def test_what_cannot_be_started_is_told(scenario: cx.Scenario) -> None:

@@ -1,0 +1,92 @@
+"""What became of drawn scenes that somebody drove: counts of how their runs ended, and the rate of collisions."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.report.findings.readable import ratio
+from cortex_dsl.report.findings.tally import Counts
+from engine.outcomes import Outcomes
+from engine.search.statistics import Interval, clopper_pearson
+from engine.tables import Ints
+from engine.vocabulary import Blame, EndReason, Verdict
+
+
+class Ending(IntEnum):
+    """How a driven scene ended. The first four are runs that count; of the others nothing is known."""
+
+    NO_COLLISION = 0
+    AVOIDABLE = 1
+    UNAVOIDABLE = 2
+    STRUCK = 3
+    BUILDING = 4
+    ABORTED = 5
+    CONTROLLER = 6
+
+
+ENDINGS = {
+    Ending.NO_COLLISION: ("no collision", "good", ""),
+    Ending.AVOIDABLE: ("collision", "bad", "avoidable: the reference driver of UN R157 stops or passes in time"),
+    Ending.UNAVOIDABLE: ("collision", "warn", "not avoidable by the reference driver"),
+    Ending.STRUCK: ("collision", "quiet", "the ego was struck from behind, or while it stood: not its failure"),
+    Ending.BUILDING: ("building", "bad", "the ego ran into one"),
+    Ending.ABORTED: ("aborted", "warn", "broke a requirement on the run, and does not count"),
+    Ending.CONTROLLER: ("failed", "bad", "the driver failed: what would have become of these is not known"),
+}
+"""Word, style and meaning."""
+COLLISIONS = (Ending.AVOIDABLE, Ending.UNAVOIDABLE, Ending.STRUCK)
+OF_BLAME = {Blame.AVOIDABLE: Ending.AVOIDABLE, Blame.STRUCK: Ending.STRUCK}
+
+
+@dataclass(frozen=True)
+class DrivenRuns:
+    """Sums over driven scenes; two of the same program and driver add up."""
+
+    counts: Counts = field(default_factory=lambda: np.zeros(len(Ending), dtype=np.int64))
+    """(len(Ending),)"""
+
+    def plus(self, outcomes: Outcomes, blame: Ints) -> "DrivenRuns":
+        """With more of them; `blame` (n,) as by `engine.avoidability.blame`."""
+        endings = np.where(outcomes.collided, int(Ending.UNAVOIDABLE), int(Ending.NO_COLLISION))
+        for said, ending in OF_BLAME.items():
+            endings[blame == said] = ending
+        endings[outcomes.end_reason == EndReason.BUILDING] = Ending.BUILDING
+        endings[outcomes.verdict == Verdict.ABORTED] = Ending.ABORTED
+        endings[outcomes.verdict == Verdict.CONTROLLER] = Ending.CONTROLLER
+        driven = np.isin(outcomes.verdict, (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER))
+        return DrivenRuns(self.counts + np.bincount(endings[driven], minlength=len(Ending)))
+
+    def __getitem__(self, ending: Ending) -> int:
+        return int(self.counts[ending])
+
+    @property
+    def driven(self) -> int:
+        """Scenes in which somebody drove."""
+        return int(self.counts.sum())
+
+    @property
+    def valid(self) -> int:
+        """Runs that count."""
+        return self.driven - self[Ending.ABORTED] - self[Ending.CONTROLLER]
+
+    @property
+    def collisions(self) -> int:
+        return sum(self[each] for each in COLLISIONS)
+
+    @property
+    def interval(self) -> Interval:
+        """Of the rate of collisions in runs that count, 95 %."""
+        return clopper_pearson(self.collisions, self.valid)
+
+
+def runs_content(runs: DrivenRuns, driver: str) -> dict[str, Any]:
+    """The same for a JSON document."""
+    return {
+        "driver": driver,
+        "scenes": runs.driven,
+        "endings": {each.name.lower(): runs[each] for each in Ending},
+        "collisions": runs.collisions,
+        "collision_rate": {"of": runs.valid, "value": ratio(runs.collisions, runs.valid), "interval": runs.interval},
+    }
