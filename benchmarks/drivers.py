@@ -1,5 +1,8 @@
 """Where does a driver stand? `python -m benchmarks.drivers [--scenes 2000] [--files A,B,cut_in] [--drivers NAMES]`
 
+`--ego python:package.module:function` or `--ego process:COMMAND` adds a driver of one's own, who drives by pedals every
+0.1 s; a scene over which it fails is no collision, nor is it through, and stderr tells of it.
+
 `--list` names the scenes behind `avoidable` and `stood`: `driven(text_of(FILE, DRIVER), NUMBER, NUMBER + 1, 1)` is one.
 
 Each driver of the library drives the same fair scenes of the examples A to F and of `benchmarks.suite`. The ego of a
@@ -30,6 +33,7 @@ import numpy as np
 import cortex_dsl as cx
 from engine.avoidability import blame
 from engine.batch import simulate
+from engine.driving import blocks
 from engine.fairness import fair_starts
 from engine.host import requested
 from engine.outcomes import Outcomes
@@ -97,7 +101,7 @@ class Row:
 
 def goes_there(file: str, driver: str) -> bool:
     """Whether a driver can be told the way of the ego; who chooses lanes follows none."""
-    return "{way}" in DRIVERS[driver] or (file not in EXAMPLES and _of_suite(file)[3] is None)
+    return driver not in DRIVERS or "{way}" in DRIVERS[driver] or (file not in EXAMPLES and _of_suite(file)[3] is None)
 
 
 def text_of(file: str, driver: str) -> str:
@@ -126,6 +130,8 @@ def _example(file: str, driver: str) -> str:
 
 
 def _driver(driver: str, speed: str, way: str | None) -> str:
+    if driver not in DRIVERS:
+        return f"ExternalBehavior({'' if way is None else f'trajectory={way}, '}every=0.1 s)"
     if way is None and driver.endswith("blind"):
         return f"FollowLaneBehavior({speed})"
     call = DRIVERS[driver].format(speed=speed, way=way or "")
@@ -159,21 +165,25 @@ class DrivenBlock:
     """A block of scenes, driven by one driver: arrays (n,)."""
 
     scenes: Scenes
+    """As they were drawn."""
     fair: Bools
     outcomes: Outcomes
     blamed: np.ndarray
 
 
-def driven(text: str, first: int, last: int, jobs: int, fair: bool = False) -> DrivenBlock:
-    """The scenes of these numbers; `fair`: whether to ask for fair starts."""
-    scenario = cx.compile_text(text)
+def driven(text: str, first: int, last: int, jobs: int, fair: bool = False, ego: str = "") -> DrivenBlock:
+    """The scenes of these numbers; `fair`: whether to ask for fair starts; `ego`: who drives, if no behavior does."""
+    scenario = cx.compile_text(text).driven_by(ego) if ego else cx.compile_text(text)
     program, config = scenario.program, scenario.config.simulation
     keys = key_rows(SEED, Method.SAMPLE, 0, 0, np.arange(first, last))
     scenes = sample(program, draw_genomes(program.space, keys), keys, config, jobs)
     starts = fair_starts(program, requested(program, scenes), config, jobs) if fair else scenes.valid
-    outcomes = simulate(program, scenes, config, jobs)
+    driven_scenes = blocks.driven(program, scenes, scenario.config, jobs)
+    outcomes = simulate(program, driven_scenes, config, jobs)
     blamed, struck = np.full(len(scenes), int(Blame.NONE), dtype=np.int32), np.flatnonzero(outcomes.collided)
-    blamed[struck] = blame(program, take(scenes, struck), config, jobs=jobs)  # it runs all that it is given again
+    blamed[struck] = blame(
+        program, take(driven_scenes, struck), config, jobs=jobs
+    )  # it runs all that it is given again
     return DrivenBlock(scenes, starts & scenes.valid, outcomes, blamed)
 
 
@@ -185,7 +195,8 @@ def rows(file: str, drivers: Sequence[str], scenes: int, jobs: int) -> list[Row]
         last = first + min(BLOCK, max(500, 2 * (scenes - done)))
         blind = driven(text_of(file, "blind"), first, last, jobs, fair=True)
         for name in drivers:
-            one = blind if name == "blind" else driven(text_of(file, name), first, last, jobs)
+            ego = "" if name in DRIVERS else name
+            one = blind if name == "blind" else driven(text_of(file, name), first, last, jobs, ego=ego)
             assert np.array_equal(one.scenes.valid, blind.scenes.valid), f"{file}: other scenes with {name}"
             counts, blots = _counts(one, blind)
             counted[name] += counts
@@ -279,6 +290,7 @@ def main(arguments: list[str]) -> int:
         "--files", default=",".join(EXAMPLES), help="A to F, and names of the suite, or `suite`, or `all`"
     )
     parser.add_argument("--drivers", default=",".join(DRIVERS), help="names with commas between them")
+    parser.add_argument("--ego", metavar="NAME", help="one more: python:package.module:function or process:COMMAND")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--list", action="store_true", help="the numbers of the scenes that are avoidable, or stood in")
     parser.add_argument("--across", action="store_true", help="drivers in columns: collisions (of them avoidable)")
@@ -287,7 +299,12 @@ def main(arguments: list[str]) -> int:
     suite = sorted(file.stem for file in (ROOT / "benchmarks" / "suite").glob("*.scn"))
     groups = {"suite": suite, "all": [*EXAMPLES, *suite]}
     files = groups.get(options.files) or options.files.split(",")
-    drivers = {file: [each for each in options.drivers.split(",") if goes_there(file, each)] for file in files}
+    for name in [each for each in files if each not in groups["all"]]:
+        parser.error(f"there is no file `{name}`; there are {', '.join(groups['all'])}")
+    for name in [each for each in options.drivers.split(",") if each not in DRIVERS]:
+        parser.error(f"there is no driver `{name}`; there are {', '.join(DRIVERS)}, and --ego names one of your own")
+    every = [*options.drivers.split(","), *([options.ego] if options.ego else [])]
+    drivers = {file: [each for each in every if goes_there(file, each)] for file in files}
     made = [row for file in files for row in rows(file, drivers[file], options.scenes, options.jobs)]
     print(json.dumps([_plain(row) for row in made]) if options.json else (across if options.across else table)(made))
     if options.list and not options.json:

@@ -1,11 +1,13 @@
 """Reference drivers: who gives way, and the emergency brake along ways, in both hosts, and on the examples."""
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.drivers import DRIVERS, EXAMPLES, ROOT, DrivenBlock, driven, goes_there, rows, text_of
+from benchmarks.drivers import DRIVERS, EXAMPLES, ROOT, DrivenBlock, driven, goes_there, main, rows, text_of
 from cortex_dsl import compile_text
 from cortex_dsl.semantics.acting import giving_way
 from engine.batch import trajectory
@@ -244,6 +246,27 @@ def test_who_gives_way_leaves_no_collision_that_could_be_avoided(file: str) -> N
     assert careful.stood == 0.0
     assert careful.through > 0.9
     assert careful.lost < 10.0
+
+
+def test_a_driver_of_ones_own_is_held_against_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As another row, of the same fair scenes; where it fails it is not through."""
+    (tmp_path / "half_of_mine.py").write_text(
+        (ROOT / "examples" / "own_driver" / "planner.py")
+        .read_text()
+        .replace(
+            "return np", "speed = observations[:, SPEED]\n    return np.where(speed > 14, np.nan, 1)[:, None] * np"
+        )
+    )
+    monkeypatch.chdir(tmp_path)
+    name = "python:half_of_mine:drive"
+    arguments = ["--scenes", "100", "--files", "A", "--drivers", "blind", "--ego", name, "--json"]
+    assert main(arguments) == 0
+    blind, mine = json.loads(capsys.readouterr().out)
+    assert (mine["driver"], mine["scenes"]) == (name, blind["scenes"])
+    assert 0.0 < mine["through"] < 1.0
+    assert mine["collisions"] < blind["collisions"]
 
 
 def test_the_brake_along_ways_ends_no_run_early_and_gets_through() -> None:
