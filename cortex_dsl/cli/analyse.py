@@ -148,7 +148,7 @@ def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, t
         terminal.write(document("probability", {"file": options.file, **content(found)}))
     else:
         terminal.out.print(probability_view(scenario.program, found))
-    return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid else Exit.FINE
+    return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid + found.lost else Exit.FINE
 
 
 def _probability_options(parser: Parser) -> None:

@@ -153,18 +153,20 @@ def _taken(rows: Ints, size: int) -> Floats:
     return np.bincount(cells.ravel(), minlength=resamples * size).reshape(resamples, size).astype(np.float64)
 
 
-def clopper_pearson(successes: int, trials: int, level: float = 0.95) -> Interval:
-    """Exact interval of a rate from *independent* trials; NaN without any.
+def clopper_pearson(successes: int, trials: int, level: float = 0.95, unknown: int = 0) -> Interval:
+    """Exact interval of a rate from *independent* trials; NaN without any. `unknown`: as many trials more of which
+    nothing is known; the lower end takes them for failures, the upper end for successes.
 
     Clopper and Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial".
     """
-    if not trials:
+    every, most = trials + unknown, successes + unknown
+    if not every:
         return Interval(float("nan"), float("nan"))
     from scipy.stats import beta
 
     tail = (1.0 - level) / 2.0
-    low = beta.ppf(tail, successes, trials - successes + 1) if successes else 0.0
-    high = beta.ppf(1.0 - tail, successes + 1, trials - successes) if successes < trials else 1.0
+    low = beta.ppf(tail, successes, every - successes + 1) if successes else 0.0
+    high = beta.ppf(1.0 - tail, most + 1, every - most) if most < every else 1.0
     return Interval(float(low), float(high))
 
 

@@ -17,6 +17,7 @@ HOW = {
 }
 """By what method, and whose interval."""
 PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
+BOUNDS = "`--method mc` gives bounds"
 MORE = "take more samples, or `--method mc`"
 OTHER = "take more samples, or `--method subset`"
 WITHHELD = {
@@ -26,6 +27,7 @@ WITHHELD = {
     Withheld.PARTLY: ("only {reached} of ten repetitions reached a failure", MORE),
     Withheld.SCATTERED: ("the repetitions differ by more than their mean", MORE),
     Withheld.FEW: ("the effective sample size of the failures is {effective}, and less than 100 is too small", OTHER),
+    Withheld.LOST: ("the driver failed in some runs, and what would have become of them is not known", BOUNDS),
     Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),
 }
 """Why no interval is given, and what to do."""
@@ -91,6 +93,16 @@ def _range(interval: Interval) -> str:
     """Both ends in the same form: in percent where the higher one is readable in percent."""
     low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
     return f"{low} .. {high}"
+
+
+def unknown_text(found: Probability) -> str:
+    """How often the driver failed, and what that means; empty where it never did."""
+    if not found.lost:
+        return ""
+    driven = found.valid + found.lost
+    failed = f"the driver failed in {whole(found.lost)} of {counted(driven, 'run')} ({percent(found.lost / driven)})"
+    ends = "" if found.withheld else "; the lower end of the interval counts these as safe, the upper end as failures"
+    return f"{failed}: what would have become of them is not known{ends}"
 
 
 NO_SHARE = {

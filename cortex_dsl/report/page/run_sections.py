@@ -22,6 +22,7 @@ from cortex_dsl.report.findings.probability_report import (
     how_drawn,
     interval_text,
     probability_text,
+    unknown_text,
 )
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import (
@@ -267,7 +268,7 @@ def _row(found: Probability) -> Element:
         _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
         _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
         element("td", how_drawn(found), element("br"), element("small", HOW[found.method], class_="quiet")),
-        element("td", counts_text(found)),
+        element("td", counts_text(found), *((element("br"), unknown_text(found)) if found.lost else ())),
         element("td", percent(found.valid_share), class_="number quiet"),
     )
 

@@ -43,6 +43,7 @@ from cortex_dsl.report.findings.probability_report import (
     interval_text,
     levels_text,
     probability_text,
+    unknown_text,
 )
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, shortened, whole
 from cortex_dsl.report.findings.search_report import partners_text
@@ -292,7 +293,7 @@ HINT = "--condition joint draws the params again in every attempt"
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
     """The estimate with its interval, what it is conditioned on, and how it was made."""
-    if not found.valid:
+    if not found.valid and not found.lost:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
     event = f'that "{found.of}" is broken' if found.of else "of a collision"
     lines = [
@@ -344,6 +345,8 @@ def _conditions(found: Probability) -> Iterator[Text]:
     if found.errors:
         failed = counted(found.errors, "simulation")
         yield Text(f"{failed} failed and are not counted: the estimate is of the others; a search says why", "warn")
+    if found.lost:
+        yield Text(unknown_text(found), "bad")
 
 
 def _draws(found: Probability) -> str:

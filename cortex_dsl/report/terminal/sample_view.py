@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cortex_dsl.report.findings.case_replay import outline_corners
-from cortex_dsl.report.findings.driven_runs import ENDINGS, DrivenRuns
+from cortex_dsl.report.findings.driven_runs import ENDINGS, DrivenRuns, Ending
 from cortex_dsl.report.findings.readable import ABSENT, counted, percent, ratio, speed_unit, whole
 from cortex_dsl.report.findings.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.terminal.canvas import Canvas
@@ -107,6 +107,10 @@ def driven_view(runs: DrivenRuns, driver: str) -> RenderableType:
         low, high = runs.interval
         rate = f"{percent(ratio(runs.collisions, runs.valid), 2)} of {counted(runs.valid, 'run')}"
         parts += [Text(), Text(f"collisions in {rate}; 95 % interval {percent(low, 2)} .. {percent(high, 2)}")]
+        if runs[Ending.CONTROLLER]:
+            parts.append(
+                Text("its lower end counts scenes in which the driver failed as safe, its upper end as collisions")
+            )
     return section(f"{counted(runs.driven, 'scene')} driven", Group(*parts), f"by {driver}")
 
 

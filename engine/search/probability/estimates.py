@@ -44,6 +44,8 @@ class Withheld(StrEnum):
     """Repetitions differ by more than their mean."""
     FEW = "few"
     """The effective sample size is small."""
+    LOST = "lost"
+    """The driver failed in some runs."""
     APART = "apart"
     """The chains and the weighted runs contradict each other."""
 
@@ -75,6 +77,10 @@ class Probability:
     """Of the simulations, those that a requirement on the run made invalid: they did run."""
     errors: int = 0
     """Of the simulations, those that failed over a number that does not exist, or otherwise: they count neither way."""
+    lost: int = 0
+    """Of the simulations, those in which the driver failed, so that nothing is known of them: the ends of an interval
+    take them for collisions and for none. They are not among those in `valid`, but in `valid_share`.
+    """
     levels: tuple[float, ...] = ()
     """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
     condition: str = PARAMS
@@ -127,6 +133,7 @@ class Count(NamedTuple):
     """Collisions with actor 1, actor 2, … up to the last one that was met."""
     without_ego: int = 0
     errors: int = 0
+    lost: int = 0
 
     def more(self, runs: Assessment) -> "Count":
         met = np.bincount(runs.pair[runs.collided], minlength=len(self.by_partner))
@@ -139,6 +146,7 @@ class Count(NamedTuple):
             tuple(met.tolist()),
             self.without_ego + int(np.isfinite(runs.others_contact_time).sum()),
             self.errors + int((runs.verdict == Verdict.ERROR).sum()),
+            self.lost + int((runs.verdict == Verdict.CONTROLLER).sum()),
         )
 
 
@@ -166,8 +174,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
 
 
 def content(found: Probability) -> dict[str, Any]:
-    """All of it, as documents have it; of collisions nothing is said, nor of errors that there are not."""
-    return {name: value for name, value in asdict(found).items() if name not in ("of", "errors") or value}
+    """All of it, as documents have it; of collisions nothing is said, nor of errors and failures that there are not."""
+    return {name: value for name, value in asdict(found).items() if name not in ("of", "errors", "lost") or value}
 
 
 def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:

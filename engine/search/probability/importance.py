@@ -233,6 +233,7 @@ def importance_sampling(
         valid_share=chains.filled / chains.drawn,
         aborted=chains.count.aborted,
         errors=chains.count.errors,
+        lost=chains.count.lost,
         levels=found.thresholds,
         avoidable=avoidable,
         avoidable_interval=avoidable_interval,

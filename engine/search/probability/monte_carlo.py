@@ -8,6 +8,7 @@ Two conditions, and they differ:
   params count by how often they allow a scene.
 
 Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
+A run in which a driver of one's own failed is one of which nothing is known: it widens the interval.
 
 Three estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and
 Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is
@@ -27,7 +28,17 @@ from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, take
-from engine.search.probability.estimates import CONDITIONS, JOINT, MOST_DRIVEN, PARAMS, Count, Judge, Probability
+from engine.search.probability.estimates import (
+    CONDITIONS,
+    JOINT,
+    MOST_DRIVEN,
+    NOT_KNOWN,
+    PARAMS,
+    Count,
+    Judge,
+    Probability,
+    Withheld,
+)
 from engine.search.probability.importance import LEAST as LEAST_IMPORTANCE
 from engine.search.probability.importance import importance_sampling
 from engine.search.probability.scores import DISTANCE, Score
@@ -106,11 +117,19 @@ def estimate(
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
     if method in RARE:
-        found = RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score)
+        found = _all_known(RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score))
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
+
+
+def _all_known(found: Probability) -> Probability:
+    """The estimate, or none: where a driver failed is not known, and no chain goes there."""
+    if not found.lost:
+        return found
+    none = replace(found, value=math.nan, avoidable=math.nan, withheld=Withheld.LOST)
+    return replace(none, interval=NOT_KNOWN, avoidable_interval=NOT_KNOWN)
 
 
 def _of_event(evaluate: Evaluate) -> Evaluate:
@@ -167,16 +186,17 @@ def monte_carlo(
     return Probability(
         method="mc",
         value=count.collisions / count.valid if count.valid else math.nan,
-        interval=clopper_pearson(count.collisions, count.valid, level),
+        interval=clopper_pearson(count.collisions, count.valid, level, count.lost),
         level=level,
         simulations=count.simulations,
         valid=count.valid,
         collisions=count.collisions,
-        valid_share=count.valid / count.simulations,
+        valid_share=(count.valid + count.lost) / count.simulations,
         aborted=count.aborted,
         errors=count.errors,
+        lost=count.lost,
         avoidable=driven.avoidable / driven.valid if driven.valid else math.nan,
-        avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level),
+        avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level, driven.lost),
         driven=driven.collisions,
         by_partner=count.by_partner,
         without_ego=count.without_ego,
@@ -184,9 +204,10 @@ def monte_carlo(
 
 
 class _Driven(NamedTuple):
-    """Of the first blocks of independent runs: how many were valid, collided, and could have been avoided."""
+    """Of the first blocks of independent runs: how many were valid, or lost, collided, and could have been avoided."""
 
     valid: int = 0
+    lost: int = 0
     collisions: int = 0
     avoidable: int = 0
     full: bool = False
@@ -197,5 +218,5 @@ class _Driven(NamedTuple):
         if judge is None or self.full or self.collisions + len(rows) > MOST_DRIVEN:
             return self._replace(full=True)
         avoidable = int(judge(genomes[rows], keys[rows]).sum()) if len(rows) else 0
-        valid = int((runs.verdict == Verdict.VALID).sum())
-        return _Driven(self.valid + valid, self.collisions + len(rows), self.avoidable + avoidable)
+        valid, lost = (int((runs.verdict == verdict).sum()) for verdict in (Verdict.VALID, Verdict.CONTROLLER))
+        return _Driven(self.valid + valid, self.lost + lost, self.collisions + len(rows), self.avoidable + avoidable)

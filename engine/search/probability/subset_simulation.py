@@ -77,6 +77,7 @@ def subset_simulation(
         valid_share=sum(chains.filled for chains in ways) / sum(chains.drawn for chains in ways),
         aborted=sum(chains.count.aborted for chains in ways),
         errors=sum(chains.count.errors for chains in ways),
+        lost=sum(chains.count.lost for chains in ways),
         levels=climbs[0].thresholds,
         avoidable=avoidable,
         avoidable_interval=avoidable_interval,

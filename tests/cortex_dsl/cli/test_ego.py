@@ -334,3 +334,41 @@ def test_drawn_scenes_are_driven(
 
 def test_a_probability_is_driven(home: Path) -> None:
     assert main(["probability", "mine.scn", "--samples", "8", "--jobs", "1", *EGO]) == 0
+
+
+CRASHES = """
+import numpy as np
+import planner
+
+def drive(seen):
+    near = (seen[:, planner.NEAREST] > 0) & (np.hypot(seen[:, planner.NEAREST + 1], seen[:, planner.NEAREST + 2]) < 7)
+    return np.where(near[:, np.newaxis], np.nan, planner.drive(seen))
+"""
+
+
+def test_who_fails_before_it_collides_is_not_called_safe(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The interval reaches as far as if every such run were a collision; what is rare has no estimate."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "crashes.py").write_text(CRASHES, encoding="utf-8")
+    probability = ("probability", "crossing.scn", "--samples", "400", "--ego")
+    rare = ("probability", "crossing.scn", "--method", "subset", "--samples", "1000", "--ego")
+    assert main([*probability, "python:planner:drive", "--json"]) == 0
+    true = json.loads(capsys.readouterr().out)
+    assert main([*probability, "python:crashes:drive", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (true["collisions"] > 0) & (found["collisions"] == 0)
+    assert found["valid"] + found["lost"] == 400
+    assert found["valid_share"] == 1.0
+    assert found["interval"]["high"] > found["lost"] / 400 >= true["value"]
+    assert main([*probability, "python:crashes:drive"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"the driver failed in {found['lost']} of 400 runs" in said
+    assert "100.0 % of all draws of the params allow a valid scene" in said
+    assert main([*rare, "python:crashes:drive"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "none, as the driver failed in some runs" in said
+    assert "not known" in said
+    assert main(["crossing.scn", "--sample", "400", "--json", "--ego", "python:crashes:drive"]) == 0
+    drawn = json.loads(capsys.readouterr().out)["driven"]
+    assert drawn["collision_rate"]["interval"]["high"] > drawn["endings"]["controller"] / 400
