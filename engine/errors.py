@@ -97,14 +97,18 @@ class ArgumentKindError(CortexError, TypeError):
 class ControllerError(CortexError):
     """A controller cannot be asked, gives what cannot be driven, or is not named where one is needed."""
 
-    def __init__(self, message: str, cure: str = "", what: str = "") -> None:
+    def __init__(self, message: str, cure: str = "", what: str = "", kind: str = "") -> None:
         super().__init__(message, cure)
         self.what = what or message
-        """The message without the place: the same of all scenes over which a controller fails alike."""
+        """The message without the place …"""
+        self.kind = kind or self.what
+        """… and without what else differs from one time to the next: the same wherever a controller fails alike."""
 
     def at(self, where: str) -> "ControllerError":
         """The same, with the scene over which it failed, and when."""
-        return type(self)(f"{self.what}, {where}", self.cure, self.what)
+        placed = type(self)(f"{self.what}, {where}", self.cure, self.what, self.kind)
+        placed.__cause__ = self.__cause__
+        return placed
 
 
 class LostError(ControllerError):

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import Config, ContactConfig, SimulationConfig
-from engine.driving.controllers import Seat, fault_of, seats_of, undrivable
+from engine.driving.asking import Answer, asked_patiently
+from engine.driving.controllers import Seat, fault_of, seats_of, settled
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
@@ -32,6 +33,9 @@ BLOCK = 256
 """Scenes that a controller is asked about at once."""
 RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
+HOPELESS = 8
+"""So many scenes are lost, and none finished, before a driver is given up."""
+RECOVERED = "; it did not come back"
 TWICE = 2
 """So often a block is driven over which a controller fails, before it is halved."""
 TOLD = 5
@@ -52,17 +56,25 @@ class Driven:
     scenes: Scenes
     outcomes: Outcomes
     failures: tuple[ControllerError, ...] = ()
-    """Of controllers, one after the other: each scene that was lost, and what happened once and not again."""
+    """Of controllers, one for each scene that was lost."""
+    recovered: tuple[ControllerError, ...] = ()
+    """Failures that did not come back when the scenes were driven once more: they cost no scene."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What people are told of the failures."""
-        return tuple(failure.message for failure in self.failures)
+        """A line for each failure, for `controller.log`."""
+        return (
+            *(failure.message for failure in self.failures),
+            *(f"{failure.message}{RECOVERED}" for failure in self.recovered),
+        )
 
-    def tell(self) -> "Driven":
-        """Tell people of the failures; itself."""
-        for line in _in_brief(self.failures):
-            LOG.warning("%s", line)
+    def tell(self, told: set[str] | None = None) -> "Driven":
+        """Log each way of failing that is not `told` yet, in brief, and return these scenes."""
+        told = set() if told is None else told
+        for failures, more, end in ((self.failures, "scene", ""), (self.recovered, "time", RECOVERED)):
+            for line in _in_brief([each for each in failures if each.kind not in told], more):
+                LOG.warning("%s%s", line, end)
+            told.update(each.kind for each in failures)
         return self
 
 
@@ -70,8 +82,16 @@ class Driven:
 class Known:
     """What is known of a driver by now."""
 
-    answered: bool = False
-    """Whether it has ever given an action that can be driven: one that never did is no driver."""
+    answered: set[int] = field(default_factory=set)
+    """Controls for which it has ever given an action that can be driven: who never did is no driver."""
+    finished: bool = False
+    """Whether any scene has come to its end."""
+    lost: int = 0
+    """Scenes over which it failed."""
+
+    def is_hopeless(self, more: int = 0) -> bool:
+        """Whether so much was lost, with so many scenes more, and nothing finished, that more would be lost as well."""
+        return not self.finished and self.lost + more >= (HOPELESS if self.answered else TWICE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +112,10 @@ class Driver:
     """Whether it can be asked about scenes that nobody has driven."""
     known: Known = field(default_factory=Known, repr=False)
 
+    def afresh(self) -> "Driver":
+        """The same, of whom nothing is known yet: what one search learns decides nothing in another."""
+        return replace(self, known=Known())
+
     def drive(
         self,
         program: Program,
@@ -105,7 +129,7 @@ class Driver:
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return scenes as whom the config names drives in them; as they are where it names nobody.
+    """Return the scenes with what the driver of the config decides in them; unchanged if it names none.
 
     Raises:
         ControllerError: as `drive`, and where a controller failed over all of them.
@@ -132,7 +156,7 @@ def drive(
     """Drive all valid scenes by one controller, or a mapping from names to controllers.
 
     Raises:
-        ControllerError: one cannot be asked, or has never given an action that can be driven.
+        ControllerError: one cannot be asked, or has never given an action that can be driven, or fails everywhere.
     """
     seats = seats_of(program, driver)
     undecided = coasting(program, scenes)
@@ -152,18 +176,18 @@ def drive(
             room[:] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    if work.failures and not work.known.answered:
+    if work.failures and work.known.is_hopeless():
         raise work.failures[0]
-    return Driven(scenes, outcomes(results), tuple(work.failures))
+    return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
 
-def _in_brief(failures: Sequence[ControllerError]) -> Iterator[str]:
-    """A line for each way of failing, with the scene in which it came first."""
+def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
+    """A line for each way of failing, with the scene in which it came first, and how many there are more."""
     alike: dict[str, list[ControllerError]] = {}
     for failure in failures:
-        alike.setdefault(failure.what, []).append(failure)
+        alike.setdefault(failure.kind, []).append(failure)
     for first, *more in [*alike.values()][:TOLD]:
-        others = f", and {len(more):,} scene{'s' * (len(more) > 1)} more" if more else ""
+        others = f", and {len(more):,} {noun}{'s' * (len(more) > 1)} more" if more else ""
         yield f"{first.message}{others}"
     if rest := [*alike.values()][TOLD:]:
         yield f"and {sum(map(len, rest)):,} failures of other kinds"
@@ -177,8 +201,8 @@ class _Work:
     seats: Sequence[Seat]
     known: Known
     failures: list[ControllerError] = field(default_factory=list)
-    alone: int = 0
-    """Scenes that were lost one by one."""
+    """One for each scene that is lost."""
+    recovered: list[ControllerError] = field(default_factory=list)
 
 
 def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
@@ -204,7 +228,7 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
     it always fails: that one has the verdict CONTROLLER.
 
     Raises:
-        LostError: it has failed over one scene after the other, and never given an action that can be driven.
+        LostError: it has failed over one scene after the other, and none has ever come to its end.
     """
     rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
     while len(failed) < TWICE:
@@ -212,15 +236,17 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
             actions = _drive_block(work, scenes, room)
         except LostError as error:
             failed.append(error)
+            work.known.lost -= len(work.failures) - before
             del work.failures[before:]
         else:
-            work.failures.extend(failed)
+            work.recovered.extend(failed)
+            work.known.finished |= bool((work.lanes.results.verdict[rows] == Verdict.VALID).any())
             return _Block(actions, work.lanes.copied())
     if len(rows) <= 1:
         return _lost(work, scenes, rows, failed[-1])
     halves = [_patiently(work, _only(scenes, part)) for part in np.array_split(rows, 2)]
     if len(work.failures) == before:
-        work.failures.append(failed[-1])
+        work.recovered.append(failed[-1])
     chosen = np.isin(np.arange(len(scenes)), np.array_split(rows, 2)[0])
     return _Block(
         _either(chosen, halves[0].actions, halves[1].actions),
@@ -230,8 +256,8 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
 
 def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
     """A scene over which a controller fails, alone in its block."""
-    work.alone += 1
-    if work.alone > 1 and not work.known.answered:
+    work.known.lost += len(rows)
+    if work.known.is_hopeless():
         raise error
     lanes = work.lanes
     work.failures.extend(error.at(_place(lanes, scenes, lane)) for lane in rows.tolist())
@@ -262,8 +288,9 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
     """What is decided in a block, lane by lane (see `Lanes.decided`)."""
     lanes, every = work.lanes, np.arange(len(work.lanes))
     lanes.place(every, scenes)
+    rows = np.flatnonzero(scenes.valid)
     for seat in work.seats:
-        seat.reset(every.astype(np.int64), scenes.keys)
+        seat.reset(rows, scenes.keys[rows])
     lanes.step()
     while lanes.running.any():
         times = lanes.times
@@ -271,29 +298,38 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
             asked = lanes.asked(number)
             if asked.any():
                 seen = lanes.observe(number, asked)
-                _decide(work, number, scenes, asked, seat.answer(seen, asked, times))
+                _decide(work, number, scenes, asked, asked_patiently(seat, seen, asked, times, work.known.is_hopeless))
         lanes.step()
     return lanes.decided(every, room)
 
 
-def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, actions: Floats) -> None:
-    """Let lanes do what was decided; one in which that cannot be driven is lost, and all others go on.
+def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answer) -> None:
+    """Let lanes do what was decided; one for which that cannot be driven, or nothing was, is lost. All others go on.
 
     Raises:
         ControllerError: none can be driven, and none ever could.
     """
-    control = work.seats[number].control
-    wrong = undrivable(control, actions, asked)
-    if wrong is None:
+    control, known = work.seats[number].control, work.known
+    if answer.recovered is not None:
+        work.recovered.append(answer.recovered)
+    wrong = np.isin(np.arange(len(asked)), list(answer.lost)) if answer.lost else np.zeros_like(asked)
+    actions, undrivable = settled(control, answer.actions, asked & ~wrong)
+    if undrivable is not None:
+        wrong |= undrivable
+    elif not answer.lost:
         work.lanes.decide(number, asked, actions)
-        work.known.answered = True
+        known.answered.add(number)
         return
     failures = [
-        fault_of(control, actions[lane]).at(_place(work.lanes, scenes, lane)) for lane in np.flatnonzero(wrong).tolist()
+        (answer.lost.get(lane) or fault_of(control, actions[lane])).at(_place(work.lanes, scenes, lane))
+        for lane in np.flatnonzero(wrong).tolist()
     ]
-    if not work.known.answered and np.array_equal(wrong, asked):
-        raise failures[0]
+    if np.array_equal(wrong, asked):
+        if number not in known.answered:
+            raise failures[0]
+    else:
+        known.answered.add(number)
+    known.lost += len(failures)
     work.failures.extend(failures)
     work.lanes.lose(wrong)
     work.lanes.decide(number, asked & ~wrong, actions)
-    work.known.answered |= bool((asked & ~wrong).any())

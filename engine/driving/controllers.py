@@ -4,6 +4,8 @@ A controller is a function of observations (n, d) to actions (n, a), or an objec
 
     reset(lanes, keys)               new scenes begin in these lanes (m,); `keys` (m, 6) are their stream keys
     act(observations, active)        actions (n, a); what a lane gives that is not `active` (n,) is left
+    meet(header)                     before all that, where it has this method: what it will be asked, as a process is
+                                     told (`engine.driving.stacks`)
 
 Rows are lanes, scenes side by side, n of them at every call.
 """
@@ -23,6 +25,10 @@ from engine.kernels.orders import are_within
 from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
+ROUNDED = 1e-6
+"""By so much an action may be out of range, relative to its end, or absolute where that is less than 1: float32 has 24
+bits.
+"""
 QUOTED = 300
 """Characters of what an error says."""
 
@@ -58,6 +64,8 @@ class _Memoryless:
 def controller_of(name: str, driver: object) -> Controller:
     """Return what is asked for the controller of this name."""
     if isinstance(driver, Controller) and not isinstance(driver, type):
+        for method, given in (("reset", "lanes, keys"), ("act", "observations, active")):
+            _refuse_other_methods(name, driver, method, given)
         return driver
     if callable(driver) and not isinstance(driver, type):
         _refuse_other_arguments(name, driver)
@@ -70,7 +78,7 @@ def controller_of(name: str, driver: object) -> Controller:
 
 
 def _refuse_other_arguments(name: str, function: Callable[..., Any]) -> None:
-    """Whatever is called with observations alone."""
+    """Raise ControllerError unless a function can be called with the observations alone."""
     try:
         arguments = signature(function)
     except (TypeError, ValueError):  # of what is compiled nothing may be known
@@ -119,6 +127,19 @@ def meant(program: Program) -> str:
     return min(program.controls, key=lambda control: control.actor).controller
 
 
+def _refuse_other_methods(name: str, driver: Controller, method: str, given: str) -> None:
+    """Raise ControllerError unless a method can be called with what it is given."""
+    try:
+        signature(getattr(driver, method)).bind(*given.split(", "))
+    except ValueError:  # of what is compiled nothing may be known
+        return
+    except TypeError as error:
+        raise ControllerError(
+            f"`{method}` of the controller `{name}` cannot be called with ({given}): {error}",
+            f"let it take them: `def {method}(self, {given})`",
+        ) from None
+
+
 # -- questions and answers ---------------------------------------------------------------------------------------------
 
 
@@ -130,21 +151,24 @@ class Seat:
     controller: Controller
 
     def meet(self, lanes: int, seen: Named, time_step: float) -> None:
-        """Tell a process what it will be asked."""
-        if isinstance(self.controller, Stack):
-            actions = [asdict(action) for action in self.control.actions]
-            every = turns(self.control.every, time_step) * time_step
-            self.controller.meet(
-                {
-                    "version": VERSION,
-                    "controller": self.control.controller,
-                    "lanes": lanes,
-                    "observations": [{"name": name, "unit": unit} for name, unit in seen],
-                    "actions": actions,
-                    "time_step": time_step,
-                    "every": max(every, time_step),
-                }
-            )
+        """Tell a controller that wants to know what it will be asked.
+
+        Raises:
+            LostError: it failed.
+        """
+        meet: Callable[[dict[str, Any]], None] | None = getattr(self.controller, "meet", None)
+        if meet is None:
+            return
+        header = {
+            "version": VERSION,
+            "controller": self.control.controller,
+            "lanes": lanes,
+            "observations": [{"name": name, "unit": unit} for name, unit in seen],
+            "actions": [asdict(action) for action in self.control.actions],
+            "time_step": time_step,
+            "every": max(turns(self.control.every, time_step) * time_step, time_step),
+        }
+        self._ask(lambda: meet(header), "meet")
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
         self._ask(lambda: self.controller.reset(lanes, keys), "reset")
@@ -164,12 +188,17 @@ class Seat:
         given = self._ask(lambda: self.controller.act(observations, active, *timed), "act", seen)
         return shaped(self.control, given, active)
 
+    @property
+    def remembers(self) -> bool:
+        """Whether a question may change later answers."""
+        return not isinstance(self.controller, _Memoryless)
+
     def _ask(self, question: Callable[[], Any], what: str, about: str = "") -> Any:
         try:
             return question()
-        except CortexError:
+        except (CortexError, KeyboardInterrupt):
             raise
-        except (Exception, SystemExit) as error:
+        except BaseException as error:  # of another's code it may be any: SystemExit, GeneratorExit, one of its own
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
             raise LostError(
                 f"{who} raised {kind} in `{what}`: {_in_short(error)}{_place(error)}",
@@ -178,8 +207,12 @@ class Seat:
 
 
 def _in_short(error: BaseException) -> str:
-    """What it says, in a line: some quote all that they were given."""
-    text = " ".join(str(error).split())
+    """What it says, in a line of plain text: some quote all that they were given, or cannot even say so."""
+    try:
+        text = str(error)
+    except Exception:
+        text = "it cannot say what happened"
+    text = " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
     return text if len(text) <= QUOTED else f"{text[:QUOTED]}…"
 
 
@@ -199,8 +232,7 @@ def checked(control: Control, given: object, active: Bools, times: Floats) -> Fl
     Raises:
         ControllerError: another shape, no numbers, NaN, or out of range: which, where and when.
     """
-    actions = shaped(control, given, active)
-    wrong = undrivable(control, actions, active)
+    actions, wrong = settled(control, shaped(control, given, active), active)
     if wrong is not None:
         lane = int(np.flatnonzero(wrong)[0])
         raise fault_of(control, actions[lane]).at(f"in lane {lane} at {times[lane]:.2f} s")
@@ -218,8 +250,9 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
         raise LostError(f"{who} gave complex numbers", _wanted(control))
     try:
         actions = np.asarray(_bare(given), dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise LostError(f"{who} gave no numbers, but {type(given).__name__}", _wanted(control)) from error
+    except Exception as error:  # of what is no array of numpy it may be any: a tensor that needs its gradient raises
+        why = "" if isinstance(error, TypeError | ValueError) else f": {_in_short(error)}"
+        raise LostError(f"{who} gave no numbers, but {type(given).__name__}{why}", _wanted(control)) from error
     if given is None:
         raise LostError(f"{who} gave nothing: it returns None", _wanted(control))
     if actions.shape != shape:
@@ -232,12 +265,18 @@ def _bare(given: object) -> Any:
     return cast("Any", given).astype(np.float64).filled(np.nan) if isinstance(given, np.ma.MaskedArray) else given
 
 
-def undrivable(control: Control, actions: Floats, active: Bools) -> Bools | None:
-    """(n,) where actions (n, a) are NaN or out of range; None where all can be driven."""
+def settled(control: Control, actions: Floats, active: Bools) -> tuple[Floats, Bools | None]:
+    """Actions (n, a) as they are driven, and (n,) where they are NaN or out of range; None where all can be driven.
+
+    One that is out of range by no more than what rounds to float32 does is at its end.
+    """
     low, high = _ranges(control)
     if are_within(np.require(actions, np.float64, PLAIN), active, low, high):
-        return None
-    return np.asarray(active & ~((actions >= low) & (actions <= high)).all(axis=1))
+        return actions, None
+    ends = np.clip(actions, low, high)
+    actions = np.where(np.abs(actions - ends) <= ROUNDED * np.maximum(1.0, np.abs(ends)), ends, actions)
+    wrong = active & ~((actions >= low) & (actions <= high)).all(axis=1)
+    return actions, wrong if wrong.any() else None
 
 
 def fault_of(control: Control, actions: Floats) -> ControllerError:
@@ -247,7 +286,7 @@ def fault_of(control: Control, actions: Floats) -> ControllerError:
     action, value = control.actions[number], float(actions[number])
     unit = f" {action.unit}" if action.unit else ""
     return ControllerError(
-        f"the controller `{control.controller}` gave {action.name} = {value:g}{unit}",
+        f"the controller `{control.controller}` gave {action.name} = {value:.9g}{unit}",
         f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
         + ("look for what makes it no number" if np.isnan(value) else "`numpy.clip` holds it there"),
     )

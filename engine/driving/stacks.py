@@ -190,7 +190,8 @@ class Stack:
         """End a stack; what is to be told of it."""
         self._log_of(running)
         self.close()
-        return LostError(f"`{shlex.join(self.command)}` {what}{self._said}", cure)
+        kind = f"`{shlex.join(self.command)}` {what}"
+        return LostError(f"{kind}{self._said}", cure, kind=kind)
 
     def _nothing_left(self, running: Process, size: int) -> None:
         """Nothing is in the pipe before a question: what is there would be taken for the answer.

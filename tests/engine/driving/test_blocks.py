@@ -446,16 +446,16 @@ class Choosy:
 
     def __init__(self, bad: Sequence[int], what: Callable[[Floats, Bools], Floats], times: float = math.inf) -> None:
         self.bad, self.what, self.left = set(bad), what, times
-        self.here: list[bool] = []
+        self.here = list[int]()
         self.questions = 0
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
-        self.here = [tuple(key)[4] in self.bad for key in keys.tolist()]
+        self.here = [lane for lane, key in zip(lanes.tolist(), keys.tolist(), strict=True) if key[4] in self.bad]
         self.questions = 0
 
     def act(self, observations: Floats, active: Bools) -> Floats:
         self.questions += 1
-        bad = np.array(self.here) & active
+        bad = np.isin(np.arange(len(active)), self.here) & active
         if self.questions > 5 and bad.any() and self.left > 0:
             self.left -= 1
             return self.what(cruising(observations), bad)
@@ -502,6 +502,28 @@ def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureF
     assert "raised ZeroDivisionError in `act`: no gap" in caplog.text
 
 
+def test_a_function_is_asked_about_fewer_scenes_where_it_fails() -> None:
+    """Not about all of their runs again, and all that it decides for others is what it would decide anyway."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes, asked = scenario.sample(64, seed=3), [0]
+
+    def picky(seen: Floats) -> Floats:
+        asked[0] += 1
+        if (seen[:, SPEED] > 15.0).any():
+            raise ValueError("too fast")
+        return cruising(seen)
+
+    def nan(seen: Floats) -> Floats:
+        return np.where(seen[:, [SPEED]] > 15.0, np.nan, cruising(seen))
+
+    done, same_but_nan = (drive(scenario.program, scenes, each, block=64) for each in (picky, nan))
+    same(done.outcomes, same_but_nan.outcomes)
+    lost = done.scenes.verdict == Verdict.CONTROLLER
+    assert len(done.failures) == lost.sum() > 3
+    turns = int(done.outcomes.steps.max())
+    assert asked[0] < turns + 20 * lost.sum()
+
+
 def test_failures_are_told_by_scene_and_in_brief(caplog: pytest.LogCaptureFixture) -> None:
     """Each with its scene; on the way a line for each way of failing."""
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
@@ -515,15 +537,46 @@ def test_failures_are_told_by_scene_and_in_brief(caplog: pytest.LogCaptureFixtur
 
 
 def test_who_has_answered_is_no_broken_driver() -> None:
-    """It may fail over all scenes of a later block; one that has never answered ends the command."""
+    """Who has come to an end of scenes may fail over all later ones; who never does is given up after some."""
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
-    scenes, whims = scenario.sample(8, seed=3), iter([cruising])
-    driver = Driver(lambda seen: next(whims, lambda _: np.full((len(seen), 3), np.nan))(seen), block=8)
-    with pytest.raises(ControllerError):
-        Driver(lambda seen: np.full((len(seen), 3), np.nan)).drive(scenario.program, scenes)
-    for _ in range(2):
+    scenes, whims = scenario.sample(8, seed=3), [cruising]
+    driver = Driver(lambda seen: whims[0](seen), block=8)
+    driver.drive(scenario.program, scenes)
+    whims[0] = nothing
+    for _ in range(4):
         done = driver.drive(scenario.program, scenes)
         assert (done.scenes.verdict[scenes.valid] == Verdict.CONTROLLER).all()
+    with pytest.raises(ControllerError):
+        driver.afresh().drive(scenario.program, scenes)
+    count, asked = 64, list[int]()
+
+    def answers_once(seen: Floats) -> Floats:
+        asked.append(len(seen))
+        return cruising(seen) if len(asked) == 1 else nothing(seen)
+
+    with pytest.raises(ControllerError, match="throttle = nan"):
+        drive(scenario.program, scenario.sample(count, seed=1), answers_once, block=count)
+
+
+def nothing(seen: Floats) -> Floats:
+    return np.full((len(seen), 3), np.nan)
+
+
+def test_each_of_several_controllers_has_to_drive() -> None:
+    """One that never does ends the command, however well the others drive."""
+    scenario = cx.compile_text(
+        "ego = new Car on road, with behavior ExternalBehavior()\n"
+        'lead = new Car ahead of ego by 20 m, with behavior ExternalBehavior("lead")\nterminate after 1 s\n'
+    )
+
+    def broken(seen: Floats) -> Floats:
+        raise RuntimeError("no weights")
+
+    for driver, told in ((nothing, "`lead` gave throttle = nan"), (broken, "no weights")):
+        with pytest.raises(ControllerError, match=told):
+            drive(
+                scenario.program, scenario.sample(20, seed=1), {"ego": lambda seen: seen[:, :3] * 0.0, "lead": driver}
+            )
 
 
 def test_a_driver_may_observe_what_is_seen_instead_of_what_is_recorded() -> None:
