@@ -51,7 +51,7 @@ def asked_patiently(
 
 
 def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeless: Callable[[int], bool]) -> Answer:
-    """Ask about ever fewer rows."""
+    """Ask about ever fewer rows; hopeless it is where none of those before had an answer."""
     actions, lost = np.zeros((len(seen), len(seat.control.actions))), dict[int, LostError]()
     waiting: list[Ints] = [np.flatnonzero(asked)]
     while waiting:
@@ -63,7 +63,7 @@ def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeles
                 waiting.extend(reversed(np.array_split(rows, 2)))
                 continue
             lost[int(rows[0])] = error
-            if is_hopeless(len(lost)):
+            if len(lost) == np.count_nonzero(asked) - sum(map(len, waiting)) and is_hopeless(len(lost)):
                 raise ControllerError(error.message, error.cure) from error.__cause__
     return Answer(actions, lost)
 

@@ -33,7 +33,7 @@ BLOCK = 256
 """Scenes that a controller is asked about at once."""
 RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
-HOPELESS = 8
+HOPELESS = 16
 """So many scenes are lost, and none finished, before a driver is given up."""
 RECOVERED = "; it did not come back"
 TWICE = 2
@@ -91,7 +91,7 @@ class Known:
 
     def is_hopeless(self, more: int = 0) -> bool:
         """Whether so much was lost, with so many scenes more, and nothing finished, that more would be lost as well."""
-        return not self.finished and self.lost + more >= (HOPELESS if self.answered else TWICE)
+        return not self.finished and self.lost + more >= HOPELESS
 
 
 @dataclass(frozen=True, eq=False)
