@@ -114,6 +114,12 @@ class ControllerError(CortexError):
 class LostError(ControllerError):
     """A controller failed over some scenes: asked about others, or once more, it may do better."""
 
+    def for_good(self) -> ControllerError:
+        """The same, where nobody is to ask once more."""
+        final = ControllerError(self.message, self.cure, self.what, self.kind)
+        final.__cause__ = self.__cause__
+        return final
+
 
 class RowError(CortexError, IndexError):
     """There is no such row."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from engine.driving.controllers import Seat
-from engine.errors import ControllerError, LostError
+from engine.errors import LostError
 from engine.tables import Bools, Floats, Ints
 
 
@@ -64,7 +64,7 @@ def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeles
                 continue
             lost[int(rows[0])] = error
             if len(lost) == np.count_nonzero(asked) - sum(map(len, waiting)) and is_hopeless(len(lost)):
-                raise ControllerError(error.message, error.cure) from error.__cause__
+                raise error.for_good() from error
     return Answer(actions, lost)
 
 

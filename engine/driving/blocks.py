@@ -176,7 +176,7 @@ def drive(
             room[:] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    if work.failures and work.known.is_hopeless():
+    if work.failures and (work.known.is_hopeless() or not work.known.answered):
         raise work.failures[0]
     return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
@@ -326,7 +326,8 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
     ]
     if np.array_equal(wrong, asked):
         if number not in known.answered:
-            raise failures[0]
+            first = failures[0]
+            raise first.for_good() if isinstance(first, LostError) else first
     else:
         known.answered.add(number)
     known.lost += len(failures)

@@ -369,7 +369,7 @@ def refused(driver: object) -> ControllerError:
 
 def test_wrong_shapes_are_told() -> None:
     error = refused(lambda seen: np.zeros((len(seen), 2)))
-    assert error.message == "the controller `ego` gave actions of shape (2, 2); expected (2, 3)"
+    assert error.what == "the controller `ego` gave actions of shape (2, 2); expected (2, 3)"
     assert "throttle [1, 0 .. 1]" in error.cure
 
 
@@ -386,7 +386,7 @@ def test_out_of_range_is_told() -> None:
 
 
 def test_no_numbers_are_told() -> None:
-    assert refused(lambda seen: "faster").message == "the controller `ego` gave no numbers, but str"
+    assert refused(lambda seen: "faster").what == "the controller `ego` gave no numbers, but str"
 
 
 def test_what_a_controller_raises_is_told() -> None:
@@ -408,7 +408,7 @@ def test_a_controller_that_exits_ends_no_command() -> None:
 
 
 def test_a_forgotten_return_is_told() -> None:
-    assert refused(lambda seen: None).message == "the controller `ego` gave nothing: it returns None"
+    assert refused(lambda seen: None).what == "the controller `ego` gave nothing: it returns None"
 
 
 @pytest.mark.parametrize(
