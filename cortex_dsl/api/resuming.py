@@ -23,7 +23,7 @@ from cortex_dsl.api.run_folder import (
 )
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.arguments import whole
-from engine.driving.names import as_options
+from engine.driving.names import how_again
 from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
@@ -124,7 +124,7 @@ def _insist_on_driver(run: OpenedRun) -> None:
     if driver is not None and not driver.anew:
         raise StoreError(
             f"`{driver.name}` drove in `{run.folder}`, and drives on in it",
-            f"name it again: `{as_options(driver.name)}`, or `ego` in Python",
+            how_again(driver.name),
         )
 
 

@@ -232,10 +232,10 @@ class _OneMoreDriver(argparse.Action):
         option_string: str | None = None,  # noqa: ARG002 - argparse's
     ) -> None:
         before: Egos | None = getattr(namespace, self.dest)
-        egos = added(before, values)
-        if egos is None:
-            parser.error(f"--ego {values}: its controller has a driver; name others by --ego CONTROLLER=NAME")
-        setattr(namespace, self.dest, egos)
+        try:
+            setattr(namespace, self.dest, added(before, values))
+        except ValueError as error:
+            parser.error(f"--ego {values}: {error}")
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:

@@ -13,7 +13,7 @@ from engine.batch import simulate
 from engine.config import Config, ContactConfig, Drives, SimulationConfig
 from engine.control import numbers_decided
 from engine.driving.blocks import BLOCK, Driven
-from engine.driving.names import as_options
+from engine.driving.names import how_again
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.program import Program
@@ -64,9 +64,7 @@ class KeptActions:
         for row in np.flatnonzero(scenes.valid).tolist():
             kept = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
             if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
-                raise ControllerError(
-                    f"what `{self.name}` decided in this scene is not kept", f"name it again: `{as_options(self.name)}`"
-                )
+                raise ControllerError(f"what `{self.name}` decided in this scene is not kept", how_again(self.name))
             actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
         scenes = replace(scenes, actions=actions)
         return Driven(scenes, simulate(program, scenes, config, jobs, contact))

@@ -1,16 +1,20 @@
 """A driver by the name that the command line has for it: `python:package.module:function` or `process:COMMAND`.
 
 Code is named on the command line or in Python and nowhere else. No file of a scenario, no manifest and no journal makes
-anything run: what they keep is a name and a digest, to be compared with what is named again.
+anything run: what they keep is a name and a digest, to be compared with what is named again. The digest is of the file
+that defines a function or class, or of the files that a command names: not of what these import, nor of weights that
+they load.
 """
 
 import importlib
+import os
 import sys
-from collections.abc import Mapping
-from contextlib import redirect_stdout
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
-from inspect import getsourcefile, unwrap
+from inspect import getsourcefile, isclass, isroutine, unwrap
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,8 +22,8 @@ from engine.config import Drives
 from engine.driving.blocks import BLOCK, Driven, Driver
 from engine.driving.controllers import controllers_of
 from engine.driving.decisions import KeptActions, Recorder
-from engine.driving.names import FORMS, joined, parted
-from engine.driving.stacks import file_of, stack_of
+from engine.driving.names import FORMS, Egos, joined
+from engine.driving.stacks import files_of, stack_of
 from engine.errors import ControllerError, nearest
 from engine.program import Program
 from engine.vocabulary import RECORDS
@@ -29,15 +33,35 @@ from engine.vocabulary import RECORDS
 class NamedDriver(Driver):
     """One that can be loaded again, in another process too."""
 
+    words: Egos = ""
+    """By which it is loaded."""
+
     def drive(self, *given: Any, **named: Any) -> Driven:
         """Drive all valid scenes (`Driver.drive`). What a function prints is no output of the command: it goes to
         stderr.
         """
-        with redirect_stdout(sys.stderr):
+        with _no_output():
             return super().drive(*given, **named)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return driver_of, (parted(self.name), self.block, self.observe)
+        return driver_of, (self.words, self.block, self.observe)
+
+
+@contextmanager
+def _no_output() -> Generator[None]:
+    """Let what is printed go to stderr, also by code that is not Python."""
+    kept = None
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        kept = os.dup(1)
+        os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if kept is not None:
+            os.dup2(kept, 1)
+            os.close(kept)
 
 
 def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> NamedDriver:
@@ -49,12 +73,13 @@ def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> Named
     kind, _, place = name.partition(":")
     if kind == "process":
         stack = stack_of(place)
-        return NamedDriver(stack, block, observe, name, _digest_of(file_of(stack)))
+        return NamedDriver(stack, block, observe, name, _digest_of(*files_of(stack)), words=name)
     module, _, function = place.rpartition(":")
-    if kind != "python" or not module or not function:
+    if kind != "python" or not module or not function or ":" in module:
         raise ControllerError(f"`{name}` names no driver", f"write {FORMS}")
-    given = _made(_found(_module(module), module, function), name)
-    return NamedDriver(given, block, observe, name, _digest(module))
+    with _no_output():
+        found = _found(_module(module), module, function)
+        return NamedDriver(_made(found, name), block, observe, name, _digest_of(*_sources(found)), words=name)
 
 
 def _module(name: str) -> Any:
@@ -66,12 +91,12 @@ def _module(name: str) -> Any:
     if here not in sys.path and "" not in sys.path:
         sys.path.insert(0, here)
     try:
-        with redirect_stdout(sys.stderr):
-            return importlib.import_module(name)
+        return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
             raise ControllerError(
-                f"there is no module `{name}` here", f"name one that `python -c 'import {name}'` finds"
+                f"there is no module `{name}` here",
+                f"run the command in the folder of `{name.split('.')[0]}.py`, or put that folder into PYTHONPATH",
             ) from error
         raise _unloaded(name, error) from error
     except (Exception, SystemExit) as error:
@@ -99,35 +124,48 @@ def _found(module: Any, name: str, function: str) -> Any:
 
 def _made(thing: Any, name: str) -> Any:
     """A class stands for an object of it."""
-    if not isinstance(thing, type):
+    if not isclass(thing):
         return thing
     try:
         return thing()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ControllerError(
             f"`{name}` is a class that cannot be made: {type(error).__name__}: {error}",
             "let it be made without arguments, or name a function",
         ) from error
 
 
-def _digest(module: str) -> str:
-    """SHA-256 of the file of a module; "" where it has none."""
-    place = getattr(sys.modules[module], "__file__", None)
-    return _digest_of(place)
+def _definition(thing: Any) -> Any:
+    """The function or class that decides what a thing does."""
+    while isinstance(thing, partial):
+        thing = cast("partial[Any]", thing).func
+    thing = cast("Any", unwrap(thing) if callable(thing) else thing)
+    return thing if isclass(thing) or isroutine(thing) else type(thing)
 
 
-def _digest_of(place: str | None) -> str:
-    return "" if place is None or not Path(place).is_file() else sha256(Path(place).read_bytes()).hexdigest()
+def _sources(thing: Any) -> tuple[str, ...]:
+    """The file that defines a thing; none where there is no such file."""
+    try:
+        place = getsourcefile(_definition(thing))
+    except TypeError:
+        return ()
+    return () if place is None else (place,)
+
+
+def _digest_of(*places: str) -> str:
+    """SHA-256 of files, one after the other; "" where there are none."""
+    texts = [Path(place).read_bytes() for place in places if Path(place).is_file()]
+    return sha256(b"".join(texts)).hexdigest() if texts else ""
 
 
 # -- several, and from Python -----------------------------------------------------------------------------------------
 
 
 def driver_for(program: Program, given: object, block: int = BLOCK, observe: str = RECORDS) -> Drives | None:
-    """Return who is named (`driver_of`), or what is kept of one; all controllers of the program have theirs.
+    """Return the driver that is given (`driver_of`), once each controller of the program has one.
 
     Raises:
-        ControllerError: they have not.
+        ControllerError: some controller has none, or one that cannot be asked.
     """
     if isinstance(given, KeptActions | Recorder):
         return given
@@ -138,25 +176,35 @@ def driver_for(program: Program, given: object, block: int = BLOCK, observe: str
 
 
 def driver_of(given: object, block: int = BLOCK, observe: str = RECORDS) -> Driver | None:
-    """Return who is named: a driver, its name, a controller, or a mapping from names of controllers to these."""
+    """Return the driver that is given by its name, as a controller or a class of one, or as a mapping from names of
+    controllers to these.
+    """
     if given is None or isinstance(given, Driver):
         return given
     if isinstance(given, str):
         return named_driver(given, block, observe)
     if isinstance(given, Mapping):
         return _several(cast("Mapping[str, object]", given), block, observe)
-    source = unwrap(given) if callable(given) else type(given)
-    name = f"{getattr(source, '__module__', '')}:{getattr(source, '__qualname__', type(given).__name__)}"
-    try:
-        place = getsourcefile(source)
-    except TypeError:
-        place = None
-    return Driver(given, block, observe, name, _digest_of(place))
+    name = _name(given)
+    return Driver(_made(given, name), block, observe, name, _digest_of(*_sources(given)))
+
+
+def _name(given: object) -> str:
+    """`python:module:function`, where the command line finds just this by it; else `module:Class` of what it is."""
+    source = _definition(given)
+    module, path = getattr(source, "__module__", ""), getattr(source, "__qualname__", type(given).__name__)
+    there: Any = sys.modules.get(module)
+    for part in path.split("."):
+        there = getattr(there, part, None)
+    return f"python:{module}:{path}" if there is given and module != "__main__" else f"{module}:{path}"
 
 
 def _several(given: Mapping[str, object], block: int, observe: str) -> Driver:
     parts = {name: part for name, each in given.items() if (part := driver_of(each, block, observe)) is not None}
-    kind = NamedDriver if all(isinstance(part, NamedDriver) for part in parts.values()) else Driver
-    names = joined({name: part.name for name, part in parts.items()})
-    digest = sha256("".join(part.digest for part in parts.values()).encode()).hexdigest()
-    return kind({name: part.given for name, part in parts.items()}, block, observe, names, digest)
+    name = joined({name: part.name for name, part in parts.items()})
+    digests = [parts[each].digest for each in sorted(parts)]
+    digest = digests[0] if len(digests) == 1 else sha256("".join(digests).encode()).hexdigest()
+    drivers = {name: part.given for name, part in parts.items()}
+    if not all(isinstance(part, NamedDriver) for part in parts.values()):
+        return Driver(drivers, block, observe, name, digest)
+    return NamedDriver(drivers, block, observe, name, digest, words={name: part.name for name, part in parts.items()})

@@ -1,6 +1,7 @@
 """Names of drivers as the command line has them, one or several: `--ego python:mine:drive`, `--ego other=process:./s`.
 
-A run keeps the name of several as `ego=python:mine:drive, other=process:./s`.
+A run keeps the name of several as `ego=python:mine:drive, other=process:./s`, in the order of their controllers' names,
+and the name of one without that of its controller: who drove has one name, however it was given.
 """
 
 import re
@@ -8,23 +9,32 @@ import shlex
 from collections.abc import Mapping
 
 FORMS = "`python:package.module:function` or `process:COMMAND`"
-_ONE = re.compile(r"(?:(\w+)=)?((?:python|process):.*)", re.DOTALL)
-_BETWEEN = re.compile(r", (?=\w+=(?:python|process):)")
+KINDS = ("python:", "process:")
+_OF_CONTROLLER = re.compile(r"(.+?)=((?:python|process):.*)", re.DOTALL)
+_BETWEEN = re.compile(r", (?=[^=,]+=(?:python|process):)")
 
 Egos = str | dict[str, str]
 """The driver of the only controller, or of the ego; or those of several controllers by these."""
 
 
-def joined(egos: Mapping[str, str]) -> str:
-    """The name of several drivers, each with that of its controller."""
-    return ", ".join(f"{controller}={name}" for controller, name in egos.items())
+def joined(names: Mapping[str, str]) -> str:
+    """The one name of the drivers of some controllers."""
+    if len(names) == 1:
+        return next(iter(names.values()))
+    return ", ".join(f"{controller}={names[controller]}" for controller in sorted(names))
 
 
-def parted(name: str) -> Egos:
+def _parted(name: str) -> Egos:
     """Inverse of `joined`; a name that is of one driver as it is."""
-    parts = [_ONE.fullmatch(part) for part in _BETWEEN.split(name)]
-    several = {part[1]: part[2] for part in parts if part and part[1]}
+    parts = [_split(part) for part in _BETWEEN.split(name)]
+    several = {controller: driver for controller, driver in parts if controller}
     return several if len(several) == len(parts) else name
+
+
+def _split(word: str) -> tuple[str, str]:
+    """The controller, "" where none is named, and its driver."""
+    found = None if word.startswith(KINDS) else _OF_CONTROLLER.fullmatch(word)
+    return (found[1], found[2]) if found else ("", word)
 
 
 def words_of(egos: Egos) -> list[str]:
@@ -34,17 +44,30 @@ def words_of(egos: Egos) -> list[str]:
 
 
 def as_options(name: str) -> str:
-    """The options of a command line for who has this name."""
-    return shlex.join(words_of(parted(name)))
+    """The options of a command line for who has this name; "" for who has none there, as an object of Python."""
+    egos = _parted(name)
+    every = (egos,) if isinstance(egos, str) else egos.values()
+    return shlex.join(words_of(egos)) if all(each.startswith(KINDS) for each in every) else ""
 
 
-def added(egos: Egos | None, word: str) -> Egos | None:
-    """Return drivers with one more that is named; None where that is one too many: two, of which one has no name of a
-    controller, or the same, or two of one controller.
+def how_again(name: str) -> str:
+    """What to do where a driver has to be named once more."""
+    options = as_options(name)
+    return f"name it again: `{options}`, or `ego` in Python" if options else "name it again in Python, as `ego`"
+
+
+def added(egos: Egos | None, word: str) -> Egos:
+    """Return drivers with one more that is named.
+
+    Raises:
+        ValueError: it is one too many, in words.
     """
-    found = _ONE.fullmatch(word)
-    controller, name = (found[1], found[2]) if found else (None, word)
-    if controller is None:
-        return name if egos is None else None
-    before = {} if egos is None else egos
-    return None if isinstance(before, str) or controller in before else {**before, controller: name}
+    controller, name = _split(word)
+    if egos is None:
+        return {controller: name} if controller else name
+    if isinstance(egos, str) or not controller:
+        bare = egos if isinstance(egos, str) else name
+        raise ValueError(f"`{bare}` is for no controller by name; of several write --ego CONTROLLER=NAME for each")
+    if controller in egos:
+        raise ValueError(f"`{controller}` has a driver already, `{egos[controller]}`")
+    return {**egos, controller: name}

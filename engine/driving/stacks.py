@@ -26,6 +26,7 @@ import json
 import os
 import select
 import shlex
+import shutil
 import subprocess
 import time
 import weakref
@@ -294,7 +295,8 @@ def stack_of(command: str) -> Stack:
     return Stack(words)
 
 
-def file_of(stack: Stack) -> str | None:
-    """The last file that its command names: the program, or the script that it runs; None where it names none."""
-    files = [word for word in stack.command if Path(word).is_file()]
-    return files[-1] if files else None
+def files_of(stack: Stack) -> tuple[str, ...]:
+    """The files that its command names: the program, a script, a configuration; else the program that PATH finds."""
+    files = tuple(word for word in stack.command if Path(word).is_file())
+    program = shutil.which(stack.command[0])
+    return files or (() if program is None else (program,))

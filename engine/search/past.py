@@ -21,6 +21,8 @@ from engine.search.protocol import Proposal, Searcher
 from engine.search.store import StoreError
 from engine.tables import Floats
 
+OTHER = "bring it back as it was, or start a new search with the driver as it is"
+
 
 class ForeignPastError(CortexError):
     """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
@@ -81,10 +83,14 @@ def who_drove(
     driver = driver_of(ego, driven.block, driven.observe)
     if driver is None:
         return kept_actions(driven, actions)
-    if (driver.name, driver.digest) != (driven.name, driven.digest):
-        other = f"`{driver.name}` as it is now" if driver.name == driven.name else f"`{driver.name}`"
-        raise StoreError(
-            f"`{driven.name}` drove in `{folder}`, and not {other}",
-            "name it again as it was; a search of its own tells of another one",
-        )
+    if driver.name != driven.name:
+        raise StoreError(f"`{driven.name}` drove in `{folder}`, not `{driver.name}`", OTHER)
+    if driver.digest != driven.digest:
+        raise StoreError(f"the file of `{driver.name}` is not what it was when it drove in `{folder}`", OTHER)
+    for what, was, now in (
+        ("batch", driven.block, driver.block),
+        ("observes", driven.observe, driver.observe),
+    ):
+        if was != now:
+            raise StoreError(f"`{driver.name}` drove in `{folder}` with --ego-{what} {was}, not {now}", OTHER)
     return driver

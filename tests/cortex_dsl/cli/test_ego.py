@@ -1,9 +1,11 @@
 """`--ego`: who drives is named on the command line, kept with the run, and never started by a file."""
 
 import json
+import pickle
 import re
 import sqlite3
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ import cortex_dsl as cx
 from cortex_dsl.api.runs import every_case
 from cortex_dsl.cli import draw_modes
 from cortex_dsl.cli.entry import main
+from engine.driving.named import named_driver
 from engine.errors import ControllerError
 from engine.search.store import StoreError
 from engine.vocabulary import Verdict
@@ -56,6 +59,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 OWN_DRIVER = Path(__file__).parents[3] / "examples" / "own_driver"
+PLANS = "planner_of_mine"
 EGO = ("--ego", "python:planner_of_mine:drive")
 SMALL = ("--random", "--generations", "2", "--population", "4", "--jobs", "1")
 
@@ -133,8 +137,12 @@ def test_a_search_is_kept_with_who_drove(home: Path, capsys: pytest.CaptureFixtu
     assert whole == rows("whole")
     with (home / "planner_of_mine.py").open("a", encoding="utf-8") as file:
         file.write("# another\n")
-    with pytest.raises(StoreError, match="drove in `run`, and not `python:planner_of_mine:drive` as it is now"):
+    with pytest.raises(StoreError, match="the file of `python:planner_of_mine:drive` is not what it was when it drove"):
         cx.open_run("run", ego="python:planner_of_mine:drive")
+    with pytest.raises(
+        StoreError, match="`python:planner_of_mine:drive` drove in `run`, not `python:planner_of_mine:Dr"
+    ):
+        cx.open_run("run", ego="python:planner_of_mine:Driver")
 
 
 FUZZ = """
@@ -217,14 +225,18 @@ def test_each_controller_has_its_driver(home: Path, capsys: pytest.CaptureFixtur
     assert main(["duel.scn", *both]) == 0
     assert main(["duel.scn", *SMALL, *both, "--out", "run"]) == 0
     assert f"--ego {both[1]} --ego {both[3]}" in " ".join(capsys.readouterr().out.split())
-    assert main(["resume", "run", "--generations", "3", *both]) == 0
+    assert main(["resume", "run", "--generations", "3", *both[2:], *both[:2]]) == 0
     study = ("study", "duel.scn", "--runs", "2", "--generations", "1", "--population", "4", "--methods", "random")
     assert main([*study, *both, "--jobs", "2", "--out", "study"]) == 0
     capsys.readouterr()
     for words, said in (
         (EGO, "nobody drives for the controller `lead`"),
-        ((*both, *both[:2]), "--ego ego=python:planner_of_mine:drive: its controller has a driver"),
-        ((*EGO, *EGO), "--ego python:planner_of_mine:drive: its controller has a driver"),
+        ((*both, *both[:2]), "`ego` has a driver already, `python:planner_of_mine:drive`"),
+        (
+            (*EGO, *EGO),
+            "`python:planner_of_mine:drive` is for no controller by name; of several write --ego CONTROLLER=",
+        ),
+        ((*EGO, *both[2:]), "`python:planner_of_mine:drive` is for no controller by name"),
         ((*both[:2], "--ego", "leed=python:slow_of_mine:creep"), "has no controller `leed`"),
     ):
         assert main(["duel.scn", *words]) == 2
@@ -234,6 +246,66 @@ def test_each_controller_has_its_driver(home: Path, capsys: pytest.CaptureFixtur
         duel.driven_by({"leed": "python:slow_of_mine:creep"})
     arena = duel.environment(2, others={"lead": "python:slow_of_mine:creep"})
     assert arena.reset(seed=1).shape == (2, len(arena.observations))
+
+
+def test_a_driver_has_one_name_however_it_is_given(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """So that a run made in Python goes on from the command line, where the driver has a name there."""
+    import planner_of_mine  # pyright: ignore[reportMissingImports]
+
+    scenario, small = cx.load("mine.scn"), {"generations": 2, "population": 4, "seed": 0}
+    for number, given in enumerate((planner_of_mine.drive, {"ego": planner_of_mine.drive}, f"python:{PLANS}:drive")):
+        scenario.search("random", ego=given, out=f"run{number}", **small)
+        assert main(["resume", f"run{number}", "--generations", "3", "--ego", f"ego=python:{PLANS}:drive"]) == 0
+    assert rows("run0") == rows("run1") == rows("run2")
+    scenario.search("random", ego=planner_of_mine.Driver, out="class", **small)
+    assert main(["resume", "class", "--generations", "3", "--ego", f"python:{PLANS}:Driver"]) == 0
+    scenario.search("random", ego=lambda seen: planner_of_mine.drive(seen), out="lambda", **small)
+    capsys.readouterr()
+    assert main(["resume", "lambda", "--generations", "3"]) == 2
+    assert "name it again in Python, as `ego`" in " ".join(capsys.readouterr().err.split())
+    with pytest.raises(StoreError, match="with --ego-batch 256, not 1"):
+        cx.open_run("run0", ego=named_driver(f"python:{PLANS}:drive", block=1))
+
+
+def test_any_name_of_a_controller_can_be_given_a_driver(home: Path) -> None:
+    """And drivers by name go to another process."""
+    (home / "duel.scn").write_text(DUEL.replace('"lead"', '"lead-car"'), encoding="utf-8")
+    (home / "slow_of_mine.py").write_text(SLOW, encoding="utf-8")
+    both = {"ego": EGO[1], "lead-car": "python:slow_of_mine:creep"}
+    assert main(["duel.scn", "--ego", f"ego={both['ego']}", "--ego", f"lead-car={both['lead-car']}"]) == 0
+    driver = cx.load("duel.scn").driven_by(both).config.driver
+    again = pickle.loads(pickle.dumps(driver))
+    assert (again.name, again.digest) == (driver.name, driver.digest)  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def test_digests_are_of_what_decides(home: Path) -> None:
+    """The file that defines a function, wherever it is imported; all files that a command names."""
+    (home / "package").mkdir()
+    (home / "package" / "__init__.py").write_text(f"from {PLANS} import drive\n", encoding="utf-8")
+    assert named_driver("python:package:drive").digest == named_driver(f"python:{PLANS}:drive").digest != ""
+    import planner_of_mine  # pyright: ignore[reportMissingImports]
+
+    scenario = cx.load("mine.scn")
+    for given in (partial(planner_of_mine.drive), planner_of_mine.Driver()):
+        driver = scenario.driven_by(given).config.driver
+        assert driver is not None
+        assert driver.digest == named_driver(f"python:{PLANS}:drive").digest
+    (home / "settings.yaml").write_text("fast", encoding="utf-8")
+    command = f"process:{sys.executable} {PLANS}.py --settings settings.yaml"
+    before = named_driver(command).digest
+    (home / "settings.yaml").write_text("slow", encoding="utf-8")
+    assert before != named_driver(command).digest != ""
+
+
+def test_what_a_class_prints_is_no_output(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Nor what code prints that is not Python."""
+    noise = "    def __init__(self):\n        import os; print('made'); os.write(1, b'raw')\n"
+    (home / "planner_of_mine.py").write_text(PLANNER.replace("class Driver:\n", f"class Driver:\n{noise}"))
+    assert main(["mine.scn", "--seed", "1", "--engine", "batch", "--json", "--ego", f"python:{PLANS}:Driver"]) == 0
+    said = capfd.readouterr()
+    assert json.loads(said.out)["schema"] == "cortexc/run"
+    assert "made" in said.err
+    assert "raw" in said.err
 
 
 def test_what_a_driver_observes_is_kept(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -271,7 +343,7 @@ def test_blocks_of_one_are_blocks(home: Path) -> None:
 
 def test_files_start_nothing(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Neither a scenario that names a controller like a driver, nor a journal that names one, loads anything."""
-    (home / "trap.py").write_text("raise SystemExit('started')\n", encoding="utf-8")
+    (home / "trap.py").write_text("open('started', 'w')\ndrive = len\n", encoding="utf-8")
     (home / "trap.scn").write_text(TEXT.replace("(every", '("python:trap:drive", every'), encoding="utf-8")
     assert main(["trap.scn"]) == 2
     assert "nobody drives: `python:trap:drive`" in capsys.readouterr().err.replace("\n", " ")
@@ -285,10 +357,18 @@ def test_files_start_nothing(home: Path, capsys: pytest.CaptureFixture[str]) -> 
     run = cx.open_run("run")
     assert run.record.manifest.driver is not None
     assert run.record.manifest.driver.name == "python:trap:drive"
-    for command in (["report", "run"], ["replay", "run", "--to", "x.svg"], ["resume", "run", "--generations", "3"]):
-        main(command)
-    assert "trap" not in sys.modules
-    with pytest.raises(ControllerError):
+    for command, code in (
+        (["report", "run"], 0),
+        (["replay", "run", "--to", "x.svg"], 0),
+        (["verify", "run"], 0),
+        (["analyse", "run", "--budget", "8"], 0),
+        (["export", "run", "--to", "csv", "--out", "x"], 0),
+        (["probability", "run", "--samples", "8"], 2),
+        (["resume", "run", "--generations", "3"], 2),
+    ):
+        assert (command[0], main(command)) == (command[0], code)
+    assert not Path("started").exists()
+    with pytest.raises(ControllerError, match="is not kept"):
         run.scenario.sample(50, seed=9)
 
 
