@@ -97,6 +97,10 @@ class Drives(Protocol):
         """Whether scenes can be driven that have not been driven before."""
         ...
 
+    def afresh(self) -> "Drives":
+        """The same, of whom nothing is known yet."""
+        ...
+
     def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
         """A `driving.Driven`."""
         ...

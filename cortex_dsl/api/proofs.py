@@ -11,12 +11,14 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, open_run
+from engine.config import Config
 from engine.display import facts_table
 from engine.driving.decisions import name_of
 from engine.search.evaluations import Evaluations
-from engine.search.evaluator import repeat, sampled
+from engine.search.evaluator import Repeated, repeat, sampled
 from engine.search.journal_reader import damaged
 from engine.search.manifest import changed_versions
+from engine.search.past import kept_actions
 from engine.search.store import JOURNAL
 from engine.tables import Bools
 
@@ -94,11 +96,31 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
         reasons=_reasons(opened),
         remarks=remarks,
     )
+    if proof.differ and not proof.reasons and _is_of_driver(opened, config, done):
+        driver = opened.record.manifest.driver
+        reason = f"`{driver.name if driver else ''}` decides otherwise than when it drove in the run"
+        return replace(proof, reasons=(reason,))
     if proof.differ and not proof.reasons:
         raise damaged(
             opened.folder / JOURNAL, f"the simulation of {proof.first} gives another result when it is repeated"
         )
     return proof
+
+
+def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:
+    """Whether simulations differ because their driver does: by what it decided, they are as they were."""
+    driver, manifest, evaluations = config.driver, run.record.manifest, run.record.evaluations
+    if driver is None or not driver.anew:
+        return False
+    config = replace(config, driver=kept_actions(driver, run.record.actions))
+    rows = [
+        row
+        for row in done.rows[~done.same].tolist()
+        if name_of(evaluations.keys[*row], evaluations.genomes[row[0]]) in run.record.actions
+    ]
+    again = np.array(rows, dtype=np.int64).reshape(-1, 2)
+    kept = repeat(run.scenario.program, config, manifest.profile, manifest.objective, evaluations, again)
+    return bool(kept.same.all())
 
 
 def _name(evaluations: Evaluations, individual: int, rollout: int) -> str:

@@ -30,7 +30,7 @@ from engine.search.manifest import Link, Manifest, Origin, Text, changed_version
 from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
-from engine.search.ranking import worst_runs
+from engine.search.ranking import worst_cases, worst_runs
 from engine.search.result_files import write_exports
 from engine.search.run import search
 from engine.search.searchers import canonical
@@ -119,7 +119,7 @@ def search_and_keep(
         command_line,
         origin_of(scenario),
         objective,
-        is_reproducible(scenario.program, scenario.sample, scenario.config),
+        is_reproducible(scenario.program, scenario.config),
     )
     workers = workers or default_workers(scenario)
     work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
@@ -165,6 +165,8 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         try:
             if not removed:
                 journal.write(progress)
+                if recorder is not None:
+                    recorder.keep_worst((*worst_cases(progress.evaluations), *worst_runs(progress.evaluations)))
                 journal.keep(recorder.take() if recorder else {})
                 _note_failures(work.folder / FAILURES, recorder)
         except RemovedError as error:
@@ -182,8 +184,11 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         journal.complete(campaign)
         if recorder is not None:
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
-            recorder.keep_worst(work.scenario.program, work.scenario.config.simulation, cases)
+            recorder.keep_worst(cases)
+            recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
+            recorder.keep_others(work.scenario.program, work.scenario.config, cases)
             journal.keep(recorder.take())
+            _note_failures(work.folder / FAILURES, recorder)
         write_exports(work.folder, campaign, work.manifest)
         files = write_cases(work.scenario, work.folder, campaign, work.manifest.file)
         journal.finish(campaign)

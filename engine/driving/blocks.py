@@ -142,6 +142,18 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     return done.tell().scenes
 
 
+def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
+    """Return scenes that were driven before, with what is decided in them this time: nobody is told of failures again.
+
+    Raises:
+        ControllerError: as `drive`.
+    """
+    if config.driver is None or not len(scenes):
+        return scenes
+    done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
+    return done.scenes
+
+
 def drive(
     program: Program,
     scenes: Scenes,

@@ -4,7 +4,8 @@
 `KeptActions` stands in its place afterwards.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,11 +18,13 @@ from engine.driving.names import how_again
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.program import Program
-from engine.sampling import sample
+from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
+from engine.search.assessment import take
 from engine.search.ranking import Case
-from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import RECORDS
+from engine.streams import key_rows, scene_in_words
+from engine.tables import Floats, Ints
+from engine.vocabulary import RECORDS, Method
 
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
@@ -32,6 +35,10 @@ MOST_KEPT = 5_000
 def name_of(key: Ints, genome: Floats) -> bytes:
     """What tells a scene from all others: its key decides its random numbers, with which several genomes are tried."""
     return key.astype("<i8").tobytes() + genome.astype("<f8").tobytes()
+
+
+def _name(case: Case) -> bytes:
+    return name_of(np.array(case.key), np.array(case.genome))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +53,10 @@ class KeptActions:
     block: int = BLOCK
     observe: str = RECORDS
     anew: bool = False
+
+    def afresh(self) -> "KeptActions":
+        """The same: nothing is ever known of it."""
+        return self
 
     def drive(
         self,
@@ -79,6 +90,8 @@ class Recorder:
     """What has not been taken yet."""
     known: set[bytes] = field(default_factory=set)
     """Scenes of which something is, or was, kept."""
+    recent: dict[bytes, Floats] = field(default_factory=dict)
+    """What was decided in the latest scenes, whether it is to be kept or not."""
     failures: list[str] = field(default_factory=list)
     """Of the controller, in words."""
 
@@ -102,6 +115,10 @@ class Recorder:
     def anew(self) -> bool:
         return self.driver.anew
 
+    def afresh(self) -> "Recorder":
+        """The same, which keeps what it keeps."""
+        return replace(self, driver=self.driver.afresh())
+
     def drive(
         self,
         program: Program,
@@ -113,23 +130,49 @@ class Recorder:
         """Drive all valid scenes, and keep what was decided in collisions."""
         done: Driven = self.driver.drive(program, scenes, config, contact, jobs)
         self.failures.extend(done.remarks)
-        self._keep(done, done.outcomes.collided & scenes.valid, MOST_KEPT)
+        for row in np.flatnonzero(done.scenes.valid).tolist():
+            key = name_of(scenes.keys[row], scenes.genomes[row])
+            self._note(done, row)
+            if done.outcomes.collided[row] and len(self.known) < MOST_KEPT:
+                self._keep(key)
+        for key in [*self.recent][: len(self.recent) - MOST_KEPT]:
+            del self.recent[key]
         return done
 
-    def keep_worst(self, program: Program, config: SimulationConfig, cases: Sequence[Case]) -> None:
-        """Drive cases for the sake of what is decided in them, whatever they came to; not those over which it fails."""
+    def keep_worst(self, cases: Sequence[Case]) -> None:
+        """Keep what was decided in these of the latest scenes, whatever they came to."""
         for case in cases:
-            if case.lost or name_of(np.array(case.key), np.array(case.genome)) in self.known:
-                continue
-            scene = sample(program, np.array([case.genome]), np.array([case.key], dtype=np.int64), config)
-            self._keep(self.driver.drive(program, scene, config, CONTACT), scene.valid, MOST_KEPT + len(cases))
+            self._keep(_name(case))
 
-    def _keep(self, done: Driven, chosen: Bools, most: int) -> None:
-        for row in np.flatnonzero(chosen).tolist():
-            key = name_of(done.scenes.keys[row], done.scenes.genomes[row])
-            if key not in self.known and len(self.known) < most:
-                self.known.add(key)
-                self.kept[key] = done.scenes.actions[row, : int(done.outcomes.steps[row]) + 1].copy()
+    def keep_others(self, program: Program, config: Config, cases: Sequence[Case]) -> None:
+        """Drive cases once more of which nothing is known any more: too much was driven since. A driver that fails
+        now, or drives otherwise, is noted.
+        """
+        for case in cases:
+            if case.lost or _name(case) in self.known:
+                continue
+            scene = sample(program, np.array([case.genome]), np.array([case.key], dtype=np.int64), config.simulation)
+            try:
+                done: Driven = self.driver.drive(program, scene, config.simulation, config.contact)
+            except ControllerError as error:
+                self.failures.append(error.message)
+                continue
+            self.failures.extend(done.remarks)
+            near = float(np.nanmin(done.outcomes.min_distance, initial=math.inf))
+            if done.scenes.valid.any() and near in (case.min_distance, math.inf):
+                self._note(done, 0)
+                self.keep_worst([case])
+            elif done.scenes.valid.any():
+                self.failures.append(f"`{self.name}` drives otherwise in {scene_in_words(case.key)} than it did")
+
+    def _note(self, done: Driven, row: int) -> None:
+        key = name_of(done.scenes.keys[row], done.scenes.genomes[row])
+        self.recent.setdefault(key, done.scenes.actions[row, : int(done.outcomes.steps[row]) + 1].copy())
+
+    def _keep(self, key: bytes) -> None:
+        if key in self.recent and key not in self.known:
+            self.known.add(key)
+            self.kept[key] = self.recent[key]
 
     def take(self) -> dict[bytes, Floats]:
         """Hand out what has been kept since the last time."""
@@ -138,11 +181,29 @@ class Recorder:
         return taken
 
 
-def is_reproducible(program: Program, draw: Callable[[int], Scenes], config: Config) -> bool:
-    """Whether who drives does so alike in a block of scenes that is given twice; `draw` makes driven ones."""
+PROBES = 8
+"""Scenes that are driven twice to see whether a driver repeats itself."""
+
+
+def is_reproducible(program: Program, config: Config) -> bool:
+    """Whether the driver decides alike in some scenes that it is given twice. What it decides may still depend on what
+    else is in their block.
+
+    Raises:
+        ControllerError: it cannot drive.
+    """
     driver = config.driver
     if driver is None:
         return True
-    scenes = draw(driver.block)
-    again: Driven = driver.drive(program, scenes, config.simulation, config.contact)
-    return bool(np.array_equal(scenes.actions, again.scenes.actions))
+    drawn = (_probes(program, config, count) for count in (PROBES, 8 * PROBES, 64 * PROBES))
+    scenes = next((each for each in drawn if each.valid.any()), None)
+    if scenes is None:  # nor will there be a run
+        return True
+    chosen = take(scenes, np.flatnonzero(scenes.valid)[:PROBES])
+    once, again = (driver.drive(program, chosen, config.simulation, config.contact).scenes for _ in range(2))
+    return bool(np.array_equal(once.actions, again.actions) and np.array_equal(once.verdict, again.verdict))
+
+
+def _probes(program: Program, config: Config, count: int) -> Scenes:
+    keys = key_rows(config.search.seed, Method.SAMPLE, 0, 0, range(count))
+    return sample(program, draw_genomes(program.space, keys), keys, config.simulation)

@@ -139,8 +139,9 @@ def _definition(thing: Any) -> Any:
     """The function or class that decides what a thing does."""
     while isinstance(thing, partial):
         thing = cast("partial[Any]", thing).func
-    thing = cast("Any", unwrap(thing) if callable(thing) else thing)
-    return thing if isclass(thing) or isroutine(thing) else type(thing)
+    if callable(thing):
+        thing = unwrap(thing)
+    return thing if any(is_one(thing) for is_one in (isclass, isroutine)) else cast("Any", type(thing))
 
 
 def _sources(thing: Any) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
-from engine.driving.blocks import Driven, driven
+from engine.driving.blocks import Driven, redriven
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
@@ -62,7 +62,7 @@ def make_blaming(program: Program, config: Config) -> Blaming:
     prune = pruner(program) if config.simulation.prune else None
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
-        scenes = driven(program, sample(program, genomes, keys, config.simulation, jobs, prune), config, jobs)
+        scenes = redriven(program, sample(program, genomes, keys, config.simulation, jobs, prune), config, jobs)
         return blame(program, scenes, config.simulation, config.contact, jobs)
 
     return blaming
@@ -71,15 +71,16 @@ def make_blaming(program: Program, config: Config) -> Blaming:
 def _simulator(
     program: Program, config: Config, gaps: bool
 ) -> Callable[[Scenes], tuple[Scenes, Outcomes, Floats | None]]:
-    """The host, for scenes that whom the config names has to drive first: who does so runs them in the batch host.
-    Which scenes were run, what came of them, and, where `gaps` are wanted and the host can tell them, these.
+    """Return what runs scenes: which scenes were run, what came of them, and, where `gaps` are wanted and the host can
+    tell them, these. Scenes that a driver drives are run as they are driven; the world runs them once more.
     """
     simulate, batched = make_host(program, config), config.search.engine == "batch"
+    told = set[str]()
 
     def run(scenes: Scenes) -> Simulated:
         if config.driver is not None:
             done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, config.search.jobs)
-            done.tell()
+            done.tell(told)
             return done.scenes, done.outcomes if batched else simulate(done.scenes), None
         if gaps and batched:
             from engine.batch import simulate_with_gaps

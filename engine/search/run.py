@@ -253,6 +253,8 @@ def search(
             raise ArgumentError("a controller drives in this process, and not on a cluster", "leave `--dask` out")
         if executor and not all(isinstance(each, str) for each in objective):
             raise ArgumentError("a function as objective runs in threads of this process", "leave `workers` out")
+        if config.driver is not None:
+            config = replace(config, driver=config.driver.afresh())
         here = make_evaluator(program, config, PROFILES[profile], aims)
         return run_campaign(
             program.space,

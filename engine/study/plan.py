@@ -15,8 +15,7 @@ from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
 from engine.search.protocol import SOUGHT, Box
 from engine.search.searchers import build_searcher, find_searcher, seek
-from engine.streams import FIELD_BITS, key_rows
-from engine.vocabulary import Method
+from engine.streams import FIELD_BITS
 
 RUNS = 30
 """The least number of runs on which "beats" may be said."""
@@ -156,9 +155,6 @@ def check(plan: Plan) -> None:
 def _try_driver(subject: Subject) -> None:
     driver = subject.config.driver
     if driver is not None and driver.anew:
-        from engine.driving.blocks import driven
-        from engine.sampling import draw_genomes, sample
+        from engine.driving.decisions import is_reproducible
 
-        keys = key_rows(subject.config.search.seed, Method.SAMPLE, 0, 0, range(driver.block))
-        genomes = draw_genomes(subject.program.space, keys)
-        driven(subject.program, sample(subject.program, genomes, keys, subject.config.simulation), subject.config)
+        is_reproducible(subject.program, subject.config)

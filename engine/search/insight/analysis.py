@@ -10,7 +10,7 @@ import numpy as np
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.choices import choice_names, drawn_lanes
 from engine.config import Config
-from engine.driving.blocks import driven
+from engine.driving.blocks import redriven
 from engine.program import ParamSpace, Program, VariantLabel
 from engine.risk import PROFILES
 from engine.road import build_network
@@ -155,7 +155,7 @@ def driven_again(
     chosen = np.array(rows, dtype=np.int64)
     hit = chosen[evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]]
     keys = evaluations.keys[hit, evaluations.worst_rollout[hit]]
-    scenes = driven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
+    scenes = redriven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
     answers = avoidability(program, scenes, config.simulation, contact=config.contact)
     refuse_missing(np.ones(len(hit), dtype=bool), answers)
     known = dict(zip(hit.tolist(), answers, strict=True))

@@ -145,13 +145,13 @@ def _of_event(evaluate: Evaluate) -> Evaluate:
 def make_judge(program: Program, config: Config) -> Judge:
     """The reference driver of `engine.avoidability`, for scenes of this program."""
     from engine.avoidability import avoidability, refuse_missing
-    from engine.driving.blocks import driven
+    from engine.driving.blocks import redriven
     from engine.sampling import sample
 
     def judge(genomes: Floats, keys: Ints) -> Bools:
-        scenes = driven(program, sample(program, genomes, keys, config.simulation), config)
+        scenes = redriven(program, sample(program, genomes, keys, config.simulation), config)
         answers = avoidability(program, scenes, config.simulation, contact=config.contact)
-        refuse_missing(np.ones(len(answers), dtype=bool), answers)
+        refuse_missing(scenes.valid, answers)
         return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
 
     return judge

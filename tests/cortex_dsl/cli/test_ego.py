@@ -208,6 +208,85 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     assert ("Over cases 1 to 10 the driver failed" in Path("run/report.html").read_text("utf-8")) == bool(goal)
 
 
+WHIMS = """
+import numpy as np
+import planner
+
+class Late:
+    \"\"\"Fails from some question on.\"\"\"
+
+    def __init__(self):
+        self.left = 700
+
+    def reset(self, lanes, keys):
+        pass
+
+    def act(self, seen, active):
+        self.left -= 1
+        if self.left < 0:
+            raise RuntimeError("out of memory\\nsays \\x1b[31mthe GPU")
+        return planner.drive(seen)
+
+class Counter(Late):
+    \"\"\"Never drives alike.\"\"\"
+
+    def act(self, seen, active):
+        self.left += 1
+        pedals = planner.drive(seen)
+        pedals[:, 0] *= 0.3 + 0.7 * (self.left * 0.618 % 1.0)
+        return pedals
+
+class Norm(Late):
+    \"\"\"Drives as the others of its block go.\"\"\"
+
+    def act(self, seen, active):
+        pedals = planner.drive(seen)
+        pedals[:, 0] *= np.clip(seen[:, 0].sum() / 400, 0.2, 1)
+        return pedals
+"""
+
+
+def test_a_finished_search_is_kept_whole_though_its_driver_fails_afterwards(home: Path) -> None:
+    """What is left to drive costs itself alone; each failure is one line of plain text."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "whims.py").write_text(WHIMS, encoding="utf-8")
+    search = ("crossing.scn", "--random", "--generations", "6", "--population", "20", "--seed", "1")
+    assert main([*search, "--ego", "python:whims:Late", "--out", "run"]) == 0
+    run = cx.open_run("run")
+    assert run.record.status == "finished"
+    verdict = run.record.evaluations.rollouts.verdict
+    assert (verdict == Verdict.VALID).any()
+    lost = int((verdict == Verdict.CONTROLLER).sum())
+    assert lost > 0
+    assert Path("run/evaluations.csv").exists()
+    log = Path("run/controller.log").read_text(encoding="utf-8")
+    assert len(log.splitlines()) >= lost
+    assert "out of memory says" in log
+    assert "\x1b" not in log
+
+
+@pytest.mark.parametrize("driver", ["Counter", "Norm"])
+def test_a_driver_that_is_not_the_same_again_is_no_damage(
+    home: Path, capsys: pytest.CaptureFixture[str], driver: str
+) -> None:
+    """What was decided is kept of the very runs that are judged; who decides otherwise now is told so."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "whims.py").write_text(WHIMS, encoding="utf-8")
+    search = ("crossing.scn", "--random", "--generations", "3", "--population", "20", "--seed", "1")
+    assert main([*search, "--ego", f"python:whims:{driver}", "--out", "run"]) == 0
+    worst = cx.open_run("run")
+    assert len(worst.record.actions) >= 10
+    assert main(["verify", "run"]) == 0
+    capsys.readouterr()
+    assert main(["verify", "run", "--ego", f"python:whims:{driver}"]) == 0
+    said = capsys.readouterr()
+    told = " ".join((said.out + said.err).split())
+    assert "damaged" not in told
+    assert "decides otherwise than when it drove" in told or "does not repeat itself" in told
+
+
 DUEL = TEXT.replace("with speed 0", 'with speed 0, with behavior ExternalBehavior("lead", actions="speed")')
 SLOW = """
 import numpy as np
