@@ -5,7 +5,8 @@
     many = gymnasium.make_vec("cortex_dsl.gym:cortexc/Scenario-v0", num_envs=1024, scenario="mine.scn")
 
 What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes
-begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP).
+begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP). At an end `info` says what became of
+the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 """
 
 # Packages of this extra annotate what classes hold for instances.
@@ -29,7 +30,9 @@ else:
     spaces, vector = gymnasium.spaces, gymnasium.vector
 
 from engine.control import Action
+from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats
+from engine.vocabulary import EndReason, Verdict
 
 ID = "cortexc/Scenario-v0"
 FARTHEST = 1e9
@@ -50,6 +53,26 @@ def observation_space(count: int) -> "spaces.Box":
 def bounded(observations: Floats) -> Floats:
     """What is observed, inside of its space."""
     return np.clip(np.nan_to_num(observations), -FARTHEST, FARTHEST)
+
+
+def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
+    """What became of runs that have just ended, as Gymnasium has it of lanes side by side: (n,) arrays, and beside each
+    where it counts, by its name after `_`.
+    """
+    if not ended.any():
+        return {}
+    words = {
+        "end": [EndReason(int(reason)).name.lower() if reason >= 0 else "" for reason in outcomes.end_reason],
+        "verdict": [Verdict(int(verdict)).name.lower() for verdict in outcomes.verdict],
+    }
+    columns = {"collided": outcomes.collided, **{name: np.array(each, dtype=object) for name, each in words.items()}}
+    return columns | {f"_{name}": ended for name in columns}
+
+
+def end_of(outcomes: Outcomes, *, ended: bool) -> dict[str, Any]:
+    """The same of the only lane."""
+    columns = ends_of(outcomes, np.array([ended]))
+    return {name: each.tolist()[0] for name, each in columns.items() if not name.startswith("_")}
 
 
 def scenario_of(scenario: "Scenario | str | Path") -> Scenario:
@@ -76,8 +99,9 @@ class ScenarioEnv(gymnasium.Env[Floats, Floats]):
     def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Do the actions, and run on to the next decision."""
         step = self.environment.step(np.asarray(action, dtype=np.float64)[np.newaxis])
-        seen = bounded(step.observations)[0]
-        return seen, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), {}
+        seen, ended = bounded(step.observations)[0], bool(step.terminated[0] or step.truncated[0])
+        info = end_of(self.environment.outcomes, ended=True) if ended else {}
+        return seen, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), info
 
 
 class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
@@ -101,7 +125,9 @@ class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
     def step(self, actions: Floats) -> tuple[Floats, Floats, Bools, Bools, dict[str, Any]]:
         """Do the actions in all lanes, and run on to the next decision."""
         step = self.environment.step(actions)
-        return bounded(step.observations), step.rewards, step.terminated, step.truncated, {}
+        ended = step.terminated | step.truncated
+        info = ends_of(self.environment.outcomes, ended) if ended.any() else {}
+        return bounded(step.observations), step.rewards, step.terminated, step.truncated, info
 
 
 def register() -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.gym import SEEDS, action_space, bounded, observation_space, scenario_of
+from cortex_dsl.gym import SEEDS, action_space, bounded, end_of, observation_space, scenario_of
 from engine.driving.environment import Episodes
 from engine.extras import needed
 from engine.tables import Floats
@@ -79,7 +79,7 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
             self._each([float(each[0]) for each in rewards]),
             self._each(ends[0]),
             self._each(ends[1]),
-            self._each([{} for _ in seen]),
+            self._each([end_of(self.episodes.outcomes, ended=ends[0][0] or ends[1][0]) for _ in seen]),
         )
         if terminated[0] or truncated[0]:
             self.agents = []

@@ -35,7 +35,9 @@ class _Decided:
     verdict: Annotated[
         Ints,
         Result(
-            "`valid`; `exhausted`, `infeasible`, `aborted`: no valid scene; `error`: the engine failed", kind=Verdict
+            "`valid`; `exhausted`, `infeasible`, `aborted`: no valid scene; `error`: the engine failed; "
+            "`controller`: the driver failed",
+            kind=Verdict,
         ),
     ]
 

@@ -134,15 +134,18 @@ class Scenario:
         """Return `n` scenes side by side, in which somebody outside drives step by step: `reset(seed)` and
         `step(actions)` on arrays. A lane that has ended begins its next episode with the next step.
 
-        `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers.
+        `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers,
+        where they are left out those of `driven_by`.
         `reward`: an objective; what it comes to at the end of a run counts against the ego and for all others. A file
         with `record … as "reward"` decides itself. `observe`: `records` of the file, or `egocentric`.
         """
-        from engine.driving.environment import Environment, Episodes
+        from engine.driving.environment import Environment, Episodes, others_of
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, OBSERVABLE)
         (aim,) = arguments.objectives_of(self.program, reward)
+        if others is None and self.config.driver is not None:
+            others = others_of(self.program, self.config.driver, controller)
         config = replace(self.config, driver=None, search=replace(self.config.search, jobs=jobs))
         agents = (controller,) if controller else ()
         return Environment(Episodes(self.program, n, config, agents, others, aim, observe))

@@ -7,7 +7,7 @@ from pathlib import Path
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import checked_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
@@ -108,7 +108,8 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, RunRequest(seed=options.seed, jobs=options.jobs, ego=options.ego), compiled)
+    run = RunRequest(seed=options.seed, jobs=options.jobs, **driver_options(options))
+    scenario = open_scenario(request, run, compiled)
     compile_kernels(scenario, terminal)
     seed = options.seed or 0
     with usage_errors():
@@ -126,9 +127,10 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
     """The same for the scenario that a run searched, kept beside its journal."""
-    for name in ("param", "scenario"):
+    for name in ("param", "scenario", "ego_batch", "ego_observes"):
         if getattr(options, name) is not None:
-            raise UsageError(f"--{name} has no effect on a run: it was searched as it was", "leave it out")
+            flag = f"--{name.replace('_', '-')}"
+            raise UsageError(f"{flag} has no effect on a run: it was searched as it was", "leave it out")
     with usage_errors():
         run = open_run(options.file, options.ego)
         compile_kernels(run.scenario, terminal)
@@ -171,7 +173,7 @@ def _probability_options(parser: Parser) -> None:
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
     parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="seed of all random numbers (0)")
     add_jobs(parser)
-    add_ego(parser, batch=False)
+    add_ego(parser)
 
 
 PROBABILITY = Command(

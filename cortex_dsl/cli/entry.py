@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
-from cortex_dsl.installation import check_engine
-from engine.errors import ControllerError, HiddenEngineError
+from cortex_dsl.installation import HOME, check_engine
+from engine.errors import ControllerError, CortexError, HiddenEngineError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,6 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _dispatch(words, terminal)
         sys.stdout.flush()
     except (UsageError, HiddenEngineError, ControllerError) as error:
+        _trace(error.__cause__, terminal)
         terminal.complain(error.message, error.cure)
         code = _documented(Exit.USAGE, error.message, error.cure, words, terminal)
     except KeyboardInterrupt:
@@ -44,6 +45,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         report_bug(error, words, terminal)
         code = _documented(Exit.BUG, f"a bug in cortexc: {type(error).__name__}", "please report it", words, terminal)
     return int(code)
+
+
+def _trace(cause: BaseException | None, terminal: Terminal) -> None:
+    """Where it was raised, of an error in the user's own driver."""
+    while isinstance(cause, CortexError):
+        cause = cause.__cause__
+    if cause is None or isinstance(cause, OSError):
+        return
+    import traceback
+
+    ours = tuple(str(HOME / package) for package in ("engine", "cortex_dsl"))
+    frames = [frame for frame in traceback.extract_tb(cause.__traceback__) if not frame.filename.startswith(ours)]
+    if len(frames) > 1:
+        terminal.err.print("".join(traceback.format_list(frames)).rstrip(), style="quiet", markup=False, soft_wrap=True)
 
 
 def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], terminal: Terminal) -> Exit:

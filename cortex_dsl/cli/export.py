@@ -8,7 +8,7 @@ from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import known_formats, write_cases
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, with_example
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, driver_words, refuse_driver, with_example
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
@@ -104,6 +104,7 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
             raise UsageError(f"{flag} is for a scenario, and a run has its own", "name a case with --case K")
+    refuse_driver(options)
     run = opened_run(options.what)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
@@ -141,7 +142,8 @@ def _scene_words(options: argparse.Namespace) -> list[str]:
     params = [word for name, value in options.param or () for word in ("-p", f"{name}={value}")]
     scenario = [] if options.scenario is None else ["--scenario", options.scenario]
     seed = [] if options.seed is None else ["--seed", str(options.seed)]
-    return [as_word(options.what), *scenario, *params, *seed]
+    driver = driver_words(options.ego, options.ego_batch, options.ego_observes)
+    return [as_word(options.what), *scenario, *params, *seed, *driver]
 
 
 def as_word(path: Path) -> str:
@@ -233,6 +235,7 @@ def _options(parser: Parser) -> None:
     )
     parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="fix a param")
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
+    add_ego(parser)
     parser.add_argument("--to", metavar="FORMATS", help="one or more formats, separated by commas; `list` shows all")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"

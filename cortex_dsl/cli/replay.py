@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import PICTURES, pace, picture, play_case
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, driver_words, refuse_driver
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
@@ -31,6 +31,8 @@ def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
     _check_target(options.to)
     if options.seed is not None and options.what.suffix != ".scn":
         raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
+    if options.what.suffix != ".scn":
+        refuse_driver(options)
     found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options.what, options.case or 1)
     if isinstance(found, int):
         return found
@@ -67,6 +69,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     if options.case is not None:
         raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
     words = [str(options.what), *([] if options.seed is None else ["--seed", str(options.seed)])]
+    words += driver_words(options.ego, options.ego_batch, options.ego_observes)
     drawn = drawn_scene(words, terminal)
     if isinstance(drawn, Exit):
         return drawn
@@ -81,6 +84,7 @@ def _options(parser: Parser) -> None:
     parser.add_argument(
         "--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="seed of the scene of a scenario (0)"
     )
+    add_ego(parser)
     parser.add_argument(
         "--speed", type=pace, default=1.0, metavar="X", help="speed of playback; 2 is twice as fast (1)"
     )

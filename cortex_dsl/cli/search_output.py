@@ -13,8 +13,9 @@ from pathlib import Path
 from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
-from cortex_dsl.console.request import CompileRequest, RunRequest
+from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import as_argument
@@ -112,11 +113,7 @@ def _driver_options(driver: DrivenBy | None) -> str:
     """What names on a command line who drives in a worst case again."""
     if driver is None:
         return ""
-    usual = RunRequest()
-    options = [as_options(driver.name)]
-    options += [f"--ego-batch {driver.block}"] if driver.block != usual.ego_batch else []
-    options += [f"--ego-observes {driver.observe}"] if driver.observe != usual.ego_observes else []
-    return " ".join(options)
+    return " ".join([as_options(driver.name), *driver_words(None, driver.block, driver.observe)])
 
 
 def _settings(found: Sequence[Found]) -> str:

@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from cortex_dsl.console.request import whole_number
+from cortex_dsl.console.request import RunRequest, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import harmless
 from cortex_dsl.spelling import nearest
-from engine.driving.names import Egos, added
+from engine.driving.names import Egos, added, words_of
 from engine.frozen import frozen
 from engine.vocabulary import OBSERVABLE
 
@@ -219,6 +219,22 @@ def driver_options(options: argparse.Namespace) -> dict[str, Any]:
     if given and "ego" not in given:
         raise UsageError(f"--{next(iter(given)).replace('_', '-')} has no effect without a driver", "add --ego NAME")
     return given
+
+
+def driver_words(ego: Egos | None, batch: int | None, observes: str | None) -> list[str]:
+    """The words of a command line that name a driver again; of what is as it is anyway, nothing."""
+    usual = RunRequest()
+    words = [] if ego is None else words_of(ego)
+    words += [] if batch in (None, usual.ego_batch) else ["--ego-batch", str(batch)]
+    return words + ([] if observes in (None, usual.ego_observes) else ["--ego-observes", str(observes)])
+
+
+def refuse_driver(options: argparse.Namespace) -> None:
+    """Raise UsageError for options about the driver where a run is shown: it has its own, and keeps what it decided."""
+    for name in DRIVER_OPTIONS:
+        if getattr(options, name) is not None:
+            flag = f"--{name.replace('_', '-')}"
+            raise UsageError(f"{flag} is for a scenario, and a run keeps what its driver decided", f"leave {flag} out")
 
 
 class _OneMoreDriver(argparse.Action):

@@ -10,6 +10,7 @@ import numpy as np
 from cortex_dsl.api.arguments import held_params
 from cortex_dsl.api.loading import in_file
 from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
@@ -24,12 +25,11 @@ from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
-from engine.driving.names import words_of
 from engine.metrics import recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
 from engine.scenes import Scenes, Trajectory
-from engine.vocabulary import RECORDS, EndReason, Verdict
+from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
@@ -229,9 +229,7 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
         words += [] if value is None else [flag, f"{value!r}"]
     words += ["--prune"] if run.prune else []
     words += ["--engine", run.engine] if run.engine else []
-    words += words_of(run.ego) if run.ego else []
-    words += ["--ego-batch", str(run.ego_batch)] if run.ego_batch != RunRequest().ego_batch else []
-    words += ["--ego-observes", run.ego_observes] if run.ego_observes != RECORDS else []
+    words += driver_words(run.ego, run.ego_batch, run.ego_observes)
     words += ["--profile", run.profile] if run.profile != "paper" else []
     return shlex.join(words)
 

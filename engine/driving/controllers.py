@@ -184,7 +184,10 @@ class Seat:
             LostError: it failed, or gave no such array.
         """
         timed = (times,) if isinstance(self.controller, Stack) else ()
-        seen = f" for observations of shape {observations.shape}, as `scenario.environment().observations` names them"
+        seen = (
+            f"; it is given observations of shape {observations.shape}: rows are scenes, and "
+            "`scenario.environment().observations` names the columns"
+        )
         given = self._ask(lambda: self.controller.act(observations, active, *timed), "act", seen)
         return shaped(self.control, given, active)
 
@@ -202,7 +205,7 @@ class Seat:
             who, kind = f"the controller `{self.control.controller}`", type(error).__name__
             raise LostError(
                 f"{who} raised {kind} in `{what}`: {_in_short(error)}{_place(error)}",
-                f"correct it{about}; what was finished before is kept",
+                f"correct it{about}",
             ) from error
 
 

@@ -10,12 +10,12 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from engine.arguments import whole
-from engine.config import Config
+from engine.config import Config, Drives
 from engine.control import Action, Control
 from engine.driving.controllers import Seat, checked, meant, seats_of
 from engine.driving.named import driver_of
@@ -324,8 +324,19 @@ def _number(program: Program, name: str) -> int:
     return names.index(name)
 
 
+def others_of(program: Program, driver: Drives, agent: str) -> Mapping[str, object]:
+    """Who drives beside an agent, of those whom a scenario is driven by."""
+    given: object = getattr(driver, "given", None)
+    every = cast("Mapping[str, object]", given) if isinstance(given, Mapping) else {meant(program): given}
+    return {name: each for name, each in every.items() if name != (agent or meant(program)) and each is not None}
+
+
 def _seats(program: Program, agents: Sequence[str], others: Mapping[str, object]) -> list[tuple[Seat, int]]:
     """Who drives for the controllers that are no agents."""
+    if both := [name for name in agents if name in others]:
+        raise ArgumentError(
+            f"`{both[0]}` decides step by step, and has a driver in `others`", "leave it out of `others`"
+        )
     missing = [c.controller for c in program.controls if c.controller not in (*agents, *others)]
     if missing:
         raise ArgumentError(

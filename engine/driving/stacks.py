@@ -17,9 +17,9 @@ that two processes share, our first line says as `memory` its `size` and from wh
 the `actions`, stand in it; `CORTEXC_MEMORY` is its number. A stack that adds `"memory": true` to its own first line is
 sent the number of each question alone, reads the rest there, leaves its actions there, and answers with one byte.
 
-A stack that dies, hangs up, takes longer than `LATE` over an answer, or answers more than it was asked is killed with
-all that it has started, but what has left its session, as a daemon does. One that only starts another, and ends with
-exit code 0, has not died.
+A stack that dies, hangs up, takes longer than `LATE` and `EACH` over an answer, or answers more than it was asked is
+killed with all that it has started, but what has left its session, as a daemon does. One that only starts another, and
+ends with exit code 0, has not died.
 """
 
 import json
@@ -45,7 +45,9 @@ from engine.tables import Bools, Floats, Ints
 
 VERSION = 1
 LATE = 30.0
-"""Over an answer [s]; a stack that computes for longer has stopped."""
+"""Over an answer [s], and …"""
+EACH = 1.0
+"""… so much more for each row that is asked; a stack that computes for longer has stopped."""
 BEGINNING = 120.0
 """Until it has answered the first line [s]: it may load weights."""
 GLANCE = 0.25
@@ -100,19 +102,20 @@ class Stack:
             active,
             observations.astype("<f8", copy=False),
         )
+        limit = LATE + EACH * int(np.count_nonzero(active))
         if running.memory is None:
-            answer = self._answer(running, question, 8 * count * len(self._header["actions"]))
+            answer = self._answer(running, question, 8 * count * len(self._header["actions"]), limit)
             return np.frombuffer(answer, dtype="<f8").reshape(count, -1)
         views = running.memory.views
         for view, part in zip(views.values(), question, strict=False):
             view[:] = part
-        self._answer(running, (number,), 1)
+        self._answer(running, (number,), 1, limit)
         return views["actions"].copy()
 
-    def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int) -> bytes:
+    def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int, limit: float) -> bytes:
         """The answer in the pipe, of so many bytes."""
         self._nothing_left(running, size)
-        answer = self._exchange(running, [_bytes(each) for each in question], size, LATE)
+        answer = self._exchange(running, [_bytes(each) for each in question], size, limit)
         running.questions += 1
         self._starts, self._fresh[:] = 0, False
         return answer
@@ -184,7 +187,7 @@ class Stack:
             code = running.process.poll()
             what = f"took longer than {limit:g} s over {_asked_for(size, error)}" if late else _ending(code)
             raise self._lost(
-                running, what, self._whole(size) if late and size >= 0 else "see what it printed"
+                running, what, self._whole(size) if late and size >= 0 else "look for what ends it, or run it by itself"
             ) from error
 
     def _lost(self, running: Process, what: str, cure: str) -> LostError:

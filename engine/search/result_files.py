@@ -43,7 +43,7 @@ _HEAD = """\
 
 | file | holds |
 |---|---|
-| `worst/01.scn` … | the worst cases, each a scenario: `cortexc worst/01.scn` shows the same outcome again |
+| `worst/01.scn` … | the worst cases, each a scenario: `cortexc worst/01.scn`, with the `--ego` of the run |
 | `failures/01.scn` … | the first scenes over which the driver failed, for `--ego`; `controller.log` says how it did |
 | `summary.json` | settings and versions, figures of the whole search, worst cases, what each gene did |
 | `evaluations.csv` | one row for each rollout of each individual; an elite's rows are repeated, `reused` is 1 |

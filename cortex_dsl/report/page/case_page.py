@@ -212,9 +212,14 @@ def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
     )
 
 
+AT_ONCE = 1e-9
+"""Moments no farther apart are one [s]."""
+
+
 def _verdict(replay: CaseReplay, case: Case) -> Node:
-    last = [moment for moment in replay.moments if moment.kind in ("contact", "end")]
-    end = last[0].text if last else ""
+    over = float(replay.outcomes.end_time[0]) + AT_ONCE
+    last = [moment for moment in replay.moments if moment.kind in ("contact", "end") and moment.time <= over]
+    end = last[-1].text if last else ""
     return [
         element("b", "risk ", figure(f"case.{case.rank}.score", case.score, str(case.score)), f" of {HIGHEST_RISK}"),
         " · ",
@@ -262,6 +267,7 @@ def _again(replay: CaseReplay, place: Place) -> Element:
             "p",
             "A separate scenario, which gives the same outcome bit for bit with ",
             element("code", f"cortexc {next(iter(replay.files))}"),
+            " and the same --ego" if replay.program.controls else None,
             "; its stream of random numbers is ",
             element("code", format_key(place.case.key)),
             ".",

@@ -103,6 +103,7 @@ def sensitivity(
     runs = _run(space, evaluate, *_designs(space, rows, seed))
     shape = designs, TWICE, rows
     valid = (runs.verdict == Verdict.VALID).reshape(shape)
+    allowed = valid | (runs.verdict == Verdict.CONTROLLER).reshape(shape)  # there is a scene, whose driver failed
     collided = runs.collided.reshape(shape) & valid
     weights = _resampled(rows, seed)
 
@@ -110,7 +111,7 @@ def sensitivity(
         return _indices(space.names, output, known, weights, level)
 
     return Sensitivity(
-        validity=indices(valid.astype(np.float64), np.ones(shape, dtype=bool)),
+        validity=indices(allowed.astype(np.float64), np.ones(shape, dtype=bool)),
         risk=indices(runs.continuous.reshape(shape), valid),
         collision=indices(collided.astype(np.float64), valid),
         rows=rows,

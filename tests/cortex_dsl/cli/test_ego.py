@@ -7,6 +7,7 @@ import sqlite3
 import sys
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -331,7 +332,7 @@ def test_a_driver_has_one_name_however_it_is_given(home: Path, capsys: pytest.Ca
     """So that a run made in Python goes on from the command line, where the driver has a name there."""
     import planner_of_mine  # pyright: ignore[reportMissingImports]
 
-    scenario, small = cx.load("mine.scn"), {"generations": 2, "population": 4, "seed": 0}
+    scenario, small = cx.load("mine.scn"), dict[str, Any](generations=2, population=4, seed=0)
     for number, given in enumerate((planner_of_mine.drive, {"ego": planner_of_mine.drive}, f"python:{PLANS}:drive")):
         scenario.search("random", ego=given, out=f"run{number}", **small)
         assert main(["resume", f"run{number}", "--generations", "3", "--ego", f"ego=python:{PLANS}:drive"]) == 0

@@ -539,7 +539,7 @@ def test_failures_are_told_by_scene_and_in_brief(caplog: pytest.LogCaptureFixtur
 def test_who_has_answered_is_no_broken_driver() -> None:
     """Who has come to an end of scenes may fail over all later ones; who never does is given up after some."""
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
-    scenes, whims = scenario.sample(8, seed=3), [cruising]
+    scenes, whims = scenario.sample(8, seed=3), list[Callable[[Floats], Floats]]([cruising])
     driver = Driver(lambda seen: whims[0](seen), block=8)
     driver.drive(scenario.program, scenes)
     whims[0] = nothing
