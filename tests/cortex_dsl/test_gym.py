@@ -60,6 +60,27 @@ def test_ids_are_registered(file: Path) -> None:
     many.close()
 
 
+def test_info_says_how_a_run_ended(scenario: cx.Scenario) -> None:
+    """Of one, of lanes side by side, where they have ended, and of each agent."""
+    one = ScenarioEnv(scenario, others={"other": standing})
+    one.reset(seed=5)
+    while not (step := one.step(np.zeros(3)))[3]:
+        assert step[4] == {}
+    assert step[4] == {"collided": False, "end": "timeout", "verdict": "valid"}
+    many = ScenarioVectorEnv(4, scenario, others={"other": standing})
+    many.reset(seed=5)
+    while not (step := many.step(np.zeros((4, 3))))[3].any():
+        assert step[4] == {}
+    info = step[4]
+    assert np.array_equal(info["_end"], step[2] | step[3])
+    assert info["end"][info["_end"]].tolist() == ["timeout"] * int(info["_end"].sum())
+    agents = ScenarioParallelEnv(scenario)
+    agents.reset(seed=5)
+    while agents.agents:
+        *_, info = agents.step({"ego": np.zeros(3), "other": np.zeros(2)})
+    assert info["ego"]["end"] == info["other"]["end"] == "timeout"
+
+
 def test_lanes_are_single_environments(scenario: cx.Scenario) -> None:
     """The first lane of many does what one alone does."""
     one = ScenarioVectorEnv(1, scenario, others={"other": standing})

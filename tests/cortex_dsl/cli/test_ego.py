@@ -396,8 +396,39 @@ def test_what_a_driver_observes_is_kept(home: Path, capsys: pytest.CaptureFixtur
     driven = cx.open_run("run", ego=EGO[1]).scenario.config.driver
     assert driven is not None
     assert driven.observe == "egocentric"
+    assert main(["probability", "mine.scn", "--samples", "8", *EGO, "--ego-observes", "egocentric"]) == 0
+    assert main(["probability", "run", "--samples", "8", *EGO, "--ego-observes", "egocentric"]) == 2
+    assert "--ego-observes has no effect on a run" in capsys.readouterr().err
     assert main(["mine.scn", "--ego-observes", "egocentric"]) == 2
     assert "--ego-observes has no effect without a driver" in capsys.readouterr().err
+
+
+def test_a_scenario_is_replayed_and_exported_as_it_is_driven(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A run needs no driver for that."""
+    assert main(["replay", "mine.scn", "--seed", "1", *EGO, "--to", "x.svg"]) == 0
+    assert main(["export", "mine.scn", "--seed", "1", *EGO, "--to", "csv", "--out", "x"]) == 0
+    assert main(["mine.scn", *SMALL, *EGO, "--out", "run"]) == 0
+    capsys.readouterr()
+    for words in (["replay", "run"], ["export", "run", "--to", "csv"]):
+        assert main([*words, *EGO]) == 2
+        assert "--ego is for a scenario, and a run keeps what its driver decided" in capsys.readouterr().err
+
+
+def test_where_a_driver_raised_is_shown(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Frames of the driver, and none of ours; what is said is one line."""
+    deep = "def gap(seen):\n    raise ValueError('no\\ngap')\n\ndef drive(seen):\n    return gap(seen)\n"
+    (home / "planner_of_mine.py").write_text(deep, encoding="utf-8")
+    assert main(["mine.scn", "--seed", "1", *EGO]) == 2
+    said = capsys.readouterr().err
+    assert "line 5, in drive" in said
+    assert "line 2, in gap" in said
+    assert "engine" not in said
+    assert "raised ValueError in `act`: no gap (" in said
+    for name, what in (("exits", "raise GeneratorExit"), ("mute", "raise Mute")):
+        mute = "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\n"
+        (home / f"{name}_of_mine.py").write_text(f"{mute}\ndef drive(seen):\n    {what}\n", encoding="utf-8")
+        assert main(["mine.scn", "--seed", "1", "--ego", f"python:{name}_of_mine:drive"]) == 2
+        assert "the controller `ego` raised " in capsys.readouterr().err
 
 
 def test_a_study_tries_its_driver_before_it_begins(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -387,6 +388,59 @@ def test_out_of_range_is_told() -> None:
 
 def test_no_numbers_are_told() -> None:
     assert refused(lambda seen: "faster").what == "the controller `ego` gave no numbers, but str"
+
+
+def test_what_rounds_to_float32_is_within_its_range() -> None:
+    """As a policy of that kind clips it, which may be farther out by a digit; no farther."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    (ends,) = {control.actions[2].high for control in scenario.program.controls}
+
+    def steering(end: float) -> Driver:
+        return Driver(lambda seen: np.tile([0.5, 0.0, end], (len(seen), 1)), block=8)
+
+    exact, rounded = (
+        steering(end).drive(scenario.program, scenario.sample(8, seed=3)) for end in (ends, ends * (1.0 + 5e-7))
+    )
+    same(exact.outcomes, rounded.outcomes)
+    with pytest.raises(ControllerError, match=r"steer = 0\.55101"):
+        steering(ends + 1e-5).drive(scenario.program, scenario.sample(8, seed=3))
+
+
+def test_a_tensor_that_is_no_array_is_told() -> None:
+    """Whatever it raises."""
+
+    class Tensor:
+        def __array__(self, *_: object, **__: object) -> np.ndarray:
+            raise RuntimeError("use tensor.detach().numpy() instead")
+
+    assert "but Tensor: use tensor.detach().numpy() instead" in refused(lambda seen: Tensor()).what
+
+
+def test_a_controller_may_be_told_what_it_will_be_asked() -> None:
+    """As a process is; and of a block it is told only of rows with a scene."""
+    scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
+    scenes = scenario.sample(8, seed=3)
+
+    class Curious(Choosy):
+        def meet(self, header: dict[str, Any]) -> None:
+            self.header = header
+
+        def reset(self, lanes: Ints, keys: Ints) -> None:
+            self.lanes = lanes.tolist()
+            super().reset(lanes, keys)
+
+    curious = Curious([], raises)
+    drive(scenario.program, scenes, curious, scenario.config.simulation, block=16)
+    assert [each["name"] for each in curious.header["actions"]] == ["throttle", "brake", "steer"]
+    assert len(curious.header["observations"]) == len(EGOCENTRIC)
+    assert curious.lanes == np.flatnonzero(scenes.valid).tolist()
+
+
+@pytest.mark.parametrize("method", ["reset", "act"])
+def test_methods_of_other_arguments_are_told(method: str) -> None:
+    driver = Choosy([], raises)
+    setattr(driver, method, lambda: None)
+    assert f"`{method}` of the controller `ego` cannot be called with" in refused(driver).what
 
 
 def test_what_a_controller_raises_is_told() -> None:

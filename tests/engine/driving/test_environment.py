@@ -149,6 +149,20 @@ def test_an_adversary_gets_what_a_search_seeks() -> None:
     assert paid.sum() > 0.0
 
 
+def test_who_drives_a_scenario_drives_in_its_environments(scenario: cx.Scenario) -> None:
+    """Beside the agent, whoever that is; an agent has no other driver."""
+    duel = cx.compile_text(
+        "ego = new Car on road, with behavior ExternalBehavior()\n"
+        'lead = new Car ahead of ego by 20 m, with behavior ExternalBehavior("lead")\nterminate after 1 s\n'
+    ).driven_by({"ego": cruising, "lead": cruising})
+    for agent in ("", "ego", "lead"):
+        arena = duel.environment(2, controller=agent)
+        assert arena.step(cruising(arena.reset(seed=1))).observations.shape == (2, len(EGOCENTRIC))
+    assert len(scenario.driven_by(cruising).environment(2)) == 2
+    with pytest.raises(cx.CortexError, match="`lead` decides step by step, and has a driver in `others`"):
+        duel.environment(2, controller="lead", others={"lead": cruising, "ego": cruising})
+
+
 def test_what_is_asked_of_an_environment_is_checked(scenario: cx.Scenario) -> None:
     environment = scenario.environment(2)
     with pytest.raises(cx.CortexError, match="nothing has begun yet"):
