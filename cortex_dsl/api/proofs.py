@@ -141,7 +141,7 @@ def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
         for rollouts, genome in zip(keys, genomes, strict=True)
     ]
     among = np.array(kept, dtype=np.bool_).reshape(keys.shape[:2])
-    remark = f"simulations are run again whose decisions are kept; `{driver.name}`, named again, drives all of them"
+    remark = f"only simulations whose decisions are kept are run again; `{driver.name}` is needed for all others"
     return among, (remark,)
 
 

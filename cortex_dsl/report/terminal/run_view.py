@@ -149,7 +149,8 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         parts.append(section("Params", params_view(program.space, report.scenes.genomes[0], report.held)))
     if (choices := choices_view(program, report.scenes)) is not None:
         parts.append(section("Choices", choices))
-    parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
+    alike = ", if its driver decides alike" if program.controls else ""
+    parts.append(section("Again", Text(report.reproduce), f"the same run, bit for bit{alike}"))
     return Group(*parts)
 
 
