@@ -13,6 +13,7 @@ import pytest
 
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
+from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH
 from tests.fork_server import ForkServer
 
 ROOT = Path(__file__).parents[1]
@@ -89,6 +90,19 @@ def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str], follow: Fol
     assert len(lines_of(page)) > 5
     follow(lines_of(page), tmp_path / "home")
     in_shell(f"python - <<'PYTHON'\n{''.join(blocks(page, 'python'))}\nPYTHON", tmp_path / "home", shell)
+
+
+def test_the_page_names_the_columns_that_are_observed() -> None:
+    """Each of its own by its number, and where the groups begin and end."""
+    page = (DOCS / "how-to" / "test-your-own-driver.md").read_text(encoding="utf-8")
+    for number, (name, _) in enumerate(OWN):
+        assert f"{number} `{name}`" in page
+    first, others = len(OWN), len(OWN) + 2 * len(AHEAD)
+    assert f"| {first} to {others - 1} `path N m ahead: x`, `y` | six points of the path, 5 to 40 m" in page
+    assert (len(AHEAD), min(AHEAD), max(AHEAD)) == (6, 5.0, 40.0)
+    assert f"| {others} to {others + len(EACH) - 1} `nearest 1: …` |" in page
+    assert f"| {others + len(EACH)} to {WIDTH - 1} `nearest 2` to `{NEAREST}` |" in page
+    assert all(f"`{name}`" in page for name, _ in EACH)
 
 
 @pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])

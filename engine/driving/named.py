@@ -51,7 +51,7 @@ class NamedDriver(Driver):
 def _no_output() -> Generator[None]:
     """Let what is printed go to stderr, also by code that is not Python."""
     kept = None
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, AttributeError):  # of a process without streams
         sys.stdout.flush()
         kept = os.dup(1)
         os.dup2(2, 1)
