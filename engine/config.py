@@ -101,6 +101,10 @@ class Drives(Protocol):
         """The same, of whom nothing is known yet."""
         ...
 
+    def has(self, key: Any, genome: Any) -> bool:
+        """Whether the scene of a stream key and a genome can be driven."""
+        ...
+
     def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
         """A `driving.Driven`."""
         ...

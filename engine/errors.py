@@ -101,13 +101,15 @@ class ControllerError(CortexError):
         super().__init__(message, cure)
         self.what = what or message
         """The message without the place …"""
+        self.raised: BaseException | None = None
+        """What the code of a controller raised, where that is why."""
         self.kind = kind or self.what
         """… and without what else differs from one time to the next: the same wherever a controller fails alike."""
 
     def at(self, where: str) -> "ControllerError":
         """The same, with the scene over which it failed, and when."""
         placed = type(self)(f"{self.what}, {where}", self.cure, self.what, self.kind)
-        placed.__cause__ = self.__cause__
+        placed.raised = self.raised
         return placed
 
 
@@ -117,7 +119,7 @@ class LostError(ControllerError):
     def for_good(self) -> ControllerError:
         """The same, where nobody is to ask once more."""
         final = ControllerError(self.message, self.cure, self.what, self.kind)
-        final.__cause__ = self.__cause__
+        final.raised = self.raised
         return final
 
 

@@ -98,7 +98,7 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     )
     if proof.differ and not proof.reasons and _is_of_driver(opened, config, done):
         driver = opened.record.manifest.driver
-        reason = f"`{driver.name if driver else ''}` decides otherwise than when it drove in the run"
+        reason = f"`{driver.name if driver else ''}` may decide otherwise than when it drove in the run"
         return replace(proof, reasons=(reason,))
     if proof.differ and not proof.reasons:
         raise damaged(
@@ -108,7 +108,7 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
 
 
 def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:
-    """Whether simulations differ because their driver does: by what it decided, they are as they were."""
+    """Whether simulations may differ because their driver does: with what it decided, where that is kept, none does."""
     driver, manifest, evaluations = config.driver, run.record.manifest, run.record.evaluations
     if driver is None or not driver.anew:
         return False

@@ -38,7 +38,7 @@ from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_e
 from engine.search.workers import Workers, workers_for
 
 if TYPE_CHECKING:
-    from engine.scenes import Scenes
+    pass
 
 OnRemoved = Callable[[RemovedError], None]
 """Called as soon as a run's folder is found to be gone; the search goes on in memory."""
@@ -57,7 +57,6 @@ class Searchable(Writable, Protocol):
     def overrides(self) -> Mapping[str, str]: ...
     @property
     def chosen(self) -> str | None: ...
-    def sample(self, count: int = 1, /) -> "Scenes": ...
     def driven_by(self, ego: object, /) -> "Searchable": ...
 
 
@@ -186,7 +185,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
             recorder.keep_worst(cases)
             recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
-            recorder.keep_others(work.scenario.program, work.scenario.config, cases)
+            recorder.keep_others(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
         write_exports(work.folder, campaign, work.manifest)

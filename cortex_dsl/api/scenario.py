@@ -135,20 +135,19 @@ class Scenario:
         `step(actions)` on arrays. A lane that has ended begins its next episode with the next step.
 
         `controller`: whose place that is, the ego's where it is left out; `others` drive for the other controllers,
-        where they are left out those of `driven_by`.
-        `reward`: an objective; what it comes to at the end of a run counts against the ego and for all others. A file
-        with `record … as "reward"` decides itself. `observe`: `records` of the file, or `egocentric`.
+        those of `driven_by` where it is left out. `reward`: an objective; what it comes to at the end of a run counts
+        against the ego and for all others. A file with `record … as "reward"` decides itself. `observe`: `records` of
+        the file, or `egocentric`.
         """
-        from engine.driving.environment import Environment, Episodes, others_of
+        from engine.driving.beside import others_of
+        from engine.driving.environment import Environment, Episodes
 
         n, jobs = arguments.whole("n", n, 1), arguments.whole("jobs", jobs, 1)
         arguments.one_of("observe", observe, OBSERVABLE)
         (aim,) = arguments.objectives_of(self.program, reward)
-        if others is None and self.config.driver is not None:
-            others = others_of(self.program, self.config.driver, controller)
+        others = others_of(self.program, self.config.driver, controller, observe) if others is None else others
         config = replace(self.config, driver=None, search=replace(self.config.search, jobs=jobs))
-        agents = (controller,) if controller else ()
-        return Environment(Episodes(self.program, n, config, agents, others, aim, observe))
+        return Environment(Episodes(self.program, n, config, (controller,) * bool(controller), others, aim, observe))
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """Return the scene of `cortexc FILE --seed N`, or without a seed of `cortexc FILE`: up to a hundred genomes

@@ -13,7 +13,7 @@ from importlib import import_module
 
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.installation import HOME, check_engine
-from engine.errors import ControllerError, CortexError, HiddenEngineError
+from engine.errors import ControllerError, HiddenEngineError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,7 +24,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _dispatch(words, terminal)
         sys.stdout.flush()
     except (UsageError, HiddenEngineError, ControllerError) as error:
-        _trace(error.__cause__, terminal)
+        if isinstance(error, ControllerError) and error.raised is not None:
+            _trace(error.raised, terminal)
         terminal.complain(error.message, error.cure)
         code = _documented(Exit.USAGE, error.message, error.cure, words, terminal)
     except KeyboardInterrupt:
@@ -47,12 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return int(code)
 
 
-def _trace(cause: BaseException | None, terminal: Terminal) -> None:
+def _trace(cause: BaseException, terminal: Terminal) -> None:
     """Where it was raised, of an error in the user's own driver."""
-    while isinstance(cause, CortexError):
-        cause = cause.__cause__
-    if cause is None or isinstance(cause, OSError):
-        return
     import traceback
 
     ours = tuple(str(HOME / package) for package in ("engine", "cortex_dsl"))

@@ -5,14 +5,33 @@ until those are left over which it always fails. With a memory, or in a process,
 (`engine.driving.blocks`).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from engine.driving.controllers import Seat
 from engine.errors import LostError
 from engine.tables import Bools, Floats, Ints
+
+HOPELESS = 16
+"""So many scenes are lost, and none finished, before a driver is given up."""
+
+
+@dataclass
+class Known:
+    """What is known of a driver by now."""
+
+    answered: set[int] = field(default_factory=set)
+    """Controls for which it has ever given an action that can be driven: who never did is no driver."""
+    finished: bool = False
+    """Whether any scene has come to its end."""
+    lost: int = 0
+    """Scenes over which it failed."""
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether so much was lost, and nothing finished, that more would be lost as well."""
+        return not self.finished and self.lost >= HOPELESS
 
 
 @dataclass(frozen=True)
@@ -24,19 +43,14 @@ class Answer:
     lost: dict[int, LostError] = field(default_factory=dict)
     """The rows over which it fails, and how."""
     recovered: LostError | None = None
-    """How it failed the first time, and not again."""
+    """How it failed the first time, where that cost no row."""
 
 
-def asked_patiently(
-    seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeless: Callable[[int], bool]
-) -> Answer:
+def asked_patiently(seat: Seat, seen: Floats, asked: Bools, times: Floats) -> Answer:
     """Ask about the rows of `seen` (n, d) that are `asked` (n,), of samples at these `times` (n,).
-
-    `is_hopeless` says whether to give up after so many rows without an answer for any.
 
     Raises:
         LostError: it fails, and remembers.
-        ControllerError: it is hopeless.
     """
     try:
         return Answer(seat.answer(seen, asked, times))
@@ -47,11 +61,12 @@ def asked_patiently(
     try:
         return Answer(seat.answer(seen, asked, times), recovered=first)
     except LostError:
-        return _in_halves(seat, seen, asked, times, is_hopeless)
+        answer = _in_halves(seat, seen, asked, times)
+        return answer if answer.lost else replace(answer, recovered=first)
 
 
-def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeless: Callable[[int], bool]) -> Answer:
-    """Ask about ever fewer rows; hopeless it is where none of those before had an answer."""
+def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats) -> Answer:
+    """Ask about ever fewer rows."""
     actions, lost = np.zeros((len(seen), len(seat.control.actions))), dict[int, LostError]()
     waiting: list[Ints] = [np.flatnonzero(asked)]
     while waiting:
@@ -63,8 +78,6 @@ def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats, is_hopeles
                 waiting.extend(reversed(np.array_split(rows, 2)))
                 continue
             lost[int(rows[0])] = error
-            if len(lost) == np.count_nonzero(asked) - sum(map(len, waiting)) and is_hopeless(len(lost)):
-                raise error.for_good() from error
     return Answer(actions, lost)
 
 

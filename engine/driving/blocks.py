@@ -15,8 +15,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.config import Config, ContactConfig, SimulationConfig
-from engine.driving.asking import Answer, asked_patiently
+from engine.config import Config, ContactConfig, Drives, SimulationConfig
+from engine.driving.asking import Answer, Known, asked_patiently
 from engine.driving.controllers import Seat, fault_of, seats_of, settled
 from engine.driving.stepping import Lanes, observed
 from engine.errors import ControllerError, LostError
@@ -33,8 +33,8 @@ BLOCK = 256
 """Scenes that a controller is asked about at once."""
 RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
-HOPELESS = 16
-"""So many scenes are lost, and none finished, before a driver is given up."""
+ENDS = (Verdict.VALID, Verdict.ABORTED)
+"""Of scenes that have come to an end."""
 RECOVERED = "; it did not come back"
 TWICE = 2
 """So often a block is driven over which a controller fails, before it is halved."""
@@ -78,22 +78,6 @@ class Driven:
         return self
 
 
-@dataclass
-class Known:
-    """What is known of a driver by now."""
-
-    answered: set[int] = field(default_factory=set)
-    """Controls for which it has ever given an action that can be driven: who never did is no driver."""
-    finished: bool = False
-    """Whether any scene has come to its end."""
-    lost: int = 0
-    """Scenes over which it failed."""
-
-    def is_hopeless(self, more: int = 0) -> bool:
-        """Whether so much was lost, with so many scenes more, and nothing finished, that more would be lost as well."""
-        return not self.finished and self.lost + more >= HOPELESS
-
-
 @dataclass(frozen=True, eq=False)
 class Driver:
     """Who drives, as a setting of a run (`Config.driver`)."""
@@ -115,6 +99,11 @@ class Driver:
     def afresh(self) -> "Driver":
         """The same, of whom nothing is known yet: what one search learns decides nothing in another."""
         return replace(self, known=Known())
+
+    def has(self, key: Ints, genome: Floats) -> bool:
+        """Whether the scene of a stream key and a genome can be driven: anyone can."""
+        del key, genome
+        return self.anew
 
     def drive(
         self,
@@ -140,6 +129,13 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     if done.failures and not done.scenes.valid.any():
         raise done.failures[0]
     return done.tell().scenes
+
+
+def can_be_driven(driver: Drives | None, keys: Ints, genomes: Floats) -> Bools:
+    """(n,) whether the scene of each key and genome can be driven; all can where there is no driver to ask."""
+    if driver is None:
+        return np.ones(len(keys), dtype=bool)
+    return np.array([driver.has(key, genome) for key, genome in zip(keys, genomes, strict=True)], dtype=bool)
 
 
 def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
@@ -188,7 +184,8 @@ def drive(
             room[:] = decided.actions[: len(rows)]
     verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
     scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    if work.failures and (work.known.is_hopeless() or not work.known.answered):
+    silent = len(work.known.answered) < len(seats) and not scenes.valid.any()
+    if work.failures and (work.known.is_hopeless or silent):
         raise work.failures[0]
     return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
@@ -243,16 +240,17 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
         LostError: it has failed over one scene after the other, and none has ever come to its end.
     """
     rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
+    told = len(work.recovered)
     while len(failed) < TWICE:
         try:
             actions = _drive_block(work, scenes, room)
         except LostError as error:
             failed.append(error)
             work.known.lost -= len(work.failures) - before
-            del work.failures[before:]
+            del work.failures[before:], work.recovered[told:]
         else:
             work.recovered.extend(failed)
-            work.known.finished |= bool((work.lanes.results.verdict[rows] == Verdict.VALID).any())
+            work.known.finished |= bool(np.isin(work.lanes.results.verdict[rows], ENDS).any())
             return _Block(actions, work.lanes.copied())
     if len(rows) <= 1:
         return _lost(work, scenes, rows, failed[-1])
@@ -269,7 +267,7 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
 def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
     """A scene over which a controller fails, alone in its block."""
     work.known.lost += len(rows)
-    if work.known.is_hopeless():
+    if work.known.is_hopeless:
         raise error
     lanes = work.lanes
     work.failures.extend(error.at(_place(lanes, scenes, lane)) for lane in rows.tolist())
@@ -310,7 +308,7 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
             asked = lanes.asked(number)
             if asked.any():
                 seen = lanes.observe(number, asked)
-                _decide(work, number, scenes, asked, asked_patiently(seat, seen, asked, times, work.known.is_hopeless))
+                _decide(work, number, scenes, asked, asked_patiently(seat, seen, asked, times))
         lanes.step()
     return lanes.decided(every, room)
 
@@ -336,13 +334,12 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
         (answer.lost.get(lane) or fault_of(control, actions[lane])).at(_place(work.lanes, scenes, lane))
         for lane in np.flatnonzero(wrong).tolist()
     ]
-    if np.array_equal(wrong, asked):
-        if number not in known.answered:
-            first = failures[0]
-            raise first.for_good() if isinstance(first, LostError) else first
-    else:
-        known.answered.add(number)
     known.lost += len(failures)
+    if not np.array_equal(wrong, asked):
+        known.answered.add(number)
+    elif number not in known.answered and known.is_hopeless:
+        first = failures[0]
+        raise first.for_good() if isinstance(first, LostError) else first
     work.failures.extend(failures)
     work.lanes.lose(wrong)
     work.lanes.decide(number, asked & ~wrong, actions)

@@ -202,11 +202,10 @@ class Seat:
         except (CortexError, KeyboardInterrupt):
             raise
         except BaseException as error:  # of another's code it may be any: SystemExit, GeneratorExit, one of its own
-            who, kind = f"the controller `{self.control.controller}`", type(error).__name__
-            raise LostError(
-                f"{who} raised {kind} in `{what}`: {_in_short(error)}{_place(error)}",
-                f"correct it{about}",
-            ) from error
+            who = f"the controller `{self.control.controller}` raised {type(error).__name__} in `{what}`"
+            lost = LostError(f"{who}: {_in_short(error)}{_place(error)}", f"correct it{about}")
+            lost.raised = error
+            raise lost from error
 
 
 def _in_short(error: BaseException) -> str:
@@ -287,11 +286,12 @@ def fault_of(control: Control, actions: Floats) -> ControllerError:
     low, high = _ranges(control)
     number = int(np.flatnonzero(~((actions >= low) & (actions <= high)))[0])
     action, value = control.actions[number], float(actions[number])
-    unit = f" {action.unit}" if action.unit else ""
+    unit, who = f" {action.unit}" if action.unit else "", f"the controller `{control.controller}` gave {action.name}"
     return ControllerError(
-        f"the controller `{control.controller}` gave {action.name} = {value:.9g}{unit}",
+        f"{who} = {value:.9g}{unit}",
         f"{action.name} lies in {action.low:g} .. {action.high:g}{unit}: "
         + ("look for what makes it no number" if np.isnan(value) else "`numpy.clip` holds it there"),
+        kind=f"{who} {'= nan' if np.isnan(value) else 'out of its range'}",
     )
 
 

@@ -4,7 +4,6 @@
 `KeptActions` stands in its place afterwards.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -17,10 +16,12 @@ from engine.driving.blocks import BLOCK, Driven
 from engine.driving.names import how_again
 from engine.errors import ControllerError
 from engine.host import samples_of
+from engine.outcomes import Assessment
 from engine.program import Program
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.search.assessment import take
+from engine.search.evaluations import Evaluations
 from engine.search.ranking import Case
 from engine.streams import key_rows, scene_in_words
 from engine.tables import Floats, Ints
@@ -30,11 +31,22 @@ DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 MOST_KEPT = 5_000
 """Scenes of which a run keeps what was decided; some 2 kB each."""
+MOST_RECENT = 20_000
+"""Scenes of one generation of which it is known until the generation is over."""
 
 
 def name_of(key: Ints, genome: Floats) -> bytes:
     """What tells a scene from all others: its key decides its random numbers, with which several genomes are tried."""
     return key.astype("<i8").tobytes() + genome.astype("<f8").tobytes()
+
+
+def _is_run(done: Driven, judged: Assessment) -> bool:
+    """Whether a scene that is driven once more, row 0, comes to what was judged."""
+    names, pair = ("min_distance", "min_distance_time", "max_closing_speed"), int(judged.pair[0])
+    pairs = [(done.outcomes.end_time[0], judged.end_time[0])]
+    if pair >= 0:
+        pairs += [(getattr(done.outcomes, name)[0, pair], getattr(judged, name)[0]) for name in names]
+    return bool(done.scenes.valid[0]) and all(np.array_equal(one, other, equal_nan=True) for one, other in pairs)
 
 
 def _name(case: Case) -> bytes:
@@ -57,6 +69,10 @@ class KeptActions:
     def afresh(self) -> "KeptActions":
         """The same: nothing is ever known of it."""
         return self
+
+    def has(self, key: Ints, genome: Floats) -> bool:
+        """Whether what was decided in a scene is kept."""
+        return name_of(key, genome) in self.actions
 
     def drive(
         self,
@@ -119,6 +135,10 @@ class Recorder:
         """The same, which keeps what it keeps."""
         return replace(self, driver=self.driver.afresh())
 
+    def has(self, key: Ints, genome: Floats) -> bool:
+        """Whether a scene can be driven."""
+        return self.driver.has(key, genome)
+
     def drive(
         self,
         program: Program,
@@ -135,18 +155,22 @@ class Recorder:
             self._note(done, row)
             if done.outcomes.collided[row] and len(self.known) < MOST_KEPT:
                 self._keep(key)
-        for key in [*self.recent][: len(self.recent) - MOST_KEPT]:
-            del self.recent[key]
+        self._forget(MOST_RECENT)
         return done
 
     def keep_worst(self, cases: Sequence[Case]) -> None:
         """Keep what was decided in these of the latest scenes, whatever they came to."""
         for case in cases:
             self._keep(_name(case))
+        self._forget(MOST_KEPT)
 
-    def keep_others(self, program: Program, config: Config, cases: Sequence[Case]) -> None:
-        """Drive cases once more of which nothing is known any more: too much was driven since. A driver that fails
-        now, or drives otherwise, is noted.
+    def _forget(self, most: int) -> None:
+        for key in [*self.recent][: max(0, len(self.recent) - most)]:
+            del self.recent[key]
+
+    def keep_others(self, program: Program, config: Config, evaluations: Evaluations, cases: Sequence[Case]) -> None:
+        """Drive cases of a search's evaluations once more of which nothing is known any more: too much was driven
+        since. A driver that fails now, or drives otherwise, is noted.
         """
         for case in cases:
             if case.lost or _name(case) in self.known:
@@ -158,8 +182,8 @@ class Recorder:
                 self.failures.append(error.message)
                 continue
             self.failures.extend(done.remarks)
-            near = float(np.nanmin(done.outcomes.min_distance, initial=math.inf))
-            if done.scenes.valid.any() and near in (case.min_distance, math.inf):
+            judged = take(evaluations.rollouts, (np.array([case.row]), np.array([case.rollout])))
+            if _is_run(done, judged):
                 self._note(done, 0)
                 self.keep_worst([case])
             elif done.scenes.valid.any():
@@ -200,7 +224,7 @@ def is_reproducible(program: Program, config: Config) -> bool:
     if scenes is None:  # nor will there be a run
         return True
     chosen = take(scenes, np.flatnonzero(scenes.valid)[:PROBES])
-    once, again = (driver.drive(program, chosen, config.simulation, config.contact).scenes for _ in range(2))
+    once, again = (driver.afresh().drive(program, chosen, config.simulation, config.contact).scenes for _ in range(2))
     return bool(np.array_equal(once.actions, again.actions) and np.array_equal(once.verdict, again.verdict))
 
 

@@ -10,17 +10,17 @@ until the run ends, and then what a search looks for: minus that for the ego, wh
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
 from engine.arguments import whole
-from engine.config import Config, Drives
+from engine.config import Config
 from engine.control import Action, Control
-from engine.driving.controllers import Seat, checked, meant, seats_of
-from engine.driving.named import driver_of
+from engine.driving.beside import number_of, seats_beside
+from engine.driving.controllers import checked, meant
 from engine.driving.stepping import Lanes, observed
-from engine.errors import ArgumentError, CortexError, nearest
+from engine.errors import ArgumentError, CortexError
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES, assess, scores
@@ -55,8 +55,8 @@ class Episodes:
         self.program, self.config = program, config
         self.lanes = _lanes(program, n, config, observe == RECORDS)
         self.agents = tuple(agents) or (meant(program),)
-        self._numbers = [_number(program, name) for name in self.agents]
-        self._others = _seats(program, self.agents, others or {})
+        self._numbers = [number_of(program, name) for name in self.agents]
+        self._others = seats_beside(program, self.agents, others or {})
         self._objective: Objective | None = next(iter(objectives(program, (reward,))), None)
         self._profile = PROFILES["paper"]
         self.observations = observed(program, observe == RECORDS)
@@ -308,42 +308,3 @@ class Environment:
         """
         seen, rewards, terminated, truncated = self.episodes.step([actions])
         return Step(seen[0], rewards[0], terminated, truncated)
-
-
-# -- who drives --------------------------------------------------------------------------------------------------------
-
-
-def _number(program: Program, name: str) -> int:
-    names = [control.controller for control in program.controls]
-    if name not in names:
-        near = nearest(name, names)
-        raise ArgumentError(
-            f"{program.name} has no controller `{name}`",
-            f"did you mean `{near}`?" if near else f"name one of {', '.join(names)}",
-        )
-    return names.index(name)
-
-
-def others_of(program: Program, driver: Drives, agent: str) -> Mapping[str, object]:
-    """Who drives beside an agent, of those whom a scenario is driven by."""
-    given: object = getattr(driver, "given", None)
-    every = cast("Mapping[str, object]", given) if isinstance(given, Mapping) else {meant(program): given}
-    return {name: each for name, each in every.items() if name != (agent or meant(program)) and each is not None}
-
-
-def _seats(program: Program, agents: Sequence[str], others: Mapping[str, object]) -> list[tuple[Seat, int]]:
-    """Who drives for the controllers that are no agents."""
-    if both := [name for name in agents if name in others]:
-        raise ArgumentError(
-            f"`{both[0]}` decides step by step, and has a driver in `others`", "leave it out of `others`"
-        )
-    missing = [c.controller for c in program.controls if c.controller not in (*agents, *others)]
-    if missing:
-        raise ArgumentError(
-            f"nobody drives for the controller `{missing[0]}`",
-            "give it a driver: `others={" + f'"{missing[0]}": …' + "}`, or make it an agent",
-        )
-    rest = replace(program, controls=tuple(c for c in program.controls if c.controller not in agents))
-    given = driver_of(others)
-    seats = seats_of(rest, given.given) if rest.controls and given is not None else ()
-    return [(seat, _number(program, seat.control.controller)) for seat in seats]

@@ -6,6 +6,7 @@ that defines a function or class, or of the files that a command names: not of w
 they load.
 """
 
+import ctypes
 import importlib
 import os
 import sys
@@ -50,18 +51,27 @@ class NamedDriver(Driver):
 @contextmanager
 def _no_output() -> Generator[None]:
     """Let what is printed go to stderr, also by code that is not Python."""
-    kept = None
-    with suppress(OSError, ValueError, AttributeError):  # of a process without streams
-        sys.stdout.flush()
+    kept, out = None, sys.stdout
+    _flush(out)
+    with suppress(OSError):
         kept = os.dup(1)
         os.dup2(2, 1)
     try:
         with redirect_stdout(sys.stderr):
             yield
     finally:
+        _flush(out)
         if kept is not None:
             os.dup2(kept, 1)
             os.close(kept)
+
+
+def _flush(out: object) -> None:
+    """Write what is buffered, by Python and by C."""
+    with suppress(OSError, ValueError, AttributeError):  # of a process without streams
+        cast("Any", out).flush()
+    with suppress(OSError, TypeError, AttributeError):  # where there is no such library
+        ctypes.CDLL(None).fflush(None)
 
 
 def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> NamedDriver:
@@ -148,7 +158,7 @@ def _sources(thing: Any) -> tuple[str, ...]:
     """The file that defines a thing; none where there is no such file."""
     try:
         place = getsourcefile(_definition(thing))
-    except TypeError:
+    except (TypeError, OSError):
         return ()
     return () if place is None else (place,)
 
@@ -194,10 +204,13 @@ def _name(given: object) -> str:
     """`python:module:function`, where the command line finds just this by it; else `module:Class` of what it is."""
     source = _definition(given)
     module, path = getattr(source, "__module__", ""), getattr(source, "__qualname__", type(given).__name__)
-    there: Any = sys.modules.get(module)
+    there = home = sys.modules.get(module)
     for part in path.split("."):
-        there = getattr(there, part, None)
-    return f"python:{module}:{path}" if there is given and module != "__main__" else f"{module}:{path}"
+        there: Any = getattr(there, part, None)
+    if there is not given:
+        path = next((name for name, each in vars(home).items() if each is given), "") if home is not None else ""
+    named = path and module != "__main__"
+    return f"python:{module}:{path}" if named else f"{module}:{getattr(source, '__qualname__', '')}"
 
 
 def _several(given: Mapping[str, object], block: int, observe: str) -> Driver:

@@ -1,7 +1,8 @@
 """Names of drivers as the command line has them, one or several: `--ego python:mine:drive`, `--ego other=process:./s`.
 
 A run keeps the name of several as `ego=python:mine:drive, other=process:./s`, in the order of their controllers' names,
-and the name of one without that of its controller: who drove has one name, however it was given.
+and the name of one without that of its controller. A function, class or object that is given in Python has the name by
+which its module has it.
 """
 
 import re

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
-from engine.driving.blocks import Driven, redriven
+from engine.driving.blocks import Driven, can_be_driven, redriven
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
@@ -28,6 +28,7 @@ from engine.search.insight.kinds import Blaming
 from engine.search.objectives import Objective, Runs, known_objectives, objectives
 from engine.search.protocol import SOUGHT
 from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import Blame
 
 Simulate = Callable[[Scenes], Outcomes]
 Simulated = tuple[Scenes, Outcomes, Floats | None]
@@ -62,8 +63,12 @@ def make_blaming(program: Program, config: Config) -> Blaming:
     prune = pruner(program) if config.simulation.prune else None
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
-        scenes = redriven(program, sample(program, genomes, keys, config.simulation, jobs, prune), config, jobs)
-        return blame(program, scenes, config.simulation, config.contact, jobs)
+        said = np.full(len(keys), int(Blame.NONE), dtype=np.int32)
+        rows = np.flatnonzero(can_be_driven(config.driver, keys, genomes))
+        scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
+        scenes = redriven(program, scenes, config, jobs)
+        said[rows] = blame(program, scenes, config.simulation, config.contact, jobs)
+        return said
 
     return blaming
 

@@ -64,7 +64,7 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
 
 def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> KeptActions:
     """Who drove, until it is named again."""
-    return KeptActions(actions or {}, driven.name, driven.digest, driven.block, driven.observe)
+    return KeptActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
 
 
 def who_drove(

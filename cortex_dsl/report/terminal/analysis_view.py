@@ -336,17 +336,14 @@ def _conditions(found: Probability) -> Iterator[Text]:
     yield Text(how_drawn(found), "quiet")
     if found.condition == PARAMS and found.method == "mc":
         yield Text(HINT, "quiet")
-    share = percent(found.valid_share)
     allow = "allow a valid scene" if _given(found) == "scene" else "give a valid run"
-    yield Text(f"{share} of all {_draws(found)} {allow}; the others do not count", "quiet")
+    yield Text(f"{percent(found.valid_share)} of all {_draws(found)} {allow}; the others do not count", "quiet")
+    broken, failed = (counted(number, "simulation") for number in (found.aborted, found.errors))
     if found.aborted:
-        broken = counted(found.aborted, "simulation")
         yield Text(f"{broken} broke a requirement on the run and ended there: they are not counted", "warn")
     if found.errors:
-        failed = counted(found.errors, "simulation")
         yield Text(f"{failed} failed and are not counted: the estimate is of the others; a search says why", "warn")
-    if found.lost:
-        yield Text(unknown_text(found), "bad")
+    yield from [Text(unknown_text(found), "bad")] if found.lost else []
 
 
 def _draws(found: Probability) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.choices import choice_names, drawn_lanes
 from engine.config import Config
-from engine.driving.blocks import redriven
+from engine.driving.blocks import can_be_driven, redriven
 from engine.program import ParamSpace, Program, VariantLabel
 from engine.risk import PROFILES
 from engine.road import build_network
@@ -151,13 +151,18 @@ def _probes(box: Box, evaluations: Evaluations, evaluate: Evaluate, config: Conf
 def driven_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Avoidability | None, ...]:
-    """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision."""
-    chosen = np.array(rows, dtype=np.int64)
+    """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision, or
+    that nobody can drive again as it was.
+    """
+    chosen, driver = np.array(rows, dtype=np.int64), config.driver
     hit = chosen[evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]]
     keys = evaluations.keys[hit, evaluations.worst_rollout[hit]]
+    there = can_be_driven(driver, keys, evaluations.genomes[hit])
+    hit, keys = hit[there], keys[there]
     scenes = redriven(program, sample(program, evaluations.genomes[hit], keys, config.simulation), config)
     answers = avoidability(program, scenes, config.simulation, contact=config.contact)
-    refuse_missing(np.ones(len(hit), dtype=bool), answers)
+    if driver is None:
+        refuse_missing(np.ones(len(hit), dtype=bool), answers)
     known = dict(zip(hit.tolist(), answers, strict=True))
     return tuple(known.get(row) for row in rows)
 

@@ -79,7 +79,7 @@ class Probability:
     """Of the simulations, those that failed over a number that does not exist, or otherwise: they count neither way."""
     lost: int = 0
     """Of the simulations, those in which the driver failed, so that nothing is known of them: the ends of an interval
-    take them for collisions and for none. They are not among those in `valid`, but in `valid_share`.
+    take them for collisions and for none. They are not among those in `valid`; under `mc` they are in `valid_share`.
     """
     levels: tuple[float, ...] = ()
     """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""

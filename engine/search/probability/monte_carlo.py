@@ -112,7 +112,8 @@ def estimate(
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
-    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
+    config, judged = _recorded(config)
+    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, judged)
     if of:
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
@@ -124,9 +125,22 @@ def estimate(
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
 
 
+def _recorded(config: Config) -> tuple[Config, Config]:
+    """The settings by which runs are evaluated, and those by which their collisions are judged: a driver that decides
+    otherwise the second time is judged by what it decided.
+    """
+    if config.driver is None or not config.driver.anew:
+        return config, config
+    from engine.driving.decisions import Recorder
+    from engine.search.past import kept_actions
+
+    recorder = Recorder(config.driver)
+    return replace(config, driver=recorder), replace(config, driver=kept_actions(recorder, recorder.kept))
+
+
 def _all_known(found: Probability) -> Probability:
     """The estimate, or none: where a driver failed is not known, and no chain goes there."""
-    if not found.lost:
+    if not found.lost or found.withheld == Withheld.INVALID:
         return found
     none = replace(found, value=math.nan, avoidable=math.nan, withheld=Withheld.LOST)
     return replace(none, interval=NOT_KNOWN, avoidable_interval=NOT_KNOWN)

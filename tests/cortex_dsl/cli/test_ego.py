@@ -15,6 +15,7 @@ import cortex_dsl as cx
 from cortex_dsl.api.runs import every_case
 from cortex_dsl.cli import draw_modes
 from cortex_dsl.cli.entry import main
+from engine.driving import decisions
 from engine.driving.named import named_driver
 from engine.errors import ControllerError
 from engine.search.store import StoreError
@@ -285,7 +286,39 @@ def test_a_driver_that_is_not_the_same_again_is_no_damage(
     said = capsys.readouterr()
     told = " ".join((said.out + said.err).split())
     assert "damaged" not in told
-    assert "decides otherwise than when it drove" in told or "does not repeat itself" in told
+    assert "may decide otherwise than when it drove" in told or "does not repeat itself" in told
+    if driver == "Counter":
+        assert main(["report", "run", "--ego", f"python:whims:{driver}"]) == 0
+        assert main(["probability", "crossing.scn", "--samples", "300", "--ego", f"python:whims:{driver}"]) == 0
+
+
+def test_of_many_collisions_a_report_judges_those_that_are_kept(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decisions, "MOST_KEPT", 3)
+    assert main(["mine.scn", "--random", "--generations", "3", "--population", "20", *EGO, "--out", "run"]) == 0
+    run = cx.open_run("run")
+    assert run.record.evaluations.collided.sum() > len(run.record.actions)
+    assert main(["report", "run", "--cases", "1"]) == 0
+    assert main(["verify", "run"]) == 0
+
+
+def test_a_finished_case_is_kept_as_it_was_judged_or_not_at_all(home: Path) -> None:
+    """A driver that decides otherwise when it is asked once more about a case is noted, and nothing is kept of it."""
+    for file in ("crossing.scn", "planner.py"):
+        (home / file).write_bytes((OWN_DRIVER / file).read_bytes())
+    (home / "whims.py").write_text(WHIMS, encoding="utf-8")
+    scenario = cx.load("crossing.scn").driven_by("python:whims:Counter")
+    found = scenario.search("random", generations=1, population=20, seed=1)
+    assert scenario.config.driver is not None
+    recorder = decisions.Recorder(scenario.config.driver)
+    recorder.keep_others(scenario.program, scenario.config, found.evaluations, found.worst)
+    assert not recorder.kept
+    assert len(recorder.failures) == len(found.worst)
+    steady = cx.load("crossing.scn").driven_by("python:planner:drive")
+    found = steady.search("random", generations=1, population=20, seed=1)
+    assert steady.config.driver is not None
+    recorder = decisions.Recorder(steady.config.driver)
+    recorder.keep_others(steady.program, steady.config, found.evaluations, found.worst)
+    assert len(recorder.kept) == len(found.worst)
 
 
 DUEL = TEXT.replace("with speed 0", 'with speed 0, with behavior ExternalBehavior("lead", actions="speed")')
