@@ -112,8 +112,8 @@ def estimate(
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
-    config, judged = _recorded(config)
-    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, judged)
+    config, *others = _recorded(config)
+    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, *others, config)
     if of:
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
         score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
@@ -125,12 +125,12 @@ def estimate(
     return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
 
 
-def _recorded(config: Config) -> tuple[Config, Config]:
-    """The settings by which runs are evaluated, and those by which their collisions are judged: a driver that decides
-    otherwise the second time is judged by what it decided.
+def _recorded(config: Config) -> tuple[Config, ...]:
+    """The settings by which runs are evaluated, and those by which their collisions are judged before: a driver that
+    decides otherwise the second time is judged by what it decided, as far as that is kept.
     """
     if config.driver is None or not config.driver.anew:
-        return config, config
+        return (config,)
     from engine.driving.decisions import Recorder
     from engine.search.past import kept_actions
 
@@ -156,16 +156,27 @@ def _of_event(evaluate: Evaluate) -> Evaluate:
     return of_event
 
 
-def make_judge(program: Program, config: Config) -> Judge:
-    """The reference driver of `engine.avoidability`, for scenes of this program."""
+def make_judge(program: Program, *configs: Config) -> Judge:
+    """The reference driver of `engine.avoidability`, for scenes of this program; by the first of the settings of which
+    the driver can drive a scene.
+    """
     from engine.avoidability import avoidability, refuse_missing
-    from engine.driving.blocks import redriven
+    from engine.driving.blocks import can_be_driven, redriven
     from engine.sampling import sample
 
     def judge(genomes: Floats, keys: Ints) -> Bools:
+        avoidable, left = np.zeros(len(keys), dtype=bool), np.arange(len(keys))
+        for config in configs:
+            there = can_be_driven(config.driver, keys[left], genomes[left])
+            rows, left = left[there], left[~there]
+            avoidable[rows] = judged(config, genomes[rows], keys[rows])
+        return avoidable
+
+    def judged(config: Config, genomes: Floats, keys: Ints) -> Bools:
         scenes = redriven(program, sample(program, genomes, keys, config.simulation), config)
         answers = avoidability(program, scenes, config.simulation, contact=config.contact)
-        refuse_missing(scenes.valid, answers)
+        if config.driver is None:
+            refuse_missing(np.ones(len(answers), dtype=bool), answers)
         return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
 
     return judge
