@@ -203,7 +203,8 @@ class Seat:
             raise
         except BaseException as error:  # of another's code it may be any: SystemExit, GeneratorExit, one of its own
             who = f"the controller `{self.control.controller}` raised {type(error).__name__} in `{what}`"
-            lost = LostError(f"{who}: {_in_short(error)}{_place(error)}", f"correct it{about}")
+            said = _in_short(error)
+            lost = LostError(f"{who}{said and f': {said}'}{_place(error)}", f"correct it{about}")
             lost.raised = error
             raise lost from error
 
@@ -259,7 +260,7 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
         raise LostError(f"{who} gave nothing: it returns None", _wanted(control))
     if actions.shape != shape:
         raise LostError(f"{who} gave actions of shape {actions.shape}; expected {shape}", _wanted(control))
-    return actions
+    return np.require(actions, np.float64, PLAIN)  # once, for all kernels that read them
 
 
 def _bare(given: object) -> Any:
@@ -268,12 +269,12 @@ def _bare(given: object) -> Any:
 
 
 def settled(control: Control, actions: Floats, active: Bools) -> tuple[Floats, Bools | None]:
-    """Actions (n, a) as they are driven, and (n,) where they are NaN or out of range; None where all can be driven.
+    """Plain actions (n, a) as they are driven, and (n,) which cannot be, NaN or out of range; None where all can.
 
     One that is out of range by no more than what rounds to float32 does is at its end.
     """
     low, high = _ranges(control)
-    if are_within(np.require(actions, np.float64, PLAIN), active, low, high):
+    if are_within(actions, active, low, high):
         return actions, None
     ends = np.clip(actions, low, high)
     actions = np.where(np.abs(actions - ends) <= ROUNDED * np.maximum(1.0, np.abs(ends)), ends, actions)
