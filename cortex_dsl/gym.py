@@ -59,8 +59,6 @@ def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
     """What became of runs that have just ended, as Gymnasium has it of lanes side by side: (n,) arrays, and beside each
     where it counts, by its name after `_`.
     """
-    if not ended.any():
-        return {}
     words = {
         "end": [EndReason(int(reason)).name.lower() if reason >= 0 else "" for reason in outcomes.end_reason],
         "verdict": [Verdict(int(verdict)).name.lower() for verdict in outcomes.verdict],
@@ -69,9 +67,9 @@ def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
     return columns | {f"_{name}": ended for name in columns}
 
 
-def end_of(outcomes: Outcomes, *, ended: bool) -> dict[str, Any]:
-    """The same of the only lane."""
-    columns = ends_of(outcomes, np.array([ended]))
+def end_of(outcomes: Outcomes) -> dict[str, Any]:
+    """The same of the only lane, whose run has ended."""
+    columns = ends_of(outcomes, np.ones(1, dtype=bool))
     return {name: each.tolist()[0] for name, each in columns.items() if not name.startswith("_")}
 
 
@@ -100,7 +98,7 @@ class ScenarioEnv(gymnasium.Env[Floats, Floats]):
         """Do the actions, and run on to the next decision."""
         step = self.environment.step(np.asarray(action, dtype=np.float64)[np.newaxis])
         seen, ended = bounded(step.observations)[0], bool(step.terminated[0] or step.truncated[0])
-        info = end_of(self.environment.outcomes, ended=True) if ended else {}
+        info = end_of(self.environment.outcomes) if ended else {}
         return seen, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), info
 
 

@@ -74,12 +74,13 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
         given = [np.asarray(actions[agent], dtype=np.float64)[np.newaxis] for agent in self.possible_agents]
         seen, rewards, terminated, truncated = self.episodes.step(given)
         ends = [bool(terminated[0])] * len(seen), [bool(truncated[0])] * len(seen)
+        info = end_of(self.episodes.outcomes) if terminated[0] or truncated[0] else {}
         found = (
             self._each([bounded(each)[0] for each in seen]),
             self._each([float(each[0]) for each in rewards]),
             self._each(ends[0]),
             self._each(ends[1]),
-            self._each([end_of(self.episodes.outcomes, ended=ends[0][0] or ends[1][0]) for _ in seen]),
+            self._each([dict(info) for _ in seen]),
         )
         if terminated[0] or truncated[0]:
             self.agents = []

@@ -12,7 +12,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from cortex_dsl.api.case_files import Writable, write_cases
 from cortex_dsl.pipeline import Compiled
@@ -36,9 +36,6 @@ from engine.search.run import search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.workers import Workers, workers_for
-
-if TYPE_CHECKING:
-    pass
 
 OnRemoved = Callable[[RemovedError], None]
 """Called as soon as a run's folder is found to be gone; the search goes on in memory."""

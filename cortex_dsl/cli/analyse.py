@@ -7,7 +7,7 @@ from pathlib import Path
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import checked_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options, flag_of
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
@@ -129,8 +129,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
     """The same for the scenario that a run searched, kept beside its journal."""
     for name in ("param", "scenario", "ego_batch", "ego_observes"):
         if getattr(options, name) is not None:
-            flag = f"--{name.replace('_', '-')}"
-            raise UsageError(f"{flag} has no effect on a run: it was searched as it was", "leave it out")
+            raise UsageError(f"{flag_of(name)} has no effect on a run: it was searched as it was", "leave it out")
     with usage_errors():
         run = open_run(options.file, options.ego)
         compile_kernels(run.scenario, terminal)

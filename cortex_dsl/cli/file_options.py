@@ -6,7 +6,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cortex_dsl.console.command import DRIVER_OPTIONS, Parser, TwoColumns, add_ego, add_json, cores, driver_options
+from cortex_dsl.console.command import (
+    DRIVER_OPTIONS,
+    Parser,
+    TwoColumns,
+    add_ego,
+    add_json,
+    cores,
+    driver_options,
+    flag_of,
+)
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
     SEED_LIMIT,
@@ -289,7 +298,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Seque
     }
     for name in idle.get(mode, (*SEARCH_OPTIONS, *RUN_OPTIONS)):
         if getattr(options, name) is not None:
-            flag = "--" + name.replace("_", "-")
+            flag = flag_of(name)
             cure = "add --ga, --random or --method NAME to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
     driver_options(options)

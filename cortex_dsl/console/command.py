@@ -209,6 +209,11 @@ def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
 DRIVER_OPTIONS = ("ego", "ego_batch", "ego_observes")
 
 
+def flag_of(name: str) -> str:
+    """How an option is written on the command line."""
+    return "--" + name.replace("_", "-")
+
+
 def driver_options(options: argparse.Namespace) -> dict[str, Any]:
     """Those about the driver that were given.
 
@@ -217,7 +222,7 @@ def driver_options(options: argparse.Namespace) -> dict[str, Any]:
     """
     given = {name: value for name in DRIVER_OPTIONS if (value := getattr(options, name)) is not None}
     if given and "ego" not in given:
-        raise UsageError(f"--{next(iter(given)).replace('_', '-')} has no effect without a driver", "add --ego NAME")
+        raise UsageError(f"{flag_of(next(iter(given)))} has no effect without a driver", "add --ego NAME")
     return given
 
 
@@ -233,7 +238,7 @@ def refuse_driver(options: argparse.Namespace) -> None:
     """Raise UsageError for options about the driver where a run is shown: it has its own, and keeps what it decided."""
     for name in DRIVER_OPTIONS:
         if getattr(options, name) is not None:
-            flag = f"--{name.replace('_', '-')}"
+            flag = flag_of(name)
             raise UsageError(f"{flag} is for a scenario, and a run keeps what its driver decided", f"leave {flag} out")
 
 

@@ -12,6 +12,11 @@ from engine.program import Program
 
 
 def number_of(program: Program, name: str) -> int:
+    """Which of the program's controls a controller has.
+
+    Raises:
+        ArgumentError: none, with the nearest name.
+    """
     names = [control.controller for control in program.controls]
     if name not in names:
         near = nearest(name, names)

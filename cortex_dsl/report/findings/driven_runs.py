@@ -15,7 +15,7 @@ from engine.vocabulary import Blame, EndReason, Verdict
 
 
 class Ending(IntEnum):
-    """How a driven scene ended. The first four are runs that count; of the others nothing is known."""
+    """How a driven scene ended. The first five are runs that count."""
 
     NO_COLLISION = 0
     AVOIDABLE = 1
