@@ -35,7 +35,7 @@ RESTING = -1
 """In the place of the verdict of a scene that is not driven with its block."""
 ENDS = (Verdict.VALID, Verdict.ABORTED)
 """Of scenes that have come to an end."""
-RECOVERED = "; it did not come back"
+RECOVERED = "; this did not happen again"
 TWICE = 2
 """So often a block is driven over which a controller fails, before it is halved."""
 TOLD = 5
