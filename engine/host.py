@@ -164,7 +164,7 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
-        told=np.zeros(0),
+        told=np.zeros((0, 0)),
         told_at=np.zeros(actors, dtype=np.int32),
         lane_registers=np.zeros((0, 0)),
         lane_actors=np.zeros((0, 0, 0)),
@@ -177,7 +177,7 @@ def memory(program: Program, samples: int) -> Run:
         lane_legs=np.zeros((0, 0, 0)),
         lane_actions=np.zeros((0, 0, 0)),
         lane_pages=np.zeros((0, 0), dtype=np.int32),
-        told_pages=np.zeros((0, 0, 0)),
+        told_pages=np.zeros((0, 0, 0, 0)),
     )
 
 

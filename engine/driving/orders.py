@@ -5,6 +5,7 @@ when its next run begins: lanes need memory for how long their runs are, not for
 stands what everybody was commanded, where it is kept (`engine.kernels.review`).
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,7 +25,7 @@ SHARE = 32
 
 class Orders:
     """Decisions for `count` lanes of at most so many turns: by whom they are asked for at which samples, and from when
-    on they hold. `told`: how many numbers say what everybody is commanded up to the next pause.
+    on they hold. `told`: how many numbers say what everybody is commanded in a step.
     """
 
     def __init__(
@@ -38,7 +39,7 @@ class Orders:
         width = numbers_decided(controls)
         self._neutral = np.zeros((count, width))
         room = count * -(-min(turns_at_most, ROOM) // (pause * PAGE))
-        self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, told))
+        self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, pause, told))
         self.pages = np.full((count, 1), -1, dtype=np.int32)
         """(lanes, n): those of each lane, one after the other."""
         self._free, self._left, self._most = _from_first(0, room), np.array([room]), 0
@@ -46,7 +47,7 @@ class Orders:
     @property
     def nbytes(self) -> int:
         """Memory of what is kept, and was at the most; without `pages`, which runs have."""
-        page = sum(each.itemsize * each.shape[1] * each.shape[2] for each in (self._decided, self.told))
+        page = sum(each.itemsize * math.prod(each.shape[1:]) for each in (self._decided, self.told))
         return self._most * page + self._free.nbytes + self._neutral.nbytes
 
     def begin(self, chosen: Ints, neutral: Floats, coming: Floats) -> None:

@@ -93,7 +93,7 @@ class Lanes:
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
         places = told_at(program)
-        told = 0 if self._late or others_touch(program) else pause * max(TOLD, int(places.max()) + TOLD)
+        told = 0 if self._late or others_touch(program) else max(TOLD, int(places.max()) + TOLD)
         self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, told)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
         run = lanes(program, self.turns, count, back, self._orders.coming)
@@ -168,7 +168,7 @@ class Lanes:
 
     def _judge(self, ended: Ints) -> None:
         """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
-        kept = self._orders.told.shape[2] > 0
+        kept = self._orders.told.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)

@@ -113,12 +113,11 @@ def take_orders(plan: Plan, run: Run, lane: int) -> None:
 
 
 @inlined
-def note_commands(plan: Plan, run: Run) -> None:
-    """Keep what everybody is commanded in the coming step; of who leaves, that it does: no number. Who does what is
-    decided outside needs no more than that. Where that is not all, a note says so.
+def note_commands(plan: Plan, run: Run, turn: int) -> None:
+    """Keep what everybody is commanded in the coming step, number `turn` since a pause; of who leaves, that it does: no
+    number. Who does what is decided outside needs no more than that. Where that is not all, a note says so.
     """
     sample = int(run.status[Status.SAMPLE])
-    turn = sample % plan.layout.pause * (len(run.told) // plan.layout.pause)
     for actor in range(len(plan.kinds)):
         at, slots = int(run.told_at[actor]), run.actors[actor]
         leaves = slots[Slot.LEAVING] != 0.0
@@ -129,7 +128,7 @@ def note_commands(plan: Plan, run: Run) -> None:
             asked, pressed = run.actions[sample, number], run.actions[sample, number + 1]
             known = goes and throttle == asked and brake == pressed and steer == run.actions[sample, number + 2]
         else:
-            run.told[turn + at], run.told[turn + at + 1] = throttle - brake if goes else math.nan, steer
+            run.told[turn, at], run.told[turn, at + 1] = throttle - brake if goes else math.nan, steer
             known = leaves or (goes and (brake == 0.0 or throttle == 0.0) and throttle >= 0.0 and brake >= 0.0)
         other = slots[Slot.FREE] != 0.0 or slots[Slot.TRACK] != 0.0 or slots[Slot.REVERSE] != 0.0
         if not known or other or slots[Slot.SET_SPEED] != NO_SPEED or slots[Slot.STOP] != 0.0:

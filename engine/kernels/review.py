@@ -36,12 +36,11 @@ def _move_again(plan: Plan, run: Run, lane: int, actions: Floats) -> None:
         run.actors[actor, Slot.LEFT_ROAD] = 0.0  # it is known when, and nobody need look again
         run.actors[actor, Slot.SET_SPEED] = NO_SPEED
     last, pause = int(run.lane_status[lane, Status.SAMPLE]), plan.layout.pause
-    wide = run.told_pages.shape[2] // pause
     for row in range((last + pause - 1) // pause):
         told, first = run.told_pages[run.lane_pages[lane, row // PAGE], row % PAGE], row * pause
         for turn in range(min(pause, last - first)):
             run.status[Status.SAMPLE] = first + turn
-            _command(plan, run, told[turn * wide : (turn + 1) * wide], actions[first + turn])
+            _command(plan, run, told[turn], actions[first + turn])
             step(plan, run)
 
 

@@ -105,8 +105,8 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                 _take_turns(plan, its, scored)
             steps = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
         if steps:
-            if len(its.told) > 0:
-                note_commands(plan, its)
+            if its.told.shape[1] > 0:
+                note_commands(plan, its, int(its.status[Status.SAMPLE]) - first)
             step(plan, its)
             low, high = 0, len(plan.kinds)
             if not scored:

@@ -235,9 +235,9 @@ class Run(NamedTuple):
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
     told: Floats
-    """(…,): commands from one pause to the next (`lanes.note_commands`); empty where they are not kept."""
+    """(pause, …): commands of each step up to the next pause (`lanes.note_commands`); (…, 0) where none are kept."""
     told_at: Ints
-    """(actors,): where in a turn's part of it those of an actor stand, or -1 - its first number among `actions`."""
+    """(actors,): where in the row of a step those of an actor stand, or -1 - its first number among `actions`."""
     lane_registers: Floats
     """(lanes, …), as all that each of the runs side by side carries on; without lanes there is a lone run."""
     lane_actors: Floats
@@ -256,7 +256,7 @@ class Run(NamedTuple):
     """(lanes, kept, numbers): of the coming turns; turn k in row k % kept, a power of two, too."""
     lane_pages: Ints
     told_pages: Floats
-    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, len(told)) what stands in them."""
+    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, pause, …) what stands in them."""
 
 
 @inlined
