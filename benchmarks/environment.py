@@ -28,7 +28,7 @@ import numpy as np
 import cortex_dsl as cx
 from benchmarks.drivers import EXAMPLES, ROOT
 from engine import batch
-from engine.driving.blocks import Driven, drive
+from engine.driving.blocks import Driven, Driver
 from engine.driving.controllers import seats_of
 from engine.driving.environment import Environment
 from engine.driving.named import named_driver
@@ -81,14 +81,14 @@ def main(lanes: int = 4096, file: str = FILE) -> None:
 def stepping(scenario: cx.Scenario, lanes: int) -> None:
     """Scenes side by side, and one after the other."""
     program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
-    driven = drive(program, scenes, constant, config, block=lanes)
+    driven = Driver(constant, block=lanes).drive(program, scenes, config)
     outcomes = batch.simulate(program, driven.scenes, config)
     assert_same_ends(scenario, scenes, outcomes)
     for field in fields(outcomes):
         ours, theirs = getattr(driven.outcomes, field.name), getattr(outcomes, field.name)
         assert np.array_equal(ours, theirs, equal_nan=ours.dtype.kind == "f"), field.name
     stepped, at_once = in_turns(
-        lambda: drive(program, scenes, constant, config, block=lanes),
+        lambda: Driver(constant, block=lanes).drive(program, scenes, config),
         lambda: batch.simulate(program, driven.scenes, config),
         time.process_time,
     )
@@ -168,7 +168,7 @@ def episodes(scenario: cx.Scenario, lanes: int) -> None:
         for _ in range(STEPS):
             count += steps_of(environment, actions)
 
-    driven = drive(program, scenario.sample(lanes, seed=1), constant, config, block=lanes).scenes
+    driven = Driver(constant, block=lanes).drive(program, scenario.sample(lanes, seed=1), config).scenes
 
     def run() -> None:
         scenario.sample(lanes, seed=1)
@@ -194,7 +194,7 @@ def processes(scenario: cx.Scenario, lanes: int) -> None:
     program, config, scenes = scenario.program, scenario.config.simulation, scenario.sample(lanes, seed=1)
 
     def here() -> Driven:
-        return drive(program, scenes, constant, config, block=lanes)
+        return Driver(constant, block=lanes).drive(program, scenes, config)
 
     for shares, how in ((True, "shares memory"), (False, "is sent all")):
         with tempfile.TemporaryDirectory() as folder:

@@ -27,13 +27,8 @@ os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
 # OpenBLAS has code for each kind of processor, and the last bits of its sums differ: those on record are of this kind.
 # It reads the name when numpy is imported, which is later than this.
 os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
-READING = (
-    "tests/cortex_dsl/semantics/",
-    "tests/cortex_dsl/syntax/",
-    "tests/cortex_dsl/lowering/",
-    "tests/engine/road/",
-)
-"""Tests that need no kernel."""
+READING = ("tests/cortex_dsl/semantics/", "tests/cortex_dsl/syntax/", "tests/engine/road/")
+"""Tests that need no kernel, or one that is compiled at once."""
 settings.register_profile("everywhere", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("everywhere"), derandomize=True, print_blob=True)
 settings.register_profile("quick", settings.get_profile("ci"), max_examples=10)

@@ -1,6 +1,6 @@
 """Scenes driven by controllers (`engine.driving.controllers`).
 
-`drive` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
+A `Driver` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
 other bits for another n.
 
 What was decided is kept with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
@@ -113,15 +113,44 @@ class Driver:
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
     ) -> Driven:
-        """Drive all valid scenes."""
-        return drive(program, scenes, self.given, config, contact, self.block, jobs, self.observe, self.known)
+        """Drive all valid scenes.
+
+        Raises:
+            ControllerError: a controller cannot be asked, or has never given an action that can be driven, or fails
+                everywhere.
+        """
+        work = self._work(program, config, contact, jobs)
+        lanes, block = work.lanes, self.block
+        results = empty_results(program, requested(program, coasting(program, scenes)))
+        actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
+        for first in range(0, len(scenes), block):
+            rows = np.arange(first, min(first + block, len(scenes)))
+            room = actions[first : first + block]
+            decided = _patiently(work, _padded(scenes, rows, block), room if len(room) == block else None)
+            for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
+                array[rows] = found[: len(rows)]
+            if decided.actions is not room:
+                room[:] = decided.actions[: len(rows)]
+        verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
+        scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
+        silent = len(work.known.answered) < len(work.seats) and not scenes.valid.any()
+        if work.failures and (work.known.is_hopeless or silent):
+            raise work.failures[0]
+        return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
+
+    def _work(self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int) -> "_Work":
+        """Seats that have been told what they will be asked, and lanes for a block."""
+        seats, records = seats_of(program, self.given), self.observe == RECORDS
+        for seat in seats:
+            seat.meet(self.block, observed(program, records), config.time_step)
+        return _Work(Lanes(program, self.block, config, contact, records, jobs), seats, self.known)
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
     """Return the scenes with what the driver of the config decides in them; unchanged if it names none.
 
     Raises:
-        ControllerError: as `drive`, and where a controller failed over all of them.
+        ControllerError: as `Driver.drive`, and where a controller failed over all of them.
     """
     if config.driver is None:
         return scenes
@@ -142,52 +171,12 @@ def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) ->
     """Return scenes that were driven before, with what is decided in them this time: nobody is told of failures again.
 
     Raises:
-        ControllerError: as `drive`.
+        ControllerError: as `Driver.drive`.
     """
     if config.driver is None or not len(scenes):
         return scenes
     done: Driven = config.driver.drive(program, scenes, config.simulation, config.contact, jobs)
     return done.scenes
-
-
-def drive(
-    program: Program,
-    scenes: Scenes,
-    driver: object,
-    config: SimulationConfig = DEFAULTS,
-    contact: ContactConfig = CONTACT,
-    block: int = BLOCK,
-    jobs: int = 1,
-    observe: str = RECORDS,
-    known: Known | None = None,
-) -> Driven:
-    """Drive all valid scenes by one controller, or a mapping from names to controllers.
-
-    Raises:
-        ControllerError: one cannot be asked, or has never given an action that can be driven, or fails everywhere.
-    """
-    seats = seats_of(program, driver)
-    undecided = coasting(program, scenes)
-    results = empty_results(program, requested(program, undecided))
-    lanes = Lanes(program, block, config, contact, observe == RECORDS, jobs)
-    actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
-    for seat in seats:
-        seat.meet(block, observed(program, observe == RECORDS), config.time_step)
-    work = _Work(lanes, seats, known or Known())
-    for first in range(0, len(scenes), block):
-        rows = np.arange(first, min(first + block, len(scenes)))
-        room = actions[first : first + block]
-        decided = _patiently(work, _padded(scenes, rows, block), room if len(room) == block else None)
-        for array, found in zip(cast("tuple[NDArray[Any], ...]", results), decided.results, strict=True):
-            array[rows] = found[: len(rows)]
-        if decided.actions is not room:
-            room[:] = decided.actions[: len(rows)]
-    verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
-    scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-    silent = len(work.known.answered) < len(seats) and not scenes.valid.any()
-    if work.failures and (work.known.is_hopeless or silent):
-        raise work.failures[0]
-    return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
 
 def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:

@@ -147,7 +147,8 @@ def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats
     latest = _latest(plan, run, again, begun, not drive.touched, driver)
     helpless, too_late = False, False
     if latest == NEVER:
-        at_once = _drive(plan, run, again, 0, _brakes_like(driver, driver.deceleration, 0.0))
+        start = min(begun, 0)  # no literal zero: numba would compile `advance` once more, for nearly a minute
+        at_once = _drive(plan, run, again, start, _brakes_like(driver, driver.deceleration, 0.0))
         helpless = at_once.touched
         too_late = helpless and driving and (starts_in_it or at_once.speed > STANDING)
     if perceived == NEVER:

@@ -196,7 +196,7 @@ class Sides:
 
 @dataclass(frozen=True)
 class HeatMap:
-    """Valid distinct simulations counted by two genes."""
+    """Distinct simulations that are counted (`Evaluations.scored`), by two genes."""
 
     across: Sides
     up: Sides
@@ -218,7 +218,7 @@ def sides(parameter: Parameter) -> Sides:
 
 def heat_maps(parameters: Sequence[Parameter], evaluations: Evaluations, count: int = 3) -> list[HeatMap]:
     """Return the `count` most informative pairs of genes, the best first."""
-    rows = evaluations.valid & evaluations.simulated
+    rows = evaluations.scored & evaluations.simulated
     genomes, failed = evaluations.genomes[rows], evaluations.found[rows]
     cuts = [sides(parameter) for parameter in parameters]
     places = [cut.place(genomes[:, gene]) for gene, cut in enumerate(cuts)]

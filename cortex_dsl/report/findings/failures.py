@@ -22,6 +22,8 @@ SUCCESSION = "(n + 1) / (N + 2)"
 """How shares of rare events are computed."""
 APART = "worst first, avoidable ones before others of the same risk; each partner and kind once before any twice"
 """How the worst are chosen; see `engine.search.ranking`."""
+LOST = "the driver failed"
+"""How a scene over which it did ended."""
 
 
 def lead_text(came: Failures) -> str:
@@ -40,12 +42,12 @@ def collisions_text(came: Failures) -> str:
 
 def driver_text(came: Failures, objective: Sequence[str]) -> str:
     """`61 failures of the driver`, where the search is for these; empty where it is not, or found none."""
-    return f"{counted(came.lost, 'failure')} of the driver" if came.lost and objective[0] == "controller" else ""
+    return f"{counted(came.lost, 'failure')} of the driver" if came.lost and _seeks_failures(objective) else ""
 
 
 def driver_failed_text(came: Failures) -> str:
     """`the driver failed in 61 simulations`, of which nothing more is known; empty where it never did."""
-    return f"the driver failed in {counted(came.lost, 'simulation')}" if came.lost else ""
+    return f"{LOST} in {counted(came.lost, 'simulation')}" if came.lost else ""
 
 
 def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
@@ -110,10 +112,22 @@ class Finds:
     verb: str
     goal: str
     """What the search makes large."""
+    one: str
+    """A find, in a few words."""
+    among: str = "valid"
+    """Scenes that are counted."""
 
 
 def finds_of(objective: Sequence[str]) -> Finds:
     """Collisions, or finds of what else is sought."""
     if tuple(objective) == SOUGHT:
-        return Finds("collisions", "collide", "risk")
-    return Finds(f"finds of {objective[0]}", f"are finds of {objective[0]}", objective[0])
+        return Finds("collisions", "collide", "risk", "collision")
+    if _seeks_failures(objective):
+        many = "failures of the driver"
+        return Finds(many, f"are {many}", objective[0], LOST, "valid and failed")
+    many = f"finds of {objective[0]}"
+    return Finds(many, f"are {many}", objective[0], f"a find of {objective[0]}")
+
+
+def _seeks_failures(objective: Sequence[str]) -> bool:
+    return objective[0] == "controller"

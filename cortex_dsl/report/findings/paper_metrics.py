@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.readable import fixed
 from engine.search.protocol import SOUGHT
 
@@ -36,12 +37,16 @@ METRICS = (
 
 def meaning_of(metric: PaperMetric, objective: Sequence[str]) -> str:
     """What a metric is, of a search that looks for the risk or for something else."""
-    return f"mean of {objective[0]} of valid scenes" if _is_aimed(metric, objective) else metric.meaning
+    if not _is_aimed(metric, objective):
+        return metric.meaning
+    return f"mean of {objective[0]} of {finds_of(objective).among} scenes"
 
 
 def brief_of(metric: PaperMetric, objective: Sequence[str]) -> str:
     """The same in a few words."""
-    return f"mean of {objective[0]}, valid runs" if _is_aimed(metric, objective) else metric.brief
+    if not _is_aimed(metric, objective):
+        return metric.brief
+    return f"mean of {objective[0]}, {finds_of(objective).among} runs"
 
 
 def _is_aimed(metric: PaperMetric, objective: Sequence[str]) -> bool:

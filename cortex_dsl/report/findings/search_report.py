@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.failures import collisions_text, driver_text, lead_text
+from cortex_dsl.report.findings.failures import LOST, collisions_text, driver_text, lead_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
@@ -77,7 +77,7 @@ class End:
 
     verdict: Verdict
     reason: EndReason | None
-    """None where nothing was simulated."""
+    """None where nothing was simulated, or not to an end."""
     text: str
     count: int
 
@@ -94,7 +94,7 @@ def ends_of(program: Program, evaluations: Evaluations) -> list[End]:
 def _end(program: Program, end: Sequence[int], count: int) -> End:
     verdict, reason, rule, partner = end
     if reason < 0:
-        return End(Verdict(verdict), None, "", count)
+        return End(Verdict(verdict), None, LOST if verdict == Verdict.CONTROLLER else "", count)
     why = EndReason(reason)
     if why == EndReason.COLLISION and partner != NOBODY and len(program.actors) > 2:
         return End(Verdict(verdict), why, f"{END_TEXTS[why]} with {program.actors[partner + 1]}", count)

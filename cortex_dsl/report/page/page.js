@@ -129,14 +129,13 @@ class Explorer {
     const pen = this.canvas.getContext("2d");
     pen.scale(ratio, ratio);
     const style = getComputedStyle(this.canvas);
-    const colours = ["--invalid", "--safe-dot", "--hot"].map((name) => style.getPropertyValue(name).trim());
     this.drawAxes(pen, style);
-    for (const kind of [0, 1, 2]) this.drawKind(pen, kind, colours[kind]);
+    this.data.kinds.forEach(({ colour }, kind) => this.drawKind(pen, kind, style.getPropertyValue(colour).trim()));
   }
 
   drawKind(pen, kind, colour) {
     pen.fillStyle = pen.strokeStyle = colour;
-    pen.globalAlpha = kind === 2 ? 0.75 : 0.55;
+    pen.globalAlpha = kind > 1 ? 0.75 : 0.55;
     this.data.kind.forEach((value, row) => {
       if (value !== kind) return;
       const [x, y] = this.place(row);
@@ -168,8 +167,9 @@ class Explorer {
   }
 
   words(row) {
-    const { genes, values, kind, score, place } = this.data;
-    const what = ["invalid", `risk ${score[row]}`, `collision, risk ${score[row]}`][kind[row]];
+    const { genes, values, kinds, kind, score, place } = this.data;
+    const risk = score[row] < 0 ? "" : `risk ${score[row]}`;
+    const what = [kinds[kind[row]].words, risk].filter((text) => text).join(", ");
     const params = genes.map((gene, k) => {
       const value = gene.options.length ? gene.options[values[k][row]] : values[k][row];
       return `${gene.name} ${value}${gene.unit ? ` ${gene.unit}` : ""}`;

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
-from cortex_dsl.report.findings.failures import finds_of
+from cortex_dsl.report.findings.failures import LOST, finds_of
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, meaning_of
 from cortex_dsl.report.findings.readable import percent, significant
 from cortex_dsl.report.findings.search_report import whole_run
@@ -77,7 +77,7 @@ def _courses(record: Record, metric: PaperMetric) -> list[Course]:
 def _middle_half(record: Record, field: str) -> tuple[Floats | None, Floats | None]:
     """Lower and upper quartile in each generation, of the metrics that are means."""
     evaluations = record.evaluations
-    valid = evaluations.valid
+    valid = evaluations.scored if field == "rl" else evaluations.valid
     values = {"rl": evaluations.fitness, "mdg": evaluations.min_distance, "mdec": evaluations.min_distance}.get(field)
     if values is None:
         return None, None
@@ -95,7 +95,7 @@ ROOM = (52, 12, 10, 42)
 
 
 def heat_chart(found: HeatMap, verb: str = "collide") -> Element:
-    """Each cell's colour is the share of its valid simulations that failed; an empty cell was never looked at."""
+    """Each cell's colour is the share of its simulations that failed; an empty cell was never looked at."""
     left, right, top, bottom = ROOM
     width, height = SIDE + left + right, SIDE + top + bottom
     cells = [
@@ -205,7 +205,7 @@ VERDICTS = {
     Verdict.EXHAUSTED: "no scene found that meets the requirements",
     Verdict.ABORTED: "a requirement on the run broke",
     Verdict.ERROR: "the engine failed",
-    Verdict.CONTROLLER: "a controller failed",
+    Verdict.CONTROLLER: LOST,
 }
 
 

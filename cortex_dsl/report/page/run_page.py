@@ -12,7 +12,7 @@ from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, rep
 from cortex_dsl.report.findings.failures import APART, finds_of
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
-from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, where_it_fails
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
@@ -86,7 +86,7 @@ def render_page(found: RunPage) -> str:
     data = {
         "run": plain(content(found)),
         "replays": [player_data(replay) for replay in found.replays],
-        "evaluations": finite(run_sections.dots(found.record)),
+        "evaluations": finite(where_it_fails.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 
@@ -135,6 +135,8 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     _, simulated = whole_run(record)
     came = found.analysis.came
     style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
+    if came.lost:
+        yield _tile("failures.lost", came.lost, f"{came.lost:,}", "simulations in which the driver failed", "hot")
     yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
     yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
     yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
@@ -143,7 +145,8 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     if simulated.valid:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
-    mean = f"mean {record.manifest.objective[0]} of a valid simulation"
+    objective = record.manifest.objective
+    mean = f"mean {objective[0]} of a {finds_of(objective).among.replace('and', 'or')} simulation"
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), mean)
     yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
@@ -180,7 +183,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     )
     yield _cases(found)
     yield _course(found)
-    yield from run_sections.where_it_fails(found.record)
+    yield from where_it_fails.section(found.record)
     space, analysis = found.run.scenario.program.space, found.analysis
     yield analysis_sections.kinds(found.record.manifest.actors, analysis)
     yield analysis_sections.places(space, analysis)
@@ -197,8 +200,7 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        f"{_lost_words(found)}{APART.capitalize()}. Their numbers are those of the files in the run's folder "
-        "`worst`. Their pictures have one scale, and the ego drives to the right. "
+        f"{_lost_words(found)}{APART.capitalize()}. {_numbers_words(found)} Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
         "what it sees and what is hidden from it."
@@ -237,6 +239,13 @@ def _lost_words(found: RunPage) -> str:
         f"Over {ranks} the driver failed, so that there is no replay: `controller.log` says how, and the files in "
         "`worst` run them again. These are the worst others. "
     )
+
+
+def _numbers_words(found: RunPage) -> str:
+    """What the numbers of the cases are: scenes over which the driver failed may have the first ones."""
+    if found.replays and found.worst[-1].rank <= WORST:
+        return "Their numbers are those of the files in the run's folder `worst`."
+    return "Their numbers are their ranks; the files in the run's folder `worst` are the first ones."
 
 
 def _case_words(found: RunPage, case: Case) -> str:

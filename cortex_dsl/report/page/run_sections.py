@@ -1,17 +1,11 @@
-"""Sections of a run's page: plain words, where it failed, how probable a collision is, how runs ended, to repeat it."""
+"""Sections of a run's page: plain words, how probable a collision is, how runs ended, how to repeat it."""
 
 from collections.abc import Iterator, Sequence
 from shlex import quote
 from typing import Any
 
-import numpy as np
-
 from cortex_dsl.api.runs import OpenedRun
-from cortex_dsl.report.findings.analysis_report import (
-    HeatMap,
-    heat_maps,
-)
-from cortex_dsl.report.findings.failures import finds_of, others_text, rate_texts
+from cortex_dsl.report.findings.failures import driver_failed_text, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -24,7 +18,7 @@ from cortex_dsl.report.findings.probability_report import (
     probability_text,
     unknown_text,
 )
-from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
+from cortex_dsl.report.findings.readable import counted, duration, percent, ratio
 from cortex_dsl.report.findings.search_report import (
     End,
     ends_of,
@@ -39,7 +33,7 @@ from cortex_dsl.report.findings.search_report import (
 )
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, prose, table
-from engine.search.evaluations import Evaluations, distinct_collisions, partners
+from engine.search.evaluations import distinct_collisions, partners
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
@@ -107,7 +101,7 @@ def _found(record: Record, came: Failures) -> Node:
     distinct = distinct_collisions(record.evaluations)
     first, hit = first_collision(record), simulated.colliding_runs
     share = percent(ratio(hit, simulated.valid_runs))
-    more = (*rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
+    more = (driver_failed_text(came), *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
     return element(
         "p",
         figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
@@ -137,104 +131,6 @@ def _partners(record: Record) -> str:
     actors = record.manifest.actors
     text = partners_text(actors, partners(record.evaluations, len(actors)))
     return f"By partner: {text.removeprefix('with ')}. " if text else ""
-
-
-# -- where it failed: heat maps of pairs of params, and a map of all simulations to explore ----------------------------
-
-DOTS = 12_000
-"""Individuals that the map of all simulations shows at most."""
-
-
-def dots(record: Record) -> dict[str, Any]:
-    """All distinct simulations for the map, or as many as it takes: every collision, and every n-th of the others."""
-    evaluations = record.evaluations
-    rows = _shown(evaluations)
-    kind = np.where(evaluations.found, 2, np.where(evaluations.valid, 1, 0))[rows]
-    values = evaluations.genomes[rows]
-    return {
-        "genes": [
-            {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "options": list(p.options)}
-            for p in record.manifest.parameters
-        ],
-        "values": [[_short(value) for value in column] for column in values.T.tolist()],
-        "kind": kind.tolist(),
-        "score": evaluations.score[rows].tolist(),
-        "place": evaluations.places[rows].tolist(),
-    }
-
-
-def _short(value: float) -> float:
-    """To be drawn: four digits."""
-    return float(f"{value:.4g}")
-
-
-def _shown(evaluations: Evaluations) -> np.ndarray:
-    rows = np.flatnonzero(evaluations.simulated)
-    if len(rows) <= DOTS:
-        return rows
-    hit = rows[evaluations.found[rows]][-DOTS // 2 :]
-    others = np.setdiff1d(rows, hit)
-    return np.sort(np.concatenate([hit, others[:: -(-len(others) // (DOTS - len(hit)))]]))
-
-
-def where_it_fails(record: Record) -> Iterator[Node]:
-    parameters = record.manifest.parameters
-    maps, finds = heat_maps(parameters, record.evaluations), finds_of(record.manifest.objective)
-    if maps:
-        key = element(
-            "p",
-            element("span", element("i", class_="none"), f"none of those tried {finds.verb}"),
-            element("span", "few ", element("i", class_="ramp"), f"all {finds.verb}"),
-            element("span", element("i", class_="blank"), "never tried"),
-            class_="key",
-        )
-        note = (
-            f"Pairs of params, the most informative about which simulations {finds.verb} first (mutual information, "
-            f"with Miller's correction). The shade is the share of valid simulations in a cell that {finds.verb}."
-        )
-        charts = [
-            element(
-                "figure",
-                element(
-                    "figcaption",
-                    element("b", f"{chart.across.name} × {chart.up.name}"),
-                    element("span", f"{fixed(chart.information, 2)} bit", class_="total"),
-                ),
-                run_charts.heat_chart(chart, finds.verb),
-                class_="panel",
-            )
-            for chart in maps
-        ]
-        panels = element("div", charts, class_="panels")
-        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0], finds.many))
-
-
-def _explorer(record: Record, best: HeatMap, many: str) -> Element:
-    names = [p.name for p in record.manifest.parameters]
-
-    def select(chosen: str, label: str) -> Element:
-        options = [element("option", name, value=k, selected=name == chosen) for k, name in enumerate(names)]
-        return element("label", f"{label} ", element("select", options))
-
-    idle = "Point at a dot to read it."
-    keys = (("--hot", many), ("--safe-dot", "other valid ones"), ("--invalid", "invalid"))
-    return element(
-        "div",
-        element(
-            "div",
-            element("b", "Every simulation"),
-            select(best.across.name, "across"),
-            select(best.up.name, "up"),
-            [
-                element("span", element("i", style=f"background:var({colour})"), text, class_="dot-key")
-                for colour, text in keys
-            ],
-            class_="choose",
-        ),
-        element("canvas", role="img", aria_label="a dot for each simulation, by two params"),
-        element("p", idle, class_="tip", data_idle=idle),
-        class_="explorer panel",
-    )
 
 
 # -- how probable a collision is: estimates that lie beside the journal, or how to get one -----------------------------

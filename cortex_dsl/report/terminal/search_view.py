@@ -205,20 +205,23 @@ def results_view(folder: Path) -> RenderableType:
     return columns(left(), left(wrap=True), rows=rows)
 
 
+DRIVEN = (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER)
+"""Of runs that began."""
 END_STYLES = {EndReason.COLLISION: "bad", EndReason.BUILDING: "bad", EndReason.ABORTED: "warn"}
 
 
 def ends_table(program: Program, report: SearchReport) -> RenderableType:
     """How the runs ended, and the share that each rule ended or made invalid; a repeated elite counts once."""
     ends = ends_of(program, report.campaign.evaluations)
-    ran = [end for end in ends if end.verdict in (Verdict.VALID, Verdict.ABORTED)]
+    ran = [end for end in ends if end.verdict in DRIVEN]
     total = sum(end.count for end in ran)
     rows = [_end_row(end, ratio(end.count, total)) for end in ran]
     return columns(right(), right(), left(), left(wrap=True), rows=rows)
 
 
 def _end_row(end: End, share: float) -> tuple[Text, Text, Text, Text]:
-    style = END_STYLES.get(end.reason, "") if end.reason is not None and end.count else ""
+    crashed = "" if end.reason is None else END_STYLES.get(end.reason, "")
+    style = ("bad" if end.verdict == Verdict.CONTROLLER else crashed) if end.count else ""
     return (
         Text(whole(end.count)),
         Text(percent(share) if share >= 0.0005 or not end.count else "< 0.1 %"),
@@ -240,7 +243,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
         parts.append(
             section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
         )
-    if campaign.by_individual.valid or np.any(campaign.evaluations.rollouts.verdict == Verdict.ABORTED):
+    if np.isin(campaign.evaluations.rollouts.verdict, DRIVEN).any():
         parts.append(section("How runs ended", ends_table(program, report)))
     elif (tally := Tally.of_search(campaign.evaluations)).attempts:
         note = "no scene was valid; tested only if the earlier ones held"

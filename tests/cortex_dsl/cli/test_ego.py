@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import cortex_dsl as cx
@@ -190,6 +191,7 @@ def test_scenes_over_which_a_driver_fails_are_kept(
     lost = evaluations.rollouts.verdict[evaluations.simulated, 0] == Verdict.CONTROLLER
     failed = f"{lost.sum()} failures of the driver" if goal else f"the driver failed in {lost.sum()} simulations"
     assert failed in out
+    assert re.search(rf" {lost.sum()} +\d.*the driver failed", out[out.index("How runs ended") :])
     log = Path("run/controller.log").read_text(encoding="utf-8").splitlines()
     assert len(log) == lost.sum() > 5
     generation, place = evaluations.places[evaluations.simulated][lost][0].tolist()
@@ -207,7 +209,18 @@ def test_scenes_over_which_a_driver_fails_are_kept(
             assert "the driver failed over case 1" in capsys.readouterr().err
     assert main(["export", "run", "--top", "3", "--to", "csv", "--out", "some"]) == 0
     assert main(["report", "run"]) == 0
-    assert ("Over cases 1 to 10 the driver failed" in Path("run/report.html").read_text("utf-8")) == bool(goal)
+    page = Path("run/report.html").read_text("utf-8")
+    assert ("Over cases 1 to 10 the driver failed" in page) == bool(goal)
+    assert ("mean of controller of valid and failed scenes" in page) == bool(goal)
+    run_of, dots = (
+        json.loads(re.findall(rf'<script[^>]* id="{name}"[^>]*>(.*?)</script>', page)[0])
+        for name in ("run", "evaluations")
+    )
+    kinds = [dots["kinds"][kind]["words"] for kind in dots["kind"]]
+    assert kinds.count("the driver failed") == lost.sum()
+    valid = evaluations.simulated & evaluations.valid
+    counted = lost.sum() + valid.sum() if goal else valid.sum()
+    assert np.sum(run_of["heat_maps"][0]["tried"]) == counted
 
 
 WHIMS = """

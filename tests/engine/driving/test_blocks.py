@@ -15,7 +15,7 @@ from engine import batch, host
 from engine.control import columns
 from engine.driving import stepping
 from engine.driving.asking import HOPELESS
-from engine.driving.blocks import Driven, Driver, drive
+from engine.driving.blocks import Driven, Driver
 from engine.driving.decisions import is_reproducible
 from engine.driving.stepping import EGOCENTRIC, Lanes
 from engine.errors import ControllerError
@@ -65,8 +65,8 @@ def test_a_driver_from_outside_is_a_behaviour_of_the_file(name: str) -> None:
     inside = scenario_of(name, "FollowTrajectoryBehavior(10 m/s, egoTrajectory, max_lateral=none)")
     outside = scenario_of(name, 'ExternalBehavior(trajectory=egoTrajectory, actions="speed")')
     scenes = outside.sample(60, seed=3)
-    driven = drive(
-        outside.program, scenes, lambda seen: np.tile([10.0, 0.0], (len(seen), 1)), outside.config.simulation
+    driven = Driver(lambda seen: np.tile([10.0, 0.0], (len(seen), 1))).drive(
+        outside.program, scenes, outside.config.simulation
     )
     same(driven.outcomes, inside.simulate(inside.sample(60, seed=3)))
 
@@ -161,8 +161,8 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     split(monkeypatch)
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(40, seed=5)
-    one = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=7)
-    other = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=64, jobs=2)
+    one = Driver(cruising, block=7).drive(scenario.program, scenes, scenario.config.simulation)
+    other = Driver(cruising, block=64).drive(scenario.program, scenes, scenario.config.simulation, jobs=2)
     same(one.outcomes, other.outcomes)
     assert np.array_equal(one.scenes.actions, other.scenes.actions)
 
@@ -199,7 +199,7 @@ terminate after 3 s
 """
     scenario = cx.compile_text(text)
     scenes = scenario.sample(8, seed=1)
-    flooring = drive(scenario.program, scenes, lambda seen: np.tile([1.0, 0.0, 0.0], (len(seen), 1)))
+    flooring = Driver(lambda seen: np.tile([1.0, 0.0, 0.0], (len(seen), 1))).drive(scenario.program, scenes)
     same(flooring.outcomes, batch.simulate(scenario.program, flooring.scenes))
     run = batch.trajectory(scenario.program, flooring.scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert run.states[-1, 0, 3] < 8.5
@@ -246,7 +246,7 @@ def test_runs_are_judged_by_what_was_commanded_or_run_again(name: str, monkeypat
     scenes, run_again = scenario.sample(20, seed=2), []
     monkeypatch.setattr(stepping, "simulate_rows", lambda *given: run_again.append(simulate_rows(*given)))
     driver = {control.controller: cruising for control in scenario.program.controls}
-    driven = drive(scenario.program, scenes, driver, scenario.config.simulation, block=20)
+    driven = Driver(driver, block=20).drive(scenario.program, scenes, scenario.config.simulation)
     same(driven.outcomes, scenario.simulate(driven.scenes))
     assert driven.scenes.valid.any()
     assert bool(run_again) == again
@@ -320,8 +320,8 @@ def stepped(arguments: str) -> tuple[Driven, Counting]:
     text = f"ego = new Car on road, with speed 0, with behavior ExternalBehavior({arguments})\nterminate after 1 s\n"
     scenario = cx.compile_text(text)
     controller = Counting()
-    return drive(
-        scenario.program, scenario.sample(3, seed=1), controller, scenario.config.simulation, block=4
+    return Driver(controller, block=4).drive(
+        scenario.program, scenario.sample(3, seed=1), scenario.config.simulation
     ), controller
 
 
@@ -365,7 +365,7 @@ other = new Car on road, with behavior ExternalBehavior()
 def refused(driver: object) -> ControllerError:
     scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\nterminate after 1 s\n")
     with pytest.raises(ControllerError) as caught:
-        drive(scenario.program, scenario.sample(2), driver, scenario.config.simulation, block=2)
+        Driver(driver, block=2).drive(scenario.program, scenario.sample(2), scenario.config.simulation)
     return caught.value
 
 
@@ -431,7 +431,7 @@ def test_a_controller_may_be_told_what_it_will_be_asked() -> None:
             super().reset(lanes, keys)
 
     curious = Curious([], raises)
-    drive(scenario.program, scenes, curious, scenario.config.simulation, block=16)
+    Driver(curious, block=16).drive(scenario.program, scenes, scenario.config.simulation)
     assert [each["name"] for each in curious.header["actions"]] == ["throttle", "brake", "steer"]
     assert len(curious.header["observations"]) == len(EGOCENTRIC)
     assert curious.lanes == np.flatnonzero(scenes.valid).tolist()
@@ -537,8 +537,8 @@ def test_the_scene_over_which_a_function_fails_is_found(what: Callable[[Floats, 
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(21, seed=3)
     bad = np.flatnonzero(scenes.valid)[[2, 7]]
-    done = drive(scenario.program, scenes, Choosy(bad.tolist(), what), scenario.config.simulation, block=8)
-    here = drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8)
+    done = Driver(Choosy(bad.tolist(), what), block=8).drive(scenario.program, scenes, scenario.config.simulation)
+    here = Driver(cruising, block=8).drive(scenario.program, scenes, scenario.config.simulation)
     assert np.flatnonzero(done.outcomes.verdict == Verdict.CONTROLLER).tolist() == bad.tolist()
     assert np.array_equal(done.scenes.verdict == Verdict.CONTROLLER, done.outcomes.verdict == Verdict.CONTROLLER)
     assert done.remarks
@@ -552,8 +552,8 @@ def test_a_failure_that_does_not_recur_costs_a_remark(caplog: pytest.LogCaptureF
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(8, seed=3)
     bad = np.flatnonzero(scenes.valid)[:1].tolist()
-    done = drive(scenario.program, scenes, Choosy(bad, raises, times=1), scenario.config.simulation, block=8)
-    same(done.outcomes, drive(scenario.program, scenes, cruising, scenario.config.simulation, block=8).outcomes)
+    done = Driver(Choosy(bad, raises, times=1), block=8).drive(scenario.program, scenes, scenario.config.simulation)
+    same(done.outcomes, Driver(cruising, block=8).drive(scenario.program, scenes, scenario.config.simulation).outcomes)
     assert len(done.remarks) == 1
     done.tell()
     assert "raised ZeroDivisionError in `act`: no gap" in caplog.text
@@ -573,7 +573,7 @@ def test_a_function_is_asked_about_fewer_scenes_where_it_fails() -> None:
     def nan(seen: Floats) -> Floats:
         return np.where(seen[:, [SPEED]] > 15.0, np.nan, cruising(seen))
 
-    done, same_but_nan = (drive(scenario.program, scenes, each, block=64) for each in (picky, nan))
+    done, same_but_nan = (Driver(each, block=64).drive(scenario.program, scenes) for each in (picky, nan))
     same(done.outcomes, same_but_nan.outcomes)
     lost = done.scenes.verdict == Verdict.CONTROLLER
     assert len(done.failures) == lost.sum() > 3
@@ -586,7 +586,7 @@ def test_failures_are_told_by_scene_and_in_brief(caplog: pytest.LogCaptureFixtur
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(8, seed=3)
     bad = np.flatnonzero(scenes.valid)[1:4].tolist()
-    done = drive(scenario.program, scenes, Choosy(bad, raises), scenario.config.simulation, block=8).tell()
+    done = Driver(Choosy(bad, raises), block=8).drive(scenario.program, scenes, scenario.config.simulation).tell()
     said = [f"in scene {number} at " in remark for number, remark in zip(bad, done.remarks, strict=True)]
     assert said == [True] * 3
     assert caplog.text.count("no gap") == 1
@@ -612,7 +612,7 @@ def test_who_has_answered_is_no_broken_driver() -> None:
         return cruising(seen) if len(asked) == 1 else nothing(seen)
 
     with pytest.raises(ControllerError, match="throttle = nan"):
-        drive(scenario.program, scenario.sample(count, seed=1), answers_once, block=count)
+        Driver(answers_once, block=count).drive(scenario.program, scenario.sample(count, seed=1))
 
 
 def test_one_scene_that_fails_ends_nothing() -> None:
@@ -620,7 +620,9 @@ def test_one_scene_that_fails_ends_nothing() -> None:
     scenario = scenario_of("left_turn", "ExternalBehavior(trajectory=egoTrajectory)")
     scenes = scenario.sample(20, seed=3)
     first = np.flatnonzero(scenes.valid)[:1].tolist()
-    done = drive(scenario.program, scenes, Choosy(first, lambda actions, bad: actions * np.nan, after=0), block=1)
+    done = Driver(Choosy(first, lambda actions, bad: actions * np.nan, after=0), block=1).drive(
+        scenario.program, scenes
+    )
     assert (done.scenes.verdict == Verdict.CONTROLLER).sum() == 1
     many, calls = scenario.sample(64, seed=3), [0]
 
@@ -632,7 +634,7 @@ def test_one_scene_that_fails_ends_nothing() -> None:
             raise ValueError("alone")
         return np.where(fast, np.nan, cruising(seen))
 
-    done = drive(scenario.program, many, picky, block=64)
+    done = Driver(picky, block=64).drive(scenario.program, many)
     assert (done.scenes.verdict == Verdict.CONTROLLER).sum() >= HOPELESS
     assert done.scenes.valid.any()
 
@@ -646,7 +648,7 @@ def test_what_a_function_fails_over_among_others_is_told() -> None:
             raise ValueError("too many")
         return cruising(seen)
 
-    done = drive(scenario.program, scenario.sample(16, seed=3), crowded, block=16)
+    done = Driver(crowded, block=16).drive(scenario.program, scenario.sample(16, seed=3))
     assert not done.failures
     assert "too many" in done.remarks[0]
     assert "this did not happen again" in done.remarks[0]
@@ -668,8 +670,8 @@ def test_each_of_several_controllers_has_to_drive() -> None:
 
     for driver, told in ((nothing, "`lead` gave throttle = nan"), (broken, "no weights")):
         with pytest.raises(ControllerError, match=told):
-            drive(
-                scenario.program, scenario.sample(20, seed=1), {"ego": lambda seen: seen[:, :3] * 0.0, "lead": driver}
+            Driver({"ego": lambda seen: seen[:, :3] * 0.0, "lead": driver}).drive(
+                scenario.program, scenario.sample(20, seed=1)
             )
 
 
@@ -716,7 +718,7 @@ def test_who_never_drives_ends_the_command() -> None:
         raise RuntimeError("no weights")
 
     with pytest.raises(ControllerError, match="no weights"):
-        drive(scenario.program, scenario.sample(64, seed=1), broken, scenario.config.simulation, block=64)
+        Driver(broken, block=64).drive(scenario.program, scenario.sample(64, seed=1), scenario.config.simulation)
     assert asked <= 2 * 64 + 2
 
 
@@ -735,7 +737,7 @@ def test_a_file_without_a_place_for_a_driver_is_told() -> None:
 def refused_kind(driver: object) -> str:
     scenario = cx.compile_text("ego = new Car on road, with behavior ExternalBehavior()\n")
     with pytest.raises(cx.CortexError) as caught:
-        drive(scenario.program, scenario.sample(1), driver)
+        Driver(driver).drive(scenario.program, scenario.sample(1))
     return str(caught.value)
 
 
@@ -766,6 +768,6 @@ def test_no_valid_scene_is_no_work() -> None:
     scenes = scenario.sample(4)
     nothing = replace(scenes, verdict=np.full(4, 2, dtype=np.int32))
     controller = Counting()
-    driven = drive(scenario.program, nothing, controller, scenario.config.simulation, block=4)
+    driven = Driver(controller, block=4).drive(scenario.program, nothing, scenario.config.simulation)
     assert not controller.asked
     assert (driven.outcomes.verdict == 2).all()

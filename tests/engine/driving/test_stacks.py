@@ -18,7 +18,7 @@ import pytest
 
 import cortex_dsl as cx
 from engine.driving import stacks
-from engine.driving.blocks import Driven, drive
+from engine.driving.blocks import Driven, Driver
 from engine.driving.named import named_driver
 from engine.driving.processes import Memory
 from engine.driving.stacks import stack_of
@@ -81,7 +81,7 @@ def driven(scenario: cx.Scenario, name: str, count: int = 4) -> Driven:
 def test_a_process_drives_as_a_function_does(scenario: cx.Scenario, tmp_path: Path) -> None:
     """The same decisions, the same runs; what it prints disturbs nobody."""
     done = driven(scenario, client(tmp_path), 6)
-    here = drive(scenario.program, scenario.sample(6, seed=1), half, scenario.config.simulation)
+    here = Driver(half).drive(scenario.program, scenario.sample(6, seed=1), scenario.config.simulation)
     same(done.outcomes, here.outcomes)
     assert np.array_equal(done.scenes.actions, here.scenes.actions)
     assert not done.remarks
@@ -143,7 +143,9 @@ def test_the_reference_clients_drive(client: str, tmp_path: Path) -> None:
         assert spec.loader is not None
         planner = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(planner)
-        here = drive(scenario.program, scenario.sample(8, seed=2), planner.drive, scenario.config.simulation, block=8)
+        here = Driver(planner.drive, block=8).drive(
+            scenario.program, scenario.sample(8, seed=2), scenario.config.simulation
+        )
         same(done.outcomes, here.outcomes)
 
 
@@ -152,7 +154,7 @@ def test_a_crash_that_does_not_recur_costs_a_remark(scenario: cx.Scenario, tmp_p
     mark = tmp_path / "crashed"
     hook = f"(number != 3 or os.path.exists({str(mark)!r})) or (open({str(mark)!r}, 'w').close(), os._exit(9))"
     done = driven(scenario, client(tmp_path, hook))
-    here = drive(scenario.program, scenario.sample(4, seed=1), half, scenario.config.simulation)
+    here = Driver(half).drive(scenario.program, scenario.sample(4, seed=1), scenario.config.simulation)
     same(done.outcomes, here.outcomes)
     assert len(done.remarks) == 1
     assert "ended with exit code 9; it printed: question 0\nquestion 1" in done.remarks[0]
@@ -164,7 +166,7 @@ def test_the_scene_over_which_it_crashes_is_found(scenario: cx.Scenario, tmp_pat
     hook = "asked[2] and number > 2 and os._exit(3)"
     done = driven(scenario, client(tmp_path, hook))
     assert done.outcomes.verdict.tolist() == [0, 0, int(Verdict.CONTROLLER), 0]
-    here = drive(scenario.program, scenes, half, scenario.config.simulation)
+    here = Driver(half).drive(scenario.program, scenes, scenario.config.simulation)
     for row in (0, 1, 3):
         assert done.outcomes.end_time[row] == here.outcomes.end_time[row]
         assert np.array_equal(done.scenes.actions[row], here.scenes.actions[row])
@@ -299,7 +301,7 @@ def test_a_stack_that_shares_memory_is_judged_as_all_are(
         f"parts[0][0] == 3 and not os.path.exists({str(mark)!r}) and (open({str(mark)!r}, 'w').close(), os._exit(9))"
     )
     done = driven(scenario, sharing(tmp_path, f"{crash}; done[:] = [0.5, 0.0, 0.0]"))
-    here = drive(scenario.program, scenario.sample(4, seed=1), half, scenario.config.simulation)
+    here = Driver(half).drive(scenario.program, scenario.sample(4, seed=1), scenario.config.simulation)
     same(done.outcomes, here.outcomes)
     assert len(done.remarks) == 1
     monkeypatch.setattr(stacks, "LATE", 0.3)
