@@ -27,8 +27,8 @@ os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
 # OpenBLAS has code for each kind of processor, and the last bits of its sums differ: those on record are of this kind.
 # It reads the name when numpy is imported, which is later than this.
 os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
-READING = ("tests/cortex_dsl/semantics/", "tests/cortex_dsl/syntax/", "tests/engine/road/")
-"""Tests that need no kernel, or one that is compiled at once."""
+READING = ("tests/cortex_dsl/syntax/", "tests/engine/road/", "tests/cortex_dsl/semantics/")
+"""Tests that need no kernel, or none that takes long; some of the last folder do, for which it is there by then."""
 settings.register_profile("everywhere", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("everywhere"), derandomize=True, print_blob=True)
 settings.register_profile("quick", settings.get_profile("ci"), max_examples=10)
@@ -39,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put what needs no kernel in the middle, where the second of two workers begins: meanwhile the first one compiles
     kernels for both. Otherwise both would compile all of them, two minutes each where none is cached.
     """
-    reading = [item for item in items if item.nodeid.startswith(READING)]
+    reading = [item for folder in READING for item in items if item.nodeid.startswith(folder)]
     others = [item for item in items if not item.nodeid.startswith(READING)]
     middle = len(items) // 2
     items[:] = [*others[:middle], *reading, *others[middle:]]
