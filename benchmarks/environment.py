@@ -2,11 +2,11 @@
 
     python -m benchmarks.environment [LANES] [FILE]
 
-Each figure is the least of five, taken in turns with what it is compared to. The controller is a constant, so that what
+Each figure is the least of nine, taken in turns with what it is compared to. The controller is a constant, so that what
 is measured is the stepping, default observation included:
 
 - scenes stepped side by side, against the same scenes in the batch host: CPU time on one thread; they come to the same
-  bits, which is asserted. Its parts, each the least of five, too: what one question to the controller costs
+  bits, which is asserted. Its parts, each the least of nine, too: what one question to the controller costs
 - an environment whose episodes go on for ever, against drawing and running as many scenes in the batch host
 - a controller in a process of its own, which shares memory or is sent all, against the same one here, at 1,024 scenes:
   time on the clock
@@ -39,7 +39,7 @@ from engine.tables import Floats
 
 FILE = "examples/own_driver/crossing.scn"
 DECIDED = (0.3, 0.0, 0.0)
-TURNS = 5
+TURNS = 9
 PARTS = ("beginning", "running on", "observing", "asking and deciding", "judging", "telling what was decided")
 STEPS = 150
 """Of an environment, after as many that are not counted."""
