@@ -36,7 +36,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put what needs no kernel in the middle, where the second of two workers begins: meanwhile the first one compiles
+    """Put what waits for no kernel in the middle, where the second of two workers begins: meanwhile the first compiles
     kernels for both. Otherwise both would compile all of them, two minutes each where none is cached.
     """
     reading = [item for folder in READING for item in items if item.nodeid.startswith(folder)]

@@ -79,7 +79,7 @@ First by individual, elites included; then, as `simulated_…`, over distinct si
 |---|---|
 | `generation` | from 0 |
 | `individuals`, `valid` | how many, and how many of them with a valid scene |
-| `rl`, `rl_all` | RL, mean score of the valid ones; and with every invalid one as -1 |
+| `rl`, `rl_all` | RL, mean fitness of those that have one; and with all others as -1 |
 | `nc` | NC, individuals with a collision |
 | `mdg`, `mdec` | MDG, mean MD of the valid ones [m]; MDEC, of those without a collision [m] |
 | `nis` | NIS, invalid individuals |

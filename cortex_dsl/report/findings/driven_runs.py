@@ -36,6 +36,8 @@ ENDINGS = {
     Ending.CONTROLLER: ("failed", "bad", "the driver failed: what would have become of these is not known"),
 }
 """Word, style and meaning."""
+DRIVEN = (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER)
+"""Of runs that began."""
 COLLISIONS = (Ending.AVOIDABLE, Ending.UNAVOIDABLE, Ending.STRUCK)
 OF_BLAME = {Blame.AVOIDABLE: Ending.AVOIDABLE, Blame.STRUCK: Ending.STRUCK}
 
@@ -55,7 +57,7 @@ class DrivenRuns:
         endings[outcomes.end_reason == EndReason.BUILDING] = Ending.BUILDING
         endings[outcomes.verdict == Verdict.ABORTED] = Ending.ABORTED
         endings[outcomes.verdict == Verdict.CONTROLLER] = Ending.CONTROLLER
-        driven = np.isin(outcomes.verdict, (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER))
+        driven = np.isin(outcomes.verdict, DRIVEN)
         return DrivenRuns(self.counts + np.bincount(endings[driven], minlength=len(Ending)))
 
     def __getitem__(self, ending: Ending) -> int:

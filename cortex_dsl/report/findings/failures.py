@@ -116,6 +116,8 @@ class Finds:
     """A find, in a few words."""
     among: str = "valid"
     """Scenes that are counted."""
+    among_one: str = "valid"
+    """One of them."""
 
 
 def finds_of(objective: Sequence[str]) -> Finds:
@@ -124,10 +126,10 @@ def finds_of(objective: Sequence[str]) -> Finds:
         return Finds("collisions", "collide", "risk", "collision")
     if _seeks_failures(objective):
         many = "failures of the driver"
-        return Finds(many, f"are {many}", objective[0], LOST, "valid and failed")
+        return Finds(many, f"are {many}", objective[0], LOST, "valid and failed", "valid or failed")
     many = f"finds of {objective[0]}"
     return Finds(many, f"are {many}", objective[0], f"a find of {objective[0]}")
 
 
 def _seeks_failures(objective: Sequence[str]) -> bool:
-    return objective[0] == "controller"
+    return tuple(objective[:1]) == ("controller",)

@@ -162,7 +162,7 @@ INVALID = {
     Verdict.INFEASIBLE: "no scene with its params can meet the file's requirements",
     Verdict.EXHAUSTED: "no scene met the requirements of the file, in as many attempts as are allowed",
     Verdict.ABORTED: "a requirement on the run broke, and what came after that was not simulated",
-    Verdict.CONTROLLER: "a controller failed over it, each time",
+    Verdict.CONTROLLER: "the driver failed over it, each time",
 }
 """Why a simulation counts as invalid."""
 

@@ -14,6 +14,7 @@ import numpy as np
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
@@ -78,7 +79,7 @@ def new_figure(width: float, height: float) -> Any:
 def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
-        yield f"params-{number}", _heat(found)
+        yield f"params-{number}", _heat(found, finds_of(run.record.manifest.objective).many)
     cases = first_cases(run, CASES)
     replays = [replay_of_case(run, case) for case in cases]
     for case, replay, frame in zip(cases, replays, alike([replay.frame for replay in replays]), strict=True):
@@ -100,8 +101,8 @@ def _course(record: Record) -> Any:
     return figure
 
 
-def _heat(found: HeatMap) -> Any:
-    """The share of collisions in each cell."""
+def _heat(found: HeatMap, many: str) -> Any:
+    """The share of collisions, or of what else is sought, in each cell."""
     figure = new_figure(3.4, 2.9)
     axes = figure.subplots()
     share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
@@ -109,7 +110,7 @@ def _heat(found: HeatMap) -> Any:
     mesh = axes.pcolormesh(found.across.edges, found.up.edges, share.T, cmap="Oranges", vmin=0.0, vmax=1.0)
     axes.set_xlabel(_label(found.across.name, found.across.unit))
     axes.set_ylabel(_label(found.up.name, found.up.unit))
-    figure.colorbar(mesh, label="share of collisions")
+    figure.colorbar(mesh, label=f"share of {many}")
     return figure
 
 

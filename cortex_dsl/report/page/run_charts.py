@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
-from cortex_dsl.report.findings.failures import LOST, finds_of
+from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, meaning_of
 from cortex_dsl.report.findings.readable import percent, significant
 from cortex_dsl.report.findings.search_report import whole_run
@@ -77,11 +77,11 @@ def _courses(record: Record, metric: PaperMetric) -> list[Course]:
 def _middle_half(record: Record, field: str) -> tuple[Floats | None, Floats | None]:
     """Lower and upper quartile in each generation, of the metrics that are means."""
     evaluations = record.evaluations
-    valid = evaluations.scored if field == "rl" else evaluations.valid
+    counted = evaluations.scored if field == "rl" else evaluations.valid
     values = {"rl": evaluations.fitness, "mdg": evaluations.min_distance, "mdec": evaluations.min_distance}.get(field)
     if values is None:
         return None, None
-    chosen = valid & ~evaluations.collided if field == "mdec" else valid
+    chosen = counted & ~evaluations.collided if field == "mdec" else counted
     generation = evaluations.places[:, 0]
     rows = [values[chosen & (generation == k)] for k in range(len(record.generations))]
     quartiles = np.array([np.quantile(row, [0.25, 0.75]) if len(row) else [np.nan, np.nan] for row in rows])
@@ -205,7 +205,6 @@ VERDICTS = {
     Verdict.EXHAUSTED: "no scene found that meets the requirements",
     Verdict.ABORTED: "a requirement on the run broke",
     Verdict.ERROR: "the engine failed",
-    Verdict.CONTROLLER: LOST,
 }
 
 

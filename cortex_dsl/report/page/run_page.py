@@ -145,8 +145,8 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     if simulated.valid:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
-    objective = record.manifest.objective
-    mean = f"mean {objective[0]} of a {finds_of(objective).among.replace('and', 'or')} simulation"
+    finds = finds_of(record.manifest.objective)
+    mean = f"mean {finds.goal} of a {finds.among_one} simulation"
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), mean)
     yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
@@ -200,7 +200,8 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        f"{_lost_words(found)}{APART.capitalize()}. {_numbers_words(found)} Their pictures have one scale, and the ego drives to the right. "
+        f"{_lost_words(found)}{APART.capitalize()}. {_numbers_words(found)} "
+        "Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
         "what it sees and what is hidden from it."
@@ -243,7 +244,7 @@ def _lost_words(found: RunPage) -> str:
 
 def _numbers_words(found: RunPage) -> str:
     """What the numbers of the cases are: scenes over which the driver failed may have the first ones."""
-    if found.replays and found.worst[-1].rank <= WORST:
+    if found.worst[-1].rank <= WORST:
         return "Their numbers are those of the files in the run's folder `worst`."
     return "Their numbers are their ranks; the files in the run's folder `worst` are the first ones."
 

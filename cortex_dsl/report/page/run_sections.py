@@ -5,7 +5,7 @@ from shlex import quote
 from typing import Any
 
 from cortex_dsl.api.runs import OpenedRun
-from cortex_dsl.report.findings.failures import driver_failed_text, others_text, rate_texts
+from cortex_dsl.report.findings.failures import driver_failed_text, driver_text, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -101,7 +101,8 @@ def _found(record: Record, came: Failures) -> Node:
     distinct = distinct_collisions(record.evaluations)
     first, hit = first_collision(record), simulated.colliding_runs
     share = percent(ratio(hit, simulated.valid_runs))
-    more = (driver_failed_text(came), *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
+    failed = "" if driver_text(came, record.manifest.objective) else driver_failed_text(came)
+    more = (failed, *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
     return element(
         "p",
         figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
@@ -194,6 +195,8 @@ def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
 
 
 def _words(end: End) -> tuple[str, str]:
+    if end.verdict == Verdict.CONTROLLER:
+        return end.text, "hit"
     if end.reason is None:
         return run_charts.VERDICTS[end.verdict], "invalid"
     crash = end.reason in (EndReason.COLLISION, EndReason.BUILDING)

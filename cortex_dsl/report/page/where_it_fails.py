@@ -27,6 +27,7 @@ class Dot(NamedTuple):
     colour: str
     """Of the stylesheet."""
     key: str
+    """What they are, many of them."""
     words: str
     """Of one of them, before its risk."""
 
@@ -41,7 +42,9 @@ def _dots_of(finds: Finds) -> tuple[Dot, ...]:
 
 
 def dots(record: Record) -> dict[str, Any]:
-    """All distinct simulations for the map, or as many as it takes: every find, and every n-th of the others."""
+    """All distinct simulations for the map, or as many as it takes: finds, at most half of all, and every n-th of
+    the others.
+    """
     evaluations = record.evaluations
     rows = _shown(evaluations)
     values = evaluations.genomes[rows]

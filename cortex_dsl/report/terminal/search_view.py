@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.findings.driven_runs import DRIVEN
 from cortex_dsl.report.findings.failures import (
     APART,
     driver_failed_text,
@@ -205,8 +206,6 @@ def results_view(folder: Path) -> RenderableType:
     return columns(left(), left(wrap=True), rows=rows)
 
 
-DRIVEN = (Verdict.VALID, Verdict.ABORTED, Verdict.CONTROLLER)
-"""Of runs that began."""
 END_STYLES = {EndReason.COLLISION: "bad", EndReason.BUILDING: "bad", EndReason.ABORTED: "warn"}
 
 

@@ -217,7 +217,7 @@ def test_scenes_over_which_a_driver_fails_are_kept(
         for name in ("run", "evaluations")
     )
     kinds = [dots["kinds"][kind]["words"] for kind in dots["kind"]]
-    assert kinds.count("the driver failed") == lost.sum()
+    assert kinds.count("the driver failed") == lost.sum() == dots["kind"].count(3 if goal else 2)
     valid = evaluations.simulated & evaluations.valid
     counted = lost.sum() + valid.sum() if goal else valid.sum()
     assert np.sum(run_of["heat_maps"][0]["tried"]) == counted
