@@ -122,6 +122,8 @@ def _explorer(record: Record, best: HeatMap, finds: Finds) -> Element:
         options = [element("option", name, value=k, selected=name == chosen) for k, name in enumerate(names)]
         return element("label", f"{label} ", element("select", options))
 
+    shown, every = len(_shown(record.evaluations)), int(record.evaluations.simulated.sum())
+    title = "Every simulation" if shown == every else f"{shown:,} of {every:,} simulations"
     idle = "Point at a dot to read it."
     there = set(_kinds(record.evaluations).tolist()) | {FIND, VALID, INVALID}
     keys = [dot for kind, dot in enumerate(_dots_of(finds)) if kind in there]
@@ -129,7 +131,7 @@ def _explorer(record: Record, best: HeatMap, finds: Finds) -> Element:
         "div",
         element(
             "div",
-            element("b", "Every simulation"),
+            element("b", title),
             select(best.across.name, "across"),
             select(best.up.name, "up"),
             [
