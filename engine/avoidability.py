@@ -32,7 +32,7 @@ from engine.host import in_parts, memory, plan, requested, samples_of
 from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, blame_rows, drive_again
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
-from engine.kernels.stage import Run
+from engine.kernels.run_state import Run
 from engine.program import Program
 from engine.scenes import Scenes, weather_sight
 from engine.tables import Bools, Floats, Ints

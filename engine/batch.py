@@ -13,7 +13,7 @@ from engine.errors import ArgumentError
 from engine.host import empty_results, in_parts, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import gap_rows, judge_rows, simulate_rows
-from engine.kernels.stage import Status
+from engine.kernels.run_state import Status
 from engine.kernels.swept import swept
 from engine.outcomes import Outcomes
 from engine.program import Program

@@ -3,7 +3,7 @@ and threads that share the rows.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -15,11 +15,20 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
+from engine.handles import Slots
+from engine.kernels.actuation import slide
 from engine.kernels.blows import MAX_BLOWS, Blow
 from engine.kernels.crossing import Foresight
+from engine.kernels.evaluate import geometry_kernels
+from engine.kernels.jit import need
 from engine.kernels.legs import Leg
+from engine.kernels.loose import step_loose
+from engine.kernels.meetings import settle_others
+from engine.kernels.rollout import judge_temporal
 from engine.kernels.rows import Requested, Results
-from engine.kernels.stage import Layout, Plan, Run, Slot, Status
+from engine.kernels.run_state import Layout, Plan, Run, Slot, Status
+from engine.kernels.senses import DEFERRED
+from engine.kernels.slots import continue_run, leave_run, note_commands
 from engine.named_results import NAMED_RESULTS
 from engine.opcodes import Op
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
@@ -52,6 +61,7 @@ def plan(
     _check(config)
     _check_contact(contact)
     code = program.code
+    need(*_needed_kernels(program, slides, pause))
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -96,8 +106,23 @@ def plan(
     )
 
 
+def _needed_kernels(program: Program, slides: Sequence[int], pause: int) -> Iterator[Callable[..., Any]]:
+    """Yield the deferred kernels that the runs of a program call."""
+    yield from geometry_kernels(program.code.step_code)
+    for op in set(program.code.step_code[:, 0].tolist()) & DEFERRED.keys():
+        yield from DEFERRED[op]
+    if others_touch(program):
+        yield from (settle_others, step_loose)
+    if len(slides):
+        yield slide
+    if len(program.code.temporal_root):
+        yield judge_temporal
+    if pause:
+        yield from (continue_run, leave_run, note_commands)
+
+
 def _readings(program: Program) -> Ints:
-    """(readings, 2) as `stage.Plan` has them."""
+    """(readings, 2) as `run_state.Plan` has them."""
     names = [row.name for row in NAMED_RESULTS]
     rows = [(r.kind, names.index(r.result) if r.kind is Reducer.RESULT else r.rule) for r in program.judged.readings]
     return np.array(rows, dtype=np.int32).reshape(-1, 2)
@@ -164,25 +189,24 @@ def memory(program: Program, samples: int) -> Run:
         final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
         actions=np.zeros((samples if program.controls else 0, numbers_decided(program.controls))),
-        told=np.zeros((0, 0)),
-        told_at=np.zeros(actors, dtype=np.int32),
-        lane_registers=np.zeros((0, 0)),
-        lane_actors=np.zeros((0, 0, 0)),
-        lane_end=np.zeros((0, 0)),
-        lane_key=np.zeros((0, 0), dtype=np.int64),
-        lane_resume=np.zeros((0, 0), dtype=np.int32),
-        lane_status=np.zeros((0, 0), dtype=np.int64),
-        lane_states=np.zeros((0, 0, 0, 0)),
-        lane_watched=np.zeros((0, 0)),
-        lane_legs=np.zeros((0, 0, 0)),
-        lane_actions=np.zeros((0, 0, 0)),
-        lane_pages=np.zeros((0, 0), dtype=np.int32),
-        told_pages=np.zeros((0, 0, 0, 0)),
+        command_columns=np.zeros(actors, dtype=np.int32),
+        slot_registers=np.zeros((0, 0)),
+        slot_actors=np.zeros((0, 0, 0)),
+        slot_end=np.zeros((0, 0)),
+        slot_key=np.zeros((0, 0), dtype=np.int64),
+        slot_resume=np.zeros((0, 0), dtype=np.int32),
+        slot_status=np.zeros((0, 0), dtype=np.int64),
+        slot_states=np.zeros((0, 0, 0, 0)),
+        slot_watched=np.zeros((0, 0)),
+        slot_legs=np.zeros((0, 0, 0)),
+        slot_actions=np.zeros((0, 0, 0)),
+        slot_pages=np.zeros((0, 0), dtype=np.int32),
+        command_pages=np.zeros((0, 0, 0, 0)),
     )
 
 
-def lanes(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
-    """Memory for so many runs side by side (`kernels.lanes`), of which one after the other is worked on.
+def parallel_memory(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
+    """Memory for `count` parallel runs (`kernels.slots`), which are advanced one after the other; see `with_slots`.
 
     `back`: samples before the current one at which somebody still looks; `coming`: rows for turns of which it is known
     what was decided, a power of two.
@@ -193,17 +217,23 @@ def lanes(program: Program, samples: int, count: int, back: int, coming: int) ->
         return np.repeat(array[np.newaxis], count, axis=0)
 
     return run._replace(
-        lane_registers=of_each(run.registers),
-        lane_actors=of_each(run.actors),
-        lane_end=of_each(run.end),
-        lane_key=of_each(run.key),
-        lane_resume=of_each(run.resume),
-        lane_status=of_each(run.status),
-        lane_states=np.zeros((count, ring(back + 1), *run.states.shape[1:])),
-        lane_watched=np.zeros((count, run.watched.shape[1])),
-        lane_legs=np.zeros((count, len(run.legs) if others_touch(program) else 0, len(Leg))),
-        lane_actions=np.zeros((count, coming, run.actions.shape[1])),
+        slot_registers=of_each(run.registers),
+        slot_actors=of_each(run.actors),
+        slot_end=of_each(run.end),
+        slot_key=of_each(run.key),
+        slot_resume=of_each(run.resume),
+        slot_status=of_each(run.status),
+        slot_states=np.zeros((count, ring(back + 1), *run.states.shape[1:])),
+        slot_watched=np.zeros((count, run.watched.shape[1])),
+        slot_legs=np.zeros((count, len(run.legs) if others_touch(program) else 0, len(Leg))),
+        slot_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
+
+
+def with_slots(run: Run) -> Run:
+    """Return the memory with the states of its parallel runs, as its arrays are now."""
+    own = {name: getattr(run, f"slot_{name}") for name in ("registers", "actors", "end", "key", "resume", "status")}
+    return run._replace(slots=Slots(run._replace(slots=Slots()), **own))
 
 
 def ring(rows: int) -> int:

@@ -27,6 +27,8 @@ from engine.config import SimulationConfig
 from engine.errors import ArgumentError
 from engine.feasibility.pruning import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
+from engine.kernels.evaluate import geometry_kernels
+from engine.kernels.jit import need
 from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
 from engine.opcodes import Op
@@ -215,6 +217,7 @@ def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
 def recipe_of(program: Program) -> Recipe:
     """What the kernels read of a program."""
     code = program.code
+    need(*geometry_kernels(code.scene_code))
     variant_values = len(code.literals)
     genes = variant_values + code.variant_values.shape[1]
     draw_count = int(code.sizes[Size.DRAWS])

@@ -1,4 +1,4 @@
-"""The arrays that kernels read, grouped under names. NamedTuples cost nothing inside numba.
+"""The arrays that kernels read, grouped under names.
 
 This module imports neither numba nor the rest of the engine, so the compiler may build tables without them.
 """
@@ -10,6 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.handles import handle
+
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -20,6 +22,7 @@ ROAD_INDEX = frozenset({"cell_edges", "cell_start", "cell_points", "cell_frame"}
 """Fields of `RoadTables` that follow from its others, and decide nothing."""
 
 
+@handle
 class RoadTables(NamedTuple):
     """All geometry of a program. Offsets are CSR: rows of item i are `start[i]:start[i + 1]`."""
 
@@ -129,6 +132,7 @@ class Size(IntEnum):
     BLOCKS = 5
 
 
+@handle
 class CodeTables(NamedTuple):
     """All instructions and the constants they use.
 

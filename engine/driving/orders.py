@@ -12,8 +12,8 @@ import numpy as np
 
 from engine.control import Control, columns, numbers_decided, turns
 from engine.host import ring
-from engine.kernels.lanes import PAGE, TOLD
 from engine.kernels.orders import TOO_NARROW, note_decisions, take_pages, tell_decisions
+from engine.kernels.slots import COMMAND_COLUMNS, PAGE
 from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
@@ -105,13 +105,16 @@ def _from_first(first: int, count: int) -> Ints:
     return np.arange(first + count - 1, first - 1, -1, dtype=np.int32)
 
 
-def told_at(program: Program) -> Ints:
-    """(actors,) as `kernels.stage.Run` says: who is given pedals from outside mostly does what is decided."""
+def command_columns(program: Program) -> Ints:
+    """(actors,) as `kernels.run_state.Run` says: who is given pedals from outside mostly does what is decided."""
     given = {
         control.actor: its.start
         for control, its in zip(program.controls, columns(program.controls), strict=True)
         if control.names == ("throttle", "brake", "steer")
     }
     others = [actor for actor in range(len(program.actors)) if actor not in given]
-    at = [TOLD * others.index(actor) if actor in others else -1 - given[actor] for actor in range(len(program.actors))]
+    at = [
+        COMMAND_COLUMNS * others.index(actor) if actor in others else -1 - given[actor]
+        for actor in range(len(program.actors))
+    ]
     return np.array(at, dtype=np.int32)

@@ -17,16 +17,27 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
-from engine.driving.orders import Orders, told_at
+from engine.driving.orders import Orders, command_columns
 from engine.errors import ArgumentError
-from engine.host import CHUNK, empty_results, in_parts, lanes, looking_back, memory, others_touch, outcomes, plan
-from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, look_around
-from engine.kernels.lanes import EMPTY, TOLD
+from engine.host import (
+    CHUNK,
+    empty_results,
+    in_parts,
+    looking_back,
+    memory,
+    others_touch,
+    outcomes,
+    parallel_memory,
+    plan,
+    with_slots,
+)
+from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, write_observation
 from engine.kernels.orders import note_asked, note_running
-from engine.kernels.review import review_lanes
+from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
-from engine.kernels.rows import Requested, Results, begin_lanes, judge_rows, simulate_rows
-from engine.kernels.stage import Run, Status
+from engine.kernels.rows import Requested, Results, judge_rows, simulate_rows, start_slots
+from engine.kernels.run_state import Run, Status
+from engine.kernels.slots import COMMAND_COLUMNS, EMPTY
 from engine.outcomes import Outcomes
 from engine.program import Program, Record
 from engine.scenes import Scenes, actor_columns, weather_sight
@@ -92,13 +103,15 @@ class Lanes:
         self.plan = plan(program, config, contact, pause=pause)
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
-        places = told_at(program)
-        told = 0 if self._late or others_touch(program) else max(TOLD, int(places.max()) + TOLD)
+        places = command_columns(program)
+        told = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
         self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, told)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        run = lanes(program, self.turns, count, back, self._orders.coming)
-        self._run = run._replace(told_at=places, told_pages=self._orders.told, lane_pages=self._orders.pages)
-        self._status = self._run.lane_status
+        run = parallel_memory(program, self.turns, count, back, self._orders.coming)
+        self._run = with_slots(
+            run._replace(command_columns=places, command_pages=self._orders.told, slot_pages=self._orders.pages)
+        )
+        self._status = self._run.slot_status
         self._parts: dict[tuple[int, int], Run] = {}
         self._scenes = _no_scenes(program, count)
         self._results = empty_results(program, self._scenes)
@@ -117,7 +130,7 @@ class Lanes:
     @property
     def nbytes(self) -> int:
         """Memory of all lanes; what was decided takes more as runs get longer than any before."""
-        groups = (self._run._replace(told_pages=self._orders.told[:0]), self._scenes, self._results)
+        groups = (self._run._replace(command_pages=self._orders.told[:0]), self._scenes, self._results)
         return self._orders.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
@@ -145,10 +158,10 @@ class Lanes:
         self._results.verdict[chosen], self._open[chosen] = verdict, verdict == Verdict.VALID
         self._status[chosen, Status.SAMPLE] = 0
         asked = self._scenes._replace(values=scenes.values, keys=scenes.keys)
-        begin_lanes(self.plan, asked, chosen.astype(np.int32), self._run)
+        start_slots(self.plan, asked, chosen.astype(np.int32), self._run)
         self._paths[:, chosen] = self.program.routes[np.maximum(variant, 0)].T
         self._reach[chosen] = weather_sight(self.program, variant, values)
-        self._orders.begin(chosen, _neutral(self.program, values), self._run.lane_actions)
+        self._orders.begin(chosen, _neutral(self.program, values), self._run.slot_actions)
 
     @property
     def running(self) -> Bools:
@@ -170,6 +183,7 @@ class Lanes:
         """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
         kept = self._orders.told.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
+        self._renew_pages()
         self._in_parts(ended[~again], self._review)
         self._in_parts(ended[again], self._run_again)
 
@@ -186,7 +200,7 @@ class Lanes:
     def _review(self, ended: Ints) -> None:
         run = self._with_lanes(memory(self.program, self.turns)) if self._jobs > 1 else self._run
         actions = self._decided(ended)
-        review_lanes(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
+        review_slots(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
 
     def _decided(self, ended: Ints) -> Floats:
         """(ended, turns, numbers): what was decided, as far as the longest run came."""
@@ -200,8 +214,8 @@ class Lanes:
         asked = Requested(
             verdict=scenes.verdict[ended],
             variant=scenes.variant[ended],
-            values=self._run.lane_registers[ended, first : first + width],
-            keys=self._run.lane_key[ended],
+            values=self._run.slot_registers[ended, first : first + width],
+            keys=self._run.slot_key[ended],
             actions=self._decided(ended),
         )
         found = Results(*(np.repeat(each, len(ended), axis=0) for each in self._blank))
@@ -233,7 +247,7 @@ class Lanes:
     @property
     def states(self) -> Floats:
         """(lanes, actors, len(State)) at the current samples."""
-        kept = self._run.lane_states
+        kept = self._run.slot_states
         return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
 
     @property
@@ -246,7 +260,7 @@ class Lanes:
     def step(self) -> None:
         """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
         self._orders.reserve(self.running, self.samples)
-        self._run = self._run._replace(lane_pages=self._orders.pages, told_pages=self._orders.told)
+        self._renew_pages()
 
         def run(first: int, last: int) -> None:
             advance(self.plan, self._part(first, last), self.turns, True)
@@ -255,6 +269,10 @@ class Lanes:
             in_parts(len(self), self._jobs, run)
         else:
             run(0, len(self))  # a thread starts no faster than these step
+
+    def _renew_pages(self) -> None:
+        """Take the pages as they are now: where more are needed, they may move in memory."""
+        self._run = self._run._replace(slot_pages=self._orders.pages, command_pages=self._orders.told)
 
     def _part(self, first: int, last: int) -> Run:
         """Some lanes, with a memory of their own to work in."""
@@ -267,8 +285,9 @@ class Lanes:
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
         """Memory to work in, before some lanes."""
         arrays = self._run._asdict()
-        lanes = {name: array[first:last] for name, array in arrays.items() if name.startswith("lane_")}
-        return scratch._replace(told_pages=self._run.told_pages, told_at=self._run.told_at, **lanes)
+        slots = {name: array[first:last] for name, array in arrays.items() if name.startswith("slot_")}
+        columns = self._run.command_columns
+        return with_slots(scratch._replace(command_pages=self._run.command_pages, command_columns=columns, **slots))
 
     def lose(self, chosen: Bools) -> None:
         """Let the chosen lanes rest: what their controller decides cannot be driven."""
@@ -285,19 +304,19 @@ class Lanes:
     def observe(self, number: int, chosen: Bools) -> Floats:
         """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
         if self._rules:
-            return np.where(chosen[:, np.newaxis], self._run.lane_watched[:, self._rules], 0.0)
+            return np.where(chosen[:, np.newaxis], self._run.slot_watched[:, self._rules], 0.0)
         actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
-        look_around(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
+        write_observation(self.plan, self._run, actor, self._paths[actor], self._reach, chosen, seen)
         return seen
 
     @property
     def rewarded(self) -> Floats | None:
         """(lanes,): a copy of the record called reward at the current samples, where the file has one."""
-        return None if self._reward is None else self._run.lane_watched[:, self._reward].copy()
+        return None if self._reward is None else self._run.slot_watched[:, self._reward].copy()
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
-        self._orders.decide(number, chosen, self.samples, actions, self._run.lane_actions)
+        self._orders.decide(number, chosen, self.samples, actions, self._run.slot_actions)
 
     def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
         """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""

@@ -22,8 +22,8 @@ from engine.kernels.dynamics import (
     hold,
     wheels_of,
 )
-from engine.kernels.jit import inlined, shared
-from engine.kernels.stage import Slot
+from engine.kernels.jit import deferred, inlined
+from engine.kernels.run_state import Slot
 from engine.kernels.tyres import tyre_along
 from engine.tables import Floats
 
@@ -53,7 +53,7 @@ def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> C
     )
 
 
-@shared
+@deferred()
 def slide(
     motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, slots: Floats, actor: int, time: float
 ) -> Motion:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.handles import handle
 from engine.kernels.evaluate import execute, run_segment
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, JUMP_CHANNEL, open_stream, uniform, uniform_pair
@@ -214,6 +215,7 @@ def _count_rejections(layout: Layout, attempts: int, tested: Ints, failed: Ints)
 # -- single attempts of which every requirement is evaluated -----------------------------------------------------------
 
 
+@handle
 class Weighed(NamedTuple):
     """Where results go, row by row."""
 

@@ -36,7 +36,7 @@ from engine.kernels.perception import (
 )
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, note_outlines
-from engine.kernels.stage import (
+from engine.kernels.run_state import (
     REPLACED,
     RUNNING,
     Plan,

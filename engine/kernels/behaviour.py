@@ -4,110 +4,34 @@ Behaviours are coroutines made of blocks. A block is a stretch of code with a re
 running; `YIELD` ends the turn and notes where its block goes on. A `try` is a row that each turn comes back to: it
 asks its handlers, last one first, whether they are running or should start, and resumes the first that is, else the
 body. Nothing here sees the effect of what another actor does in the same sample: states are those of the sample,
-commands take effect in the step that follows.
-
-What a behaviour may read about the other actors is here too: the leader along a path, and how soon outlines would
-touch.
+commands take effect in the step that follows. Instructions that read about other actors are in `kernels.senses`.
 """
 
 import math
 from typing import NamedTuple
 
-from engine.kernels.conflict import Snapshot, shadow, time_to_collision
+from engine.kernels.conflict import shadow
 from engine.kernels.crossing import foresee
 from engine.kernels.evaluate import evaluate
-from engine.kernels.geometry import Box, View
-from engine.kernels.jit import inlined, kernel, shared
-from engine.kernels.legs import spin_of, velocity_of
-from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
-from engine.kernels.pair import Rate, center_velocity
-from engine.kernels.path import PathPoint, path_distance, path_pose, path_project, path_project_near
-from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.path import PathPoint, path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.replay import follow_track
-from engine.kernels.sight import SEEN
-from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
+from engine.kernels.run_state import Plan, Run, Slot, Status, column_of, outline_of
+from engine.kernels.senses import (
+    appear,
+    draw_number,
+    find_leader,
+    foresee_contact,
+    notice,
+    read_velocity,
+    see,
+    see_within,
+)
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
 from engine.opcodes import Op
-from engine.tables import ROAD_REGION, SLIDING
-from engine.vocabulary import ActorKind, Column, Command, Purpose, State
-
-# -- the others around -------------------------------------------------------------------------------------------------
-
-
-class Leader(NamedTuple):
-    """The actor ahead on a path: the gap to it along the path [m] and its speed along the path [m/s]."""
-
-    gap: float
-    speed: float
-
-
-@kernel
-def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) -> Leader:
-    """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
-
-    An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
-    point lies beyond mine. One that is hidden from me, or beyond
-    `reach`, does not count. The gap is measured along the path between the
-    shadows of both outlines on its direction at their foot points, and is 0 where these overlap.
-    """
-    mine = outline_of(plan, run, sample, me)
-    start = path_project(plan.road, path, mine.x, mine.y)
-    heading = path_pose(plan.road, path, start).heading
-    front = start + shadow(mine, math.cos(heading), math.sin(heading))
-    gap, speed = math.inf, 0.0
-    for other in range(run.states.shape[1]):
-        if other == me or run.states[sample, other, State.PRESENT] == 0.0:
-            continue
-        box = outline_of(plan, run, sample, other)
-        foot = path_project(plan.road, path, box.x, box.y)
-        heading = path_pose(plan.road, path, foot).heading
-        cos, sin = math.cos(heading), math.sin(heading)
-        aside = path_distance(plan.road, path, box.x, box.y)
-        if foot > start and aside < 0.5 * mine.width + shadow(box, -sin, cos):
-            between = max(0.0, foot - shadow(box, cos, sin) - front)
-            if between < gap and notices(plan, run, sample, me, other, reach):
-                gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
-                if run.states[sample, other, State.PRESENT] == SLIDING:
-                    rate = velocity_of(run, sample, other)
-                    speed = rate.x * cos + rate.y * sin
-    return Leader(gap, speed)
-
-
-@kernel
-def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, reach: float) -> float:
-    """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
-    that are absent, and, unless `reach` is negative, for those that are hidden from `one` or beyond that reach. What
-    comes is unknown yet, so yaw rates are those of the step that ended at the sample.
-    """
-    least = math.inf
-    if run.states[sample, one, State.PRESENT] == 0.0:
-        return least
-    for each in range(run.states.shape[1]):
-        asked = each != one and (other < 0 or each == other)
-        if asked and run.states[sample, each, State.PRESENT] != 0.0:
-            time = time_to_collision(_pair(plan, run, sample, one, each))
-            if time < least and (reach < 0.0 or notices(plan, run, sample, one, each, reach)):
-                least = time
-    return least
-
-
-@inlined
-def _pair(plan: Plan, run: Run, sample: int, one: int, other: int) -> Snapshot:
-    first: Box = outline_of(plan, run, sample, one)
-    return Snapshot(
-        first, outline_of(plan, run, sample, other), _rate(plan, run, sample, one), _rate(plan, run, sample, other)
-    )
-
-
-@inlined
-def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
-    """Of the outline's centre; of a body that slides, at the end of its leg, as the record has no later sample yet."""
-    if run.states[sample, actor, State.PRESENT] == SLIDING:
-        return velocity_of(run, sample, actor)
-    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    return center_velocity(run.states, sample + 1, sample, plan.layout.time_step, actor, to_center)
-
+from engine.tables import ROAD_REGION
+from engine.vocabulary import ActorKind, Column, Command, State
 
 # -- the interpreter ---------------------------------------------------------------------------------------------------
 
@@ -150,23 +74,19 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.TIME:
             registers[dst] = _now(run) * plan.layout.time_step
         elif op == Op.RANDOM:
-            registers[dst] = _draw(run)
+            draw_number(run, dst)
         elif op == Op.WITHIN:
-            registers[dst] = 1.0 if sees_within(plan, run, _now(run), a, registers[b]) else 0.0
+            see_within(plan, run, row - 1)
         elif op == Op.LEAD:
-            reach = registers[int(code[row - 1, 4])]
-            registers[dst], registers[dst + 1] = leader(plan, run, _now(run), a, int(registers[b]), reach)
+            find_leader(plan, run, row - 1)
         elif op == Op.TTC:
-            registers[dst] = least_time_to_collision(plan, run, _now(run), a, b, _reach(plan, run, row - 1))
+            foresee_contact(plan, run, row - 1)
         elif op == Op.SEES:
-            actors = a >= 0 and b >= 0
-            sees = can_see(plan, run, _now(run), a, b) if actors else _sees_place(plan, run, _now(run), row - 1)
-            registers[dst] = 1.0 if sees else 0.0
+            see(plan, run, row - 1)
         elif op == Op.NOTICES:
-            registers[dst] = 1.0 if notices(plan, run, _now(run), a, b, registers[int(code[row - 1, 4])]) else 0.0
+            notice(plan, run, row - 1)
         elif op == Op.VELOCITY:
-            registers[dst], registers[dst + 1] = velocity_of(run, _now(run), a)
-            registers[dst + 2] = spin_of(plan, run, _now(run), a)
+            read_velocity(plan, run, row - 1)
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
@@ -211,9 +131,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             signal = HALTED
             break
         elif op == Op.SPAWN:
-            if run.states[_now(run), a, State.PRESENT] == 0.0:
-                place(plan, run, _now(run), a, 1.0)
-                run.status[Status.SHADED] = -1
+            appear(plan, run, a)
         else:
             signal = SEGMENT_ENDED
             break
@@ -233,41 +151,6 @@ def _now(run: Run) -> int:
 @inlined
 def _me(run: Run) -> int:
     return int(run.status[Status.TURN])
-
-
-@inlined
-def _draw(run: Run) -> float:
-    """The next uniform number of the scene's behaviour stream."""
-    number = run.status[Status.DRAWS]
-    run.status[Status.DRAWS] = number + 1
-    return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
-
-
-@inlined
-def _reach(plan: Plan, run: Run, row: int) -> float:
-    """Of `Op.TTC`: how far those are noticed that count, or -1 where all do."""
-    return run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
-
-
-@shared
-def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
-    """`Op.SEES` where the viewer or what it looks at is a place."""
-    code, registers = plan.code, run.registers
-    viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
-    for actor in (viewer, target):
-        if actor >= 0 and run.states[sample, actor, State.PRESENT] == 0.0:
-            return False
-    if viewer >= 0:
-        view = view_of(plan, run, sample, viewer)
-    else:
-        view = View(registers[at], registers[at + 1], registers[at + 2], registers[at + 3], registers[at + 4])
-    if target >= 0:
-        box = outline_of(plan, run, sample, target)
-    else:
-        box = Box(
-            registers[there], registers[there + 1], registers[there + 2], registers[there + 3], registers[there + 4]
-        )
-    return bool(look_past(plan, run, sample, view, box, viewer, target) == SEEN)
 
 
 @inlined

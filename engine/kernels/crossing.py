@@ -17,13 +17,13 @@ from typing import NamedTuple
 
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import Box, View, shortest_turn
-from engine.kernels.jit import inlined, kernel, shared
+from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.legs import Leg
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import look_past
 from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
+from engine.kernels.run_state import Plan, Run, Slot, column_of, outline_of
 from engine.kernels.sight import SEEN
-from engine.kernels.stage import Plan, Run, Slot, column_of, outline_of
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 
@@ -141,7 +141,7 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     return Crossing(enter, leave, arrives, clears, their_enter, their_leave, soonest, arrival, clearing, along, back)
 
 
-@shared
+@deferred()
 def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
     """`Op.CROSSING`, at a row of step code."""
     code, registers = plan.code, run.registers

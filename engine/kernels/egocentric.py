@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from engine.kernels.evaluate import wrap_angle
 from engine.kernels.jit import inlined, shared
-from engine.kernels.lanes import in_lane, take_up
 from engine.kernels.legs import velocity_of
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
-from engine.kernels.stage import Plan, Run, Slot, Status, column_of
+from engine.kernels.run_state import Plan, Run, Slot, Status, column_of
+from engine.kernels.slots import resume_run
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, State
 
@@ -47,18 +47,18 @@ class Frame(NamedTuple):
 
 
 @shared
-def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Bools, out: Floats) -> None:
-    """Write what an actor observes at the current sample of the chosen lanes (lanes,) into their rows of `out` (lanes,
-    WIDTH), and zeros into all others.
+def write_observation(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, chosen: Bools, out: Floats) -> None:
+    """Write the observation of an actor at the current samples of the chosen slots into `out` (slots, WIDTH), and zeros
+    into all other rows.
 
-    `paths` (lanes,): the path that it is known to follow, -1: that of the lane it is on. `reach` (lanes,) [m].
+    `paths` (slots,): the path that the actor follows; -1: that of its lane. `reach` (slots,) [m].
     """
-    for lane in range(len(chosen)):
-        out[lane, :] = 0.0
-        if not chosen[lane]:
+    for slot in range(len(chosen)):
+        out[slot, :] = 0.0
+        if not chosen[slot]:
             continue
-        its = in_lane(run, lane)
-        take_up(its, lane)
+        its = run.slots[slot]
+        resume_run(its, slot)
         sample = int(its.status[Status.SAMPLE])
         if its.states[sample, actor, State.PRESENT] != 0.0:
             heading = its.states[sample, actor, State.HEADING]
@@ -69,8 +69,8 @@ def look_around(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floats, ch
                 math.cos(heading),
                 math.sin(heading),
             )
-            _observe_itself(plan, its, sample, actor, frame, int(paths[lane]), out[lane])
-            _observe_others(plan, its, sample, actor, frame, float(reach[lane]), out[lane])
+            _observe_itself(plan, its, sample, actor, frame, int(paths[slot]), out[slot])
+            _observe_others(plan, its, sample, actor, frame, float(reach[slot]), out[slot])
 
 
 @inlined

@@ -8,11 +8,12 @@ constants becomes one jump table in machine code.
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from engine.kernels.geometry import Box, View, box_distance
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import normal_cdf, normal_quantile
@@ -183,36 +184,31 @@ def _option(pool: Floats, first: int, index: float) -> float:
 
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.LANE_NEAREST`."""
-    if op == Op.REGION_DEPTH:
-        registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
-    elif op == Op.REGION_BOX_DEPTH:
-        registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
-    elif op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
-        _path(op, dst, int(registers[a]), registers[b], registers[c], registers, road)
-    elif op < Op.BOX_DISTANCE:
-        _region(op, dst, int(registers[a]), b, registers[b], registers[c], registers, road)
-    elif op == Op.BOX_DISTANCE:
-        registers[dst] = box_distance(_box(registers, a), _box(registers, b))
-    elif op == Op.REGION_BOX_DISTANCE:
-        registers[dst] = region_box_distance(road, int(registers[a]), _box(registers, b))
-    elif op == Op.CAN_SEE:
-        view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
-        viewer, count = int(registers[a + 5]), int(registers[c])
-        verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
-        registers[dst] = 1.0 if verdict == SEEN else 0.0
-    elif op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
-        lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
-        registers[dst] = road.lane_route[lane] if op == Op.LANE_ROUTE else lane
-    else:
-        _along_road(op, dst, registers[a], registers[b], registers[c], registers, road)
+    """`Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`.
 
-
-@inlined
-def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
+    The commonest two are executed here. The others are families of functions, compiled for the programs that have one.
+    """
     if op == Op.PATH_POSE:
-        registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, path, y)
-    elif op == Op.PATH_LENGTH:
+        registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, int(registers[a]), registers[b])
+    elif op == Op.REGION_DISTANCE:
+        registers[dst] = region_distance(road, int(registers[a]), registers[b], registers[c])
+    elif op == Op.PATH_LENGTH or op == Op.PATH_DISTANCE or op == Op.PATH_PROJECT:
+        path_instruction(op, dst, a, b, c, registers, road)
+    elif op == Op.REGION_CONTAINS or op == Op.REGION_SAMPLE:
+        place_instruction(op, dst, a, b, c, registers, road)
+    elif op == Op.CAN_SEE:
+        sight_instruction(dst, a, b, c, registers, road)
+    elif op == Op.LANE_ROUTE or op == Op.LANE_NEAREST or op == Op.ROAD_HEADING or op == Op.ROAD_FOLLOW:
+        lane_instruction(op, dst, a, b, c, registers, road)
+    else:
+        outline_instruction(op, dst, a, b, c, registers, road)
+
+
+@deferred()
+def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
+    """`Op.PATH_LENGTH`, `PATH_DISTANCE` and `PATH_PROJECT`."""
+    path, y, z = int(registers[a]), registers[b], registers[c]
+    if op == Op.PATH_LENGTH:
         registers[dst] = road.path_length[path]
     elif op == Op.PATH_DISTANCE:
         registers[dst] = path_distance(road, path, y, z)
@@ -220,23 +216,53 @@ def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, r
         registers[dst] = path_project(road, path, y, z)
 
 
-@inlined
-def _region(op: int, dst: int, region: int, b: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
-    if op == Op.REGION_DISTANCE:
-        registers[dst] = region_distance(road, region, y, z)
-    elif op == Op.REGION_SAMPLE:
+@deferred()
+def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
+    """`Op.REGION_SAMPLE` and `REGION_CONTAINS`: points and regions."""
+    region, y, z = int(registers[a]), registers[b], registers[c]
+    if op == Op.REGION_SAMPLE:
         registers[dst], registers[dst + 1] = region_sample(road, region, y, z)
-    elif op == Op.REGION_CONTAINS:
+    else:
         registers[dst] = 1.0 if region_contains(road, region, y, z) else 0.0
+
+
+@deferred()
+def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
+    """`Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` and `REGION_DEPTH`."""
+    if op == Op.REGION_DEPTH:
+        registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
+    elif op == Op.REGION_BOX_DEPTH:
+        registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
+    elif op == Op.BOX_DISTANCE:
+        registers[dst] = box_distance(_box(registers, a), _box(registers, b))
+    elif op == Op.REGION_BOX_DISTANCE:
+        registers[dst] = region_box_distance(road, int(registers[a]), _box(registers, b))
     else:
         box = _box(registers, b)
-        inside = region_contains_box(road, region, box.x, box.y, box.heading, box.length, box.width)
+        inside = region_contains_box(road, int(registers[a]), box.x, box.y, box.heading, box.length, box.width)
         registers[dst] = 1.0 if inside else 0.0
 
 
-@kernel
-def _along_road(op: int, dst: int, x: float, y: float, by: float, registers: Floats, road: RoadTables) -> None:
-    """`Op.ROAD_HEADING`, and `Op.ROAD_FOLLOW` along the nearest lane's default route, which it does not leave."""
+@deferred()
+def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
+    """`Op.CAN_SEE`."""
+    view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
+    viewer, count = int(registers[a + 5]), int(registers[c])
+    verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
+    registers[dst] = 1.0 if verdict == SEEN else 0.0
+
+
+@deferred()
+def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
+    """`Op.LANE_ROUTE`, `LANE_NEAREST`, `ROAD_HEADING` and `ROAD_FOLLOW`.
+
+    The last one goes along the default route of the nearest lane, and not beyond its ends.
+    """
+    if op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
+        lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
+        registers[dst] = road.lane_route[lane] if op == Op.LANE_ROUTE else lane
+        return
+    x, y, by = registers[a], registers[b], registers[c]
     lane = lane_nearest(road, x, y, math.nan)
     path = road.lane_path[lane]
     s = path_project(road, path, x, y)
@@ -251,7 +277,32 @@ def _along_road(op: int, dst: int, x: float, y: float, by: float, registers: Flo
     registers[dst + 2] = heading
 
 
-@kernel
+@inlined
 def _box(registers: Floats, first: int) -> Box:
-    """The outline packed at `first`: x, y, heading, length, width."""
+    """Return the outline packed at `first`: x, y, heading, length, width."""
     return Box(registers[first], registers[first + 1], registers[first + 2], registers[first + 3], registers[first + 4])
+
+
+DEFERRED: dict[Op, Callable[..., None]] = {
+    Op.PATH_LENGTH: path_instruction,
+    Op.PATH_DISTANCE: path_instruction,
+    Op.PATH_PROJECT: path_instruction,
+    Op.REGION_SAMPLE: place_instruction,
+    Op.REGION_CONTAINS: place_instruction,
+    Op.BOX_DISTANCE: outline_instruction,
+    Op.REGION_CONTAINS_BOX: outline_instruction,
+    Op.REGION_BOX_DISTANCE: outline_instruction,
+    Op.REGION_DEPTH: outline_instruction,
+    Op.REGION_BOX_DEPTH: outline_instruction,
+    Op.CAN_SEE: sight_instruction,
+    Op.LANE_ROUTE: lane_instruction,
+    Op.LANE_NEAREST: lane_instruction,
+    Op.ROAD_HEADING: lane_instruction,
+    Op.ROAD_FOLLOW: lane_instruction,
+}
+"""The kernel of each instruction of geometry that `_geometry` does not execute itself."""
+
+
+def geometry_kernels(code: Ints) -> set[Callable[..., None]]:
+    """Return the deferred kernels that rows of code (n, 6) need."""
+    return {DEFERRED[op] for op in set(code[:, 0].tolist()) & DEFERRED.keys()}

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.handles import handle
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.conflict import snapshot, time_to_collision
 from engine.kernels.jit import allocating, kernel
@@ -26,6 +27,7 @@ APART, TOUCHED, OVERLAPPING = 0.0, 1.0, 2.0
 """What came of it; those who overlap from its first sample have no other number."""
 
 
+@handle
 class Crowd(NamedTuple):
     """All actors of a recording."""
 

@@ -15,7 +15,7 @@ from engine.kernels.pair import REAR, side_of
 from engine.kernels.perception import COURSE, Driver, first_sample, lay_path, pose_at, reached
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, note_outlines
-from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.run_state import REPLACED, RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
 

@@ -1,5 +1,5 @@
-"""`@kernel`, `@allocating`, `@inlined` and `@shared`, the decorators of all compiled functions, and the cache that
-makes them start at once.
+"""The decorators of all compiled functions, and the cache of their machine code: `@kernel`, `@allocating`, `@inlined`,
+`@shared` and `@deferred`.
 
 A `@kernel` is compiled on Python's first call and kept on disk; another kernel contains it, so what many contain and
 takes long is `@shared`: compiled once, called by all others. An `@inlined` function is always copied into its caller
@@ -25,6 +25,7 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import llvmlite  # pyright: ignore[reportMissingTypeStubs]  # only its version is asked for
@@ -33,12 +34,17 @@ import numpy as np
 
 from engine.user_cache import cache_roots, is_writable, remove_old
 
+if not cast("Any", numba).config.DISABLE_JIT:
+    from engine.kernels import handle_types
+
+    assert handle_types  # numba knows the type of `engine.handles` now
+
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
 NJIT: Any = numba.njit
 KNOWN = ("0.68",)
 """Versions of numba that `numba_internals` was tried with."""
 KERNELS = Path(__file__).parent
-BESIDE = ("named_results.py", "opcodes.py", "outcomes.py", "result_row.py", "tables.py", "vocabulary.py")
+BESIDE = ("handles.py", "named_results.py", "opcodes.py", "outcomes.py", "result_row.py", "tables.py", "vocabulary.py")
 """What kernels read beside one another: names, columns and enum values are constants of the machine code."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -68,12 +74,36 @@ def inlined(function: Function) -> Function:
 
 
 def shared(function: Function) -> Function:
-    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all.
+    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all callers.
 
-    It makes no arrays and counts no references, whoever has it compiled first. What is rarely run is better shared than
-    contained: a step that is small stays in the processor's caches.
+    It makes no arrays and counts no references. Rarely executed code is better shared than contained: a small step
+    stays in the caches of the processor.
     """
-    return _finished(function, {"_nrt": False} if is_known(numba.__version__) else {}, shared=True)
+    return _shared(function, {"_nrt": False}, deferred=False)
+
+
+def deferred(allocates: bool = False) -> Callable[[Function], Function]:
+    """Compile like `@shared`, once a program needs it: `engine.host.plan` says so by `need`."""
+    options = {} if allocates else {"_nrt": False}
+    return lambda function: _shared(function, options, deferred=True)
+
+
+def need(*functions: Callable[..., Any]) -> None:
+    """Have deferred functions ready for the kernels that call them."""
+    for function in functions:
+        if not isinstance(function, FunctionType) and is_known(numba.__version__):
+            cast("Any", function).need()
+
+
+def _shared(function: Function, options: dict[str, Any], deferred: bool) -> Function:
+    if not is_known(numba.__version__):
+        return _finished(function)
+    dispatcher = _finished(function, options)
+    if dispatcher is function:
+        return function
+    from engine.kernels.shared import Shared
+
+    return cast("Function", Shared(function, dispatcher, deferred))
 
 
 def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any]) -> Function:
@@ -86,7 +116,7 @@ def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any
     return function if draft is function else cast("Function", Compiled(function, draft, _finished))
 
 
-def _finished(function: Function, options: dict[str, Any] | None = None, shared: bool = False) -> Function:
+def _finished(function: Function, options: dict[str, Any] | None = None) -> Function:
     """A function with machine code of its own, which is cached."""
     dispatcher: Any = NJIT(**OPTIONS | (options or {}))(function)
     if dispatcher is function:
@@ -94,7 +124,7 @@ def _finished(function: Function, options: dict[str, Any] | None = None, shared:
     if is_known(numba.__version__):
         from engine.kernels.numba_internals import cache_by_content
 
-        cache_by_content(dispatcher, function, cache_folder(), KERNELS, shared)
+        cache_by_content(dispatcher, function, cache_folder(), KERNELS)
     else:
         _cache_by_place(dispatcher)
     return cast("Function", dispatcher)

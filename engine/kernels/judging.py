@@ -13,7 +13,7 @@ import math
 from engine.kernels.conflict import post_encroachment_time, relative_speed, snapshot
 from engine.kernels.evaluate import run_segment
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.stage import Plan, Run, Status, column_of
+from engine.kernels.run_state import Plan, Run, Status, column_of
 from engine.kernels.temporal import MARGIN, TRUTH, work_out
 from engine.named_results import NAMED_RESULTS
 from engine.outcomes import PAIRS

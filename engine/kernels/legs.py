@@ -11,7 +11,7 @@ from engine.kernels.contact import Body, is_fixed
 from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined
 from engine.kernels.pair import Rate, swung
-from engine.kernels.stage import HOSTED, Plan, Run, Slot, column_of
+from engine.kernels.run_state import HOSTED, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 

@@ -4,14 +4,14 @@ import math
 
 from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, has_axles, roll, supports_of
 from engine.kernels.dynamics import WHEEL_RADIUS
-from engine.kernels.jit import inlined, shared
+from engine.kernels.jit import deferred, inlined
 from engine.kernels.legs import Leg
-from engine.kernels.stage import LOOSE, Plan, Run, Slot, column_of
+from engine.kernels.run_state import LOOSE, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Column, State
 
 
-@shared
+@deferred()
 def step_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Write the next sample of a loose body, and hand it back to its driver where that is the setting."""
     leg = run.legs[actor]

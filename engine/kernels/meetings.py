@@ -22,7 +22,7 @@ from engine.kernels.coasting import STILL
 from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_contact, closing, touching, wedged
 from engine.kernels.geometry import building, frame, nearest_points
 from engine.kernels.impact import resolve
-from engine.kernels.jit import allocating, inlined, kernel
+from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.legs import (
     Leg,
     along_leg,
@@ -38,7 +38,7 @@ from engine.kernels.legs import (
     takes_part,
 )
 from engine.kernels.loose import go_on, write_loose
-from engine.kernels.stage import Plan, Run, Slot, Status, end_run, outline_of
+from engine.kernels.run_state import Plan, Run, Slot, Status, end_run, outline_of
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State
 
@@ -119,7 +119,7 @@ def _is_finite(run: Run, sample: int, actor: int) -> bool:
 # -- a step in which others touch --------------------------------------------------------------------------------------
 
 
-@allocating
+@deferred(allocates=True)
 def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, other: int) -> None:
     """Go through the contacts of others in a step, from the first, and rewrite the next sample of whom they strike."""
     actors, count = len(plan.kinds), bodies_of(plan)

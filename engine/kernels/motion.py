@@ -9,7 +9,7 @@ from engine.kernels.jit import inlined
 from engine.kernels.loose import step_loose
 from engine.kernels.region import region_contains
 from engine.kernels.replay import move_along_track
-from engine.kernels.stage import LOOSE, NO_SPEED, Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.run_state import LOOSE, NO_SPEED, Plan, Run, Slot, Status, column_of, vehicle_of
 from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, Column, State
 

@@ -11,8 +11,8 @@ from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined
 from engine.kernels.pair import ROWS, center_velocity
+from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of
 from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
-from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
 

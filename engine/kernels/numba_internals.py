@@ -1,5 +1,4 @@
-"""Whatever touches private parts of numba: functions without machine code of their own, code that is linked and not
-copied, a cache by content.
+"""Private parts of numba: functions without machine code of their own, and a cache by content.
 
 `Compiled`: numba would optimise and finish each function alone, and again with each function that it is copied into on
 the way to what Python calls. A `_Draft` keeps it from that: two thirds of the time that a first compilation took.
@@ -8,9 +7,7 @@ the way to what Python calls. A `_Draft` keeps it from that: two thirds of the t
 code: two files, which a process that dies between them leaves at odds. Here each compiled signature is one file that
 appears whole, named by what it is for, and is checked when it is read. What is broken is compiled again.
 
-What is shared, callers get as a name without code, which LLVM's linker looks up among what is loaded. The file of a
-caller therefore says which names it needs; where one is not there, or is another than it was, the caller is compiled
-again.
+The file of a caller says which cells of shared functions it names (`engine.kernels.shared`).
 
 `tests/engine/kernels/test_numba_internals.py` looks at the parts that are used.
 """
@@ -26,18 +23,18 @@ import uuid
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, update_wrapper
-from importlib import import_module
 from pathlib import Path
 from threading import Lock
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
-from llvmlite.binding import parse_assembly  # pyright: ignore[reportMissingTypeStubs]
 from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.serialize import dumps
 from numba.extending import typeof_impl
+
+from engine.kernels.shared import all_uses
 
 # -- inlined functions -------------------------------------------------------------------------------------------------
 
@@ -110,62 +107,34 @@ def _type_of_draft(function: Compiled, _context: object) -> types.Type:
     return types.Dispatcher(function.draft)
 
 
-# -- code that callers link --------------------------------------------------------------------------------------------
-
-
-class _Need(NamedTuple):
-    """Code that other code calls by its name."""
-
-    module: str
-    function: str
-    arguments: tuple[Any, ...]
-    """Their types."""
-    symbol: str
-
-    def is_met(self) -> bool:
-        """Whether there is code of this name once its function is loaded: each compilation gives it another."""
-        dispatcher: Any = getattr(import_module(self.module), self.function)
-        dispatcher.compile(self.arguments)
-        return bool(dispatcher.overloads[self.arguments].fndesc.llvm_func_name == self.symbol)
-
-
-def _needs(library: Any) -> set[_Need]:
-    """What the code of a library calls by name."""
-    needs: set[_Need] = set()
-    for linked in library._linking_libraries:
-        needs |= {linked.need} if hasattr(linked, "need") else _needs(linked)
-    return needs
-
-
-class _Reduced(CompileResultCacheImpl):
-    """What is kept of compiled code: what it needs, and numba's own reduction."""
-
-    def reduce(self, cres: Any) -> Any:
-        return _needs(cres.library), super().reduce(cres)
-
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        needs, reduced = payload
-        return super().rebuild(target_context, reduced) if all(need.is_met() for need in needs) else None
-
-
 # -- the cache ---------------------------------------------------------------------------------------------------------
 
 
-def cache_by_content(
-    dispatcher: Any, function: Callable[..., Any], folder: Path, sources: Path, shared: bool = False
-) -> None:
+class _Reduced(CompileResultCacheImpl):
+    """What is stored of compiled code: the cells that it names, and numba's own reduction."""
+
+    def reduce(self, cres: Any) -> Any:
+        return all_uses(cres.library), super().reduce(cres)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        uses, reduced = payload
+        for use in uses:
+            use.link()
+        return super().rebuild(target_context, reduced)
+
+
+def cache_by_content(dispatcher: Any, function: Callable[..., Any], folder: Path, sources: Path) -> None:
     """Keep what is compiled of a function in a folder whose name says which `sources` it comes from."""
     if Path(function.__code__.co_filename).is_file():
-        dispatcher._cache = _cache_class(folder, sources, shared)(function)
+        dispatcher._cache = _cache_class(folder, sources)(function)
 
 
 @cache
-def _cache_class(folder: Path, sources: Path, shared: bool) -> type[Any]:
+def _cache_class(folder: Path, sources: Path) -> type[Any]:
     class Implementation(_Reduced):
         _locator_classes = [_locator_class(folder, sources)]  # noqa: RUF012 (numba's own attribute)
 
-    base: type[FunctionCache] = _SharedCache if shared else _KernelCache
-    return type("KernelCache", (base,), {"_impl_class": Implementation})
+    return type("KernelCache", (_KernelCache,), {"_impl_class": Implementation})
 
 
 def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator]:
@@ -213,26 +182,6 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as error:
             _log(f"kernel cache not written: {error!r}")
-
-
-class _SharedCache(_KernelCache):
-    """Keeps code that its callers link: instead of a copy they get a module without it."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        compiled = super().load_overload(sig, target_context)
-        if compiled is not None:
-            self._share(compiled)
-        return compiled
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        super().save_overload(sig, data)  # with the code: Python finds by it what there is to call
-        self._share(data)
-
-    def _share(self, compiled: Any) -> None:
-        library, function = compiled.library, cast("Any", self)._py_func
-        library._shared_module = parse_assembly(str(library.codegen._create_empty_module(library.name)))
-        symbol = compiled.fndesc.llvm_func_name
-        library.need = _Need(function.__module__, function.__name__, compiled.signature.args, symbol)
 
 
 class _Files:

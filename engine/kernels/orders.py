@@ -1,8 +1,8 @@
 """What is asked and decided in runs side by side, lane by lane: for `engine.driving.orders`, which owns the memory."""
 
 from engine.kernels.jit import kernel
-from engine.kernels.lanes import PAGE
-from engine.kernels.stage import RUNNING, Status
+from engine.kernels.run_state import RUNNING, Status
+from engine.kernels.slots import PAGE
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 

@@ -16,7 +16,7 @@ from engine.kernels.conflict import snapshot, time_gap
 from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.noticing import notices
-from engine.kernels.stage import Plan, Run
+from engine.kernels.run_state import Plan, Run
 from engine.tables import Floats
 from engine.vocabulary import State
 

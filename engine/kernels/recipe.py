@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.handles import handle
 from engine.kernels.geometry import Box, box_distance, building
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
@@ -18,6 +19,7 @@ from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import Column, Purpose
 
 
+@handle
 class Layout(NamedTuple):
     """Where things lie in a register file, and counts that kernels need."""
 
@@ -33,6 +35,7 @@ class Layout(NamedTuple):
     """The file's own and the variant rejections: index of the first built-in."""
 
 
+@handle
 class Recipe(NamedTuple):
     """Everything about a program that an attempt reads."""
 
@@ -45,6 +48,7 @@ class Recipe(NamedTuple):
     layout: Layout
 
 
+@handle
 class Confinement(NamedTuple):
     """The box in which a row's attempts can pass (see `engine.feasibility.pruning`). Without rows: everywhere."""
 
@@ -60,6 +64,7 @@ class Confinement(NamedTuple):
     """(n,) the requirement that fails in every attempt of a row without mass."""
 
 
+@handle
 class Request(NamedTuple):
     """What to sample, row by row."""
 
@@ -75,6 +80,7 @@ class Request(NamedTuple):
     """(n,) attempts made before, which are not made again."""
 
 
+@handle
 class Ledger(NamedTuple):
     """Where results go; the arrays of `engine.scenes.Scenes` under their names there."""
 
@@ -97,6 +103,7 @@ class Draws(NamedTuple):
     """Draw 0, which came with the number that picked the variant."""
 
 
+@handle
 class Scratch(NamedTuple):
     """Working memory of one thread."""
 

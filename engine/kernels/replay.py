@@ -8,8 +8,8 @@ Steps are taken relative to the actor: who begins elsewhere than the recording, 
 import math
 from typing import NamedTuple
 
-from engine.kernels.jit import kernel, shared
-from engine.kernels.stage import Plan, Run, Slot, column_of
+from engine.kernels.jit import deferred, kernel
+from engine.kernels.run_state import Plan, Run, Slot, column_of
 from engine.tables import Floats
 from engine.vocabulary import Column, State
 
@@ -28,7 +28,7 @@ class Recorded(NamedTuple):
     speed: float
 
 
-@shared
+@deferred()
 def follow_track(plan: Plan, run: Run, actor: int, row: int) -> bool:
     """`Op.REPLAY`: have the actor moved along its track in this turn; true when the track is over, and nothing is."""
     clock, track, pace = int(plan.code[row, 1]), int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
@@ -64,7 +64,7 @@ def recorded_at(pool: Floats, track: int, time: float) -> Recorded:
     )
 
 
-@shared
+@deferred()
 def move_along_track(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Write the next sample of an actor that goes along its track: within a turn its time passes on with the steps."""
     slots, states, step = run.actors, run.states, plan.layout.time_step

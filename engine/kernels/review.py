@@ -1,60 +1,72 @@
-"""Judging runs side by side that have ended: everybody moves again as commanded, and the record is measured.
+"""Assessment of parallel runs that have ended: all actors repeat their commands, and the record is measured.
 
-A lane keeps what everybody was commanded in each step (`lanes.note_commands`). Motion makes the same record of it, bit
-for bit, without a look at anybody's behaviour or at contact: how the run ended stands in the lane. That holds for runs
-in which nobody but the ego can be struck, and in which commands are all that moves anybody (`Status.UNTOLD`).
+The commands of each step are stored (`slots.note_commands`). Motion reproduces the same record from them, bit for bit,
+without behaviors and without a search for contact: how the run ended is stored in the slot. That holds for runs in
+which only the ego can be struck, and in which nothing but commands moves an actor (`Status.UNTOLD`).
 """
 
 import math
 
 from engine.kernels.jit import inlined, shared
-from engine.kernels.lanes import PAGE, in_lane, lane_with
 from engine.kernels.motion import step
 from engine.kernels.rows import Results, measure_run, note_end
-from engine.kernels.stage import NO_SPEED, Plan, Run, Slot, Status, place
+from engine.kernels.run_state import NO_SPEED, Plan, Run, Slot, Status, place
+from engine.kernels.slots import PAGE
 from engine.tables import Floats, Ints
 
 
 @shared
-def review_lanes(plan: Plan, run: Run, chosen: Ints, actions: Floats, outlines: Floats, out: Results) -> None:
-    """Write what became of the runs of the chosen lanes, which have ended, into the rows of their numbers, filled for
-    none. `actions` (chosen, turns, numbers) is what was decided in them, `outlines` (actors, 3) working memory.
+def review_slots(plan: Plan, run: Run, chosen: Ints, actions: Floats, outlines: Floats, out: Results) -> None:
+    """Write the results of the runs of the chosen slots, which have ended, into the rows of the same numbers.
+
+    `actions` (chosen, turns, numbers) are the decisions made in the slots, `outlines` (actors, 3) is working memory.
+    The rows of `out` hold the values of a run without a result.
     """
     for number in range(len(chosen)):
-        lane = chosen[number]
-        its = in_lane(run, lane)
-        if note_end(its, lane, out):
-            _move_again(plan, lane_with(run, lane, run.actors, run.status, run.told), lane, actions[number])
-            measure_run(plan, its, lane, outlines, out)
+        slot = chosen[number]
+        its = run.slots[slot]
+        if note_end(its, slot, out):
+            _repeat_motion(plan, run, its, slot, actions[number])
+            measure_run(plan, its, slot, outlines, out)
 
 
 @inlined
-def _move_again(plan: Plan, run: Run, lane: int, actions: Floats) -> None:
-    """Make the record of a lane again: the samples up to its current one."""
+def _repeat_motion(plan: Plan, run: Run, its: Run, slot: int, actions: Floats) -> None:
+    """Write the record of a slot: the samples up to its current one. The state of its actors is restored."""
+    _copy(its.actors, run.actors)
     for actor in range(len(plan.kinds)):
-        place(plan, run, 0, actor, float(plan.present[actor]))
-        run.actors[actor, Slot.LEFT_ROAD] = 0.0  # it is known when, and nobody need look again
-        run.actors[actor, Slot.SET_SPEED] = NO_SPEED
-    last, pause = int(run.lane_status[lane, Status.SAMPLE]), plan.layout.pause
+        place(plan, its, 0, actor, float(plan.present[actor]))
+        its.actors[actor, Slot.LEFT_ROAD] = 0.0  # the time is known: no step looks for it again
+        its.actors[actor, Slot.SET_SPEED] = NO_SPEED
+    last, pause = int(its.status[Status.SAMPLE]), plan.layout.pause
     for row in range((last + pause - 1) // pause):
-        told, first = run.told_pages[run.lane_pages[lane, row // PAGE], row % PAGE], row * pause
+        page, first = run.slot_pages[slot, row // PAGE], row * pause
         for turn in range(min(pause, last - first)):
-            run.status[Status.SAMPLE] = first + turn
-            _command(plan, run, told[turn], actions[first + turn])
-            step(plan, run)
+            its.status[Status.SAMPLE] = first + turn
+            _command(plan, its, run.command_pages[page, row % PAGE, turn], actions[first + turn])
+            step(plan, its)
+    its.status[Status.SAMPLE] = last
+    _copy(run.actors, its.actors)
 
 
 @inlined
-def _command(plan: Plan, run: Run, told: Floats, decided: Floats) -> None:
-    """Command everybody what it was commanded in a step."""
+def _copy(source: Floats, target: Floats) -> None:
+    for actor in range(source.shape[0]):
+        for column in range(source.shape[1]):
+            target[actor, column] = source[actor, column]
+
+
+@inlined
+def _command(plan: Plan, run: Run, commands: Floats, decided: Floats) -> None:
+    """Set the commands of all actors in a step."""
     for actor in range(len(plan.kinds)):
-        at, slots = int(run.told_at[actor]), run.actors[actor]
+        at, slots = int(run.command_columns[actor]), run.actors[actor]
         if at < 0:
             number = -1 - at
             slots[Slot.THROTTLE], slots[Slot.BRAKE] = decided[number], decided[number + 1]
             slots[Slot.STEER] = decided[number + 2]
             continue
-        pedal = told[at]
+        pedal = commands[at]
         slots[Slot.LEAVING] = 1.0 if math.isnan(pedal) else 0.0
         slots[Slot.THROTTLE], slots[Slot.BRAKE] = max(pedal, 0.0), max(-pedal, 0.0)
-        slots[Slot.STEER] = told[at + 1]
+        slots[Slot.STEER] = commands[at + 1]

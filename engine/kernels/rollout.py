@@ -15,7 +15,7 @@ How a host uses it:
     begin(plan, run, variant, values, key, actions)     # once a scene
     advance(plan, run, until, True)                     # to the ego's contact, the end, or sample `until`
 
-`run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At the ego's
+`run.status` is the progress of the run (`run_state.Status`), `run.states[: sample + 1]` is its record. At the ego's
 first contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had it touched nobody.
 
 Two others who touch do not end the run: `kernels.meetings` settles what they do to one another, and in the step in
@@ -30,12 +30,12 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 import math
 
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
-from engine.kernels.jit import inlined, shared
+from engine.kernels.jit import deferred, inlined, shared
 from engine.kernels.judging import step_on, touch_down
-from engine.kernels.lanes import lay_down, note_commands, rests, take_orders, take_up, telling
 from engine.kernels.meetings import Meeting, search_contact, settle_others
 from engine.kernels.motion import step
-from engine.kernels.stage import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
+from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
+from engine.kernels.slots import PAGE, continue_run, is_idle, leave_run, note_commands
 from engine.kernels.temporal import find_broken
 from engine.tables import Floats, Ints, Segment
 from engine.vocabulary import EndReason, RuleKind, State, Turns
@@ -79,24 +79,26 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
     among others alone, and only where the ego is `REPLACED`.
 
-    Of runs side by side all do so, one after the other; their temporal requirements are not judged, as they have no
+    Parallel runs are advanced one after the other; their temporal requirements are not judged, since they have no
     record.
 
-    One flat loop goes through the steps of all lanes. With a loop for lanes around one for steps the compiler prepares
-    in each lane what pays only over many steps, and functions taken out of this body slow the batch host down by what
-    it keeps in registers; `benchmarks.environment` measures both.
+    One flat loop covers the steps of all slots. With a loop over slots around a loop over steps, the compiler prepares
+    in each slot what pays over many steps only; functions taken out of this body slow the batch host down by what it
+    holds in registers. `benchmarks.environment` measures both.
     """
-    lanes = len(run.lane_status)
-    its, lane, first, steps = run, -1, 0, lanes == 0
-    while steps or lane < lanes - 1:
+    slots = len(run.slots)
+    its, slot, first, steps = run, -1, 0, slots == 0
+    page, row = 0, 0
+    while steps or slot < slots - 1:
         if not steps:
-            lane += 1
-            if rests(run, lane):
+            slot += 1
+            if is_idle(run, slot):
                 continue
-            its = telling(plan, run, lane)
-            take_up(its, lane)
-            take_orders(plan, its, lane)
+            its = run.slots[slot]
+            continue_run(plan, its, slot)
             first = int(its.status[Status.SAMPLE])
+            row = first // plan.layout.pause
+            page, row = int(run.slot_pages[slot, row // PAGE]), row % PAGE
         steps = (its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)) or its.status[
             Status.TOUCHDOWN
         ] == 1
@@ -105,8 +107,8 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                 _take_turns(plan, its, scored)
             steps = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
         if steps:
-            if its.told.shape[1] > 0:
-                note_commands(plan, its, int(its.status[Status.SAMPLE]) - first)
+            if run.command_pages.shape[3] > 0:
+                note_commands(plan, its, run, page, row, int(its.status[Status.SAMPLE]) - first)
             step(plan, its)
             low, high = 0, len(plan.kinds)
             if not scored:
@@ -124,10 +126,10 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         # It has come to its end, to a pause or to `until`.
         if its.status[Status.TOUCHDOWN] == 1:
             step_on(its)
-        if lanes > 0:
-            lay_down(its, lane, first)
+        if slots > 0:
+            leave_run(its, slot, first)
         elif scored and len(plan.temporal_root) > 0:
-            _judge(plan, its)
+            judge_temporal(plan, its)
 
 
 @inlined
@@ -140,8 +142,8 @@ def _note_contact(plan: Plan, run: Run, met: Meeting, scored: bool) -> None:
         touch_down(run)
 
 
-@inlined
-def _judge(plan: Plan, run: Run) -> None:
+@deferred()
+def judge_temporal(plan: Plan, run: Run) -> None:
     """Let a run that has come to an end be aborted by a temporal requirement, at the sample that decided it."""
     reason = run.status[Status.END]
     if reason == RUNNING or reason == EndReason.ABORTED or reason == EndReason.BROKEN or reason == EndReason.STUCK:

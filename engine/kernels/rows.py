@@ -4,15 +4,16 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.handles import handle
 from engine.kernels.encroachment import encroachment
 from engine.kernels.fault import fault_of
 from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.judging import judge
-from engine.kernels.lanes import EMPTY, in_lane, lay_down
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.run_state import Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.slots import EMPTY, suspend_run
 from engine.kernels.swept import Span, Swept
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import SLIDING, Floats, Ints
@@ -24,6 +25,7 @@ FILLS = tuple(float(row.fill) for row in PAIRS)
 """What an invalid run has of each number of a pair."""
 
 
+@handle
 class Requested(NamedTuple):
     """The scenes to run; arrays of `engine.scenes.Scenes`."""
 
@@ -43,8 +45,8 @@ if TYPE_CHECKING:
         """
 
 else:
-    Results = namedtuple(
-        "Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "sought", "broken"]
+    Results = handle(
+        namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "sought", "broken"])
     )
 
 
@@ -86,14 +88,14 @@ def run_scene(plan: Plan, scenes: Requested, row: int, run: Run) -> None:
 
 
 @shared
-def begin_lanes(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
-    """Set up the scenes of the rows `chosen` in the lanes of `run`: in each, the row of its number."""
-    for lane in chosen:
-        run.lane_status[lane, Status.END] = EMPTY
-        if scenes.verdict[lane] == Verdict.VALID:
-            its = in_lane(run, lane)
-            begin(plan, its, int(scenes.variant[lane]), scenes.values[lane], scenes.keys[lane], scenes.actions[lane])
-            lay_down(its, lane, 0)
+def start_slots(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
+    """Set up the scenes of the rows `chosen` in the slots of the same numbers."""
+    for slot in chosen:
+        run.slot_status[slot, Status.END] = EMPTY
+        if scenes.verdict[slot] == Verdict.VALID:
+            its = run.slots[slot]
+            begin(plan, its, int(scenes.variant[slot]), scenes.values[slot], scenes.keys[slot], scenes.actions[slot])
+            suspend_run(its, slot, 0)
 
 
 # -- runs with what an objective asks beside their results: by how much others missed the ego --------------------------

@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.geometry import Box, Frame, View, building, frame
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.tables import SHADE, Floats
 
 OUTSIDE, HIDDEN, SEEN = 0, 1, 2
@@ -55,7 +55,7 @@ class Sight(NamedTuple):
     second: Cone
 
 
-@kernel
+@shared
 def look(
     view: View, target: Box, shades: Floats, start: int, count: int, buildings: Floats, viewer: int, looked_at: int
 ) -> int:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.handles import handle
 from engine.kernels.geometry import Box, half_diagonal, outline_between, shortest_turn
 from engine.kernels.jit import inlined
 from engine.tables import Floats, Ints
@@ -33,6 +34,7 @@ class Span(NamedTuple):
     last: int
 
 
+@handle
 class Swept(NamedTuple):
     """Working memory for the motions of two, in rows 0 and 1; made by `swept`."""
 

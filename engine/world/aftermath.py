@@ -21,7 +21,7 @@ from engine.kernels.coasting import STILL
 from engine.kernels.legs import Leg
 from engine.kernels.pair import swung
 from engine.kernels.rollout import advance
-from engine.kernels.stage import HOSTED, LOOSE, Plan, Run, Slot, Status
+from engine.kernels.run_state import HOSTED, LOOSE, Plan, Run, Slot, Status
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 from engine.world.bodies import Physique, new_space, rub, solid, wall

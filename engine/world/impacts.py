@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pymunk
 
 from engine.kernels.blows import PAUSE, PULSE, Blow
-from engine.kernels.stage import Run, Status
+from engine.kernels.run_state import Run, Status
 from engine.tables import A_BUILDING, Floats
 
 LEAST_CHANGE = 0.01

@@ -17,7 +17,7 @@ from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Results, measure_run, note_end, note_objectives
-from engine.kernels.stage import Plan, Run, Status
+from engine.kernels.run_state import Plan, Run, Status
 from engine.metrics import Recorded, recorded
 from engine.outcomes import Outcomes
 from engine.program import Program

@@ -6,7 +6,7 @@ import pytest
 from engine.control import Action, Control
 from engine.driving import orders as orders_module
 from engine.driving.orders import Orders
-from engine.kernels.lanes import PAGE
+from engine.kernels.slots import PAGE
 from engine.tables import Floats
 
 STEP = 0.05

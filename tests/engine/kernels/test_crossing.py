@@ -11,7 +11,7 @@ from engine.kernels.crossing import CLEARANCE, Crossing, Foresight, crossing
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.path import chain_pose
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import RUNNING, Status
+from engine.kernels.run_state import RUNNING, Status
 
 LENGTH, WIDTH, TO_CENTER = 4.508, 1.61, 1.423
 ALL_AROUND = Foresight(-1, math.inf, math.tau, 0.0, 10.0, 0.0, 3.0)

@@ -9,7 +9,7 @@ import pytest
 from engine import batch, host
 from engine.config import ContactConfig, SimulationConfig
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import HOSTED, Slot, Status
+from engine.kernels.run_state import HOSTED, Slot, Status
 from engine.opcodes import Op
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Command, EndReason, ManeuverType, RuleKind, State, TemporalOp, Verdict

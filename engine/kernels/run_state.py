@@ -8,6 +8,7 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+from engine.handles import Slots, handle
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
@@ -17,6 +18,7 @@ from engine.vocabulary import Column, State
 COLUMNS = len(Column)
 
 
+@handle
 class Layout(NamedTuple):
     """Where things lie in the registers, and the numbers that govern a run."""
 
@@ -54,6 +56,7 @@ class Layout(NamedTuple):
     """Turns from one pause of a run to the next, in which its drivers are asked outside; 0: it never pauses."""
 
 
+@handle
 class Plan(NamedTuple):
     """Everything about a program that its runs read; made by `engine.host.plan`."""
 
@@ -189,7 +192,7 @@ class Status(IntEnum):
     ARRIVALS = 14
     """How many ways have come to their ends in this turn."""
     UNTOLD = 15
-    """1 once more than `Run.told` says moves somebody."""
+    """1 after anything but stored commands has moved an actor."""
 
 
 RUNNING = -1
@@ -198,6 +201,7 @@ NO_SPEED = -1e300
 """No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
 
 
+@handle
 class Run(NamedTuple):
     """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
@@ -214,7 +218,7 @@ class Run(NamedTuple):
     """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
     (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
     legs: Floats
-    """(actors, len(legs.Leg)); in lanes without rows where nobody but the ego can be struck."""
+    """(actors, len(legs.Leg)); no rows in parallel runs in which only the ego can be struck."""
     impacts: Floats
     """(MAX_BLOWS, len(Blow)), of which `Status.BLOWS` rows are filled."""
     key: Ints
@@ -234,29 +238,31 @@ class Run(NamedTuple):
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     actions: Floats
     """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
-    told: Floats
-    """(pause, …): commands of each step up to the next pause (`lanes.note_commands`); (…, 0) where none are kept."""
-    told_at: Ints
-    """(actors,): where in the row of a step those of an actor stand, or -1 - its first number among `actions`."""
-    lane_registers: Floats
-    """(lanes, …), as all that each of the runs side by side carries on; without lanes there is a lone run."""
-    lane_actors: Floats
-    lane_end: Floats
-    lane_key: Ints
-    lane_resume: Ints
-    lane_status: Ints
-    lane_states: Floats
-    """(lanes, kept, actors, len(State)): the current sample, and those before at which a driver still looks; sample k
-    in row k % kept, which is a power of two."""
-    lane_watched: Floats
-    """(lanes, rules): of the last sample at which rules were looked at."""
-    lane_legs: Floats
-    """(lanes, actors, len(legs.Leg)): impacts among others go on in later samples; no rows where there can be none."""
-    lane_actions: Floats
-    """(lanes, kept, numbers): of the coming turns; turn k in row k % kept, a power of two, too."""
-    lane_pages: Ints
-    told_pages: Floats
-    """(lanes, n) pages of each lane, and (pages, lanes.PAGE, pause, …) what stands in them."""
+    command_columns: Ints
+    """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`."""
+    slot_registers: Floats
+    """(slots, ...) of the parallel runs: the arrays that differ between their states; no slots in a single run."""
+    slot_actors: Floats
+    slot_end: Floats
+    slot_key: Ints
+    slot_resume: Ints
+    slot_status: Ints
+    slot_states: Floats
+    """(slots, rows, actors, len(State)): the current sample, and earlier ones that a driver still reads. Sample k is in
+    row k % rows, where rows is a power of two."""
+    slot_watched: Floats
+    """(slots, rules): values at the last sample at which rules were evaluated."""
+    slot_legs: Floats
+    """(slots, actors, len(legs.Leg)): impacts between others last several samples; no rows if there can be none."""
+    slot_actions: Floats
+    """(slots, rows, numbers): decisions for the coming turns; turn k in row k % rows, where rows is a power of two."""
+    slot_pages: Ints
+    """(slots, n): numbers of the pages of each slot, in order; -1: none."""
+    command_pages: Floats
+    """(pages, slots.PAGE, pause, columns): commands of each step (`slots.note_commands`)."""
+    slots: "Slots[Run]" = Slots()
+    """The states of the parallel runs: handles that share all arrays but those of the first six `slot_` fields. Pages
+    are read from the run that has the slots: they may move in memory between calls."""
 
 
 @inlined

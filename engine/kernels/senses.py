@@ -1,0 +1,212 @@
+"""The instructions by which a behavior reads about other actors: sight, the leader along a path, times to contact.
+
+Each function executes the instruction of a row at the current sample. A program without the instruction does not wait
+for its compilation.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from engine.kernels.conflict import Snapshot, shadow, time_to_collision
+from engine.kernels.crossing import foresee
+from engine.kernels.geometry import Box, View
+from engine.kernels.jit import deferred, inlined, kernel
+from engine.kernels.legs import spin_of, velocity_of
+from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
+from engine.kernels.pair import Rate, center_velocity
+from engine.kernels.path import path_distance, path_pose, path_project
+from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.replay import follow_track, move_along_track
+from engine.kernels.run_state import Plan, Run, Status, column_of, outline_of, place
+from engine.kernels.sight import SEEN
+from engine.opcodes import Op
+from engine.tables import SLIDING
+from engine.vocabulary import Column, Purpose, State
+
+
+@inlined
+def _now(run: Run) -> int:
+    return int(run.status[Status.SAMPLE])
+
+
+@deferred()
+def draw_number(run: Run, register: int) -> None:
+    """`Op.RANDOM`: the next uniform number of the behavior stream of the scene."""
+    number = run.status[Status.DRAWS]
+    run.status[Status.DRAWS] = number + 1
+    run.registers[register] = uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
+
+
+@deferred()
+def appear(plan: Plan, run: Run, actor: int) -> None:
+    """`Op.SPAWN`: put an actor that is absent where its scene has it."""
+    if run.states[_now(run), actor, State.PRESENT] == 0.0:
+        place(plan, run, _now(run), actor, 1.0)
+        run.status[Status.SHADED] = -1
+
+
+@deferred()
+def read_velocity(plan: Plan, run: Run, row: int) -> None:
+    """`Op.VELOCITY`."""
+    dst, actor = int(plan.code[row, 1]), int(plan.code[row, 2])
+    run.registers[dst], run.registers[dst + 1] = velocity_of(run, _now(run), actor)
+    run.registers[dst + 2] = spin_of(plan, run, _now(run), actor)
+
+
+# -- sight -------------------------------------------------------------------------------------------------------------
+
+
+@deferred()
+def see_within(plan: Plan, run: Run, row: int) -> None:
+    """`Op.WITHIN`."""
+    actor, distance = int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
+    run.registers[int(plan.code[row, 1])] = 1.0 if sees_within(plan, run, _now(run), actor, distance) else 0.0
+
+
+@deferred()
+def see(plan: Plan, run: Run, row: int) -> None:
+    """`Op.SEES`."""
+    viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
+    if viewer >= 0 and target >= 0:
+        sees = can_see(plan, run, _now(run), viewer, target)
+    else:
+        sees = _sees_place(plan, run, _now(run), row)
+    run.registers[int(plan.code[row, 1])] = 1.0 if sees else 0.0
+
+
+@deferred()
+def notice(plan: Plan, run: Run, row: int) -> None:
+    """`Op.NOTICES`."""
+    viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
+    reach = run.registers[int(plan.code[row, 4])]
+    run.registers[int(plan.code[row, 1])] = 1.0 if notices(plan, run, _now(run), viewer, target, reach) else 0.0
+
+
+@kernel
+def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
+    """`Op.SEES` where the viewer or what it looks at is a place."""
+    code, registers = plan.code, run.registers
+    viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
+    for actor in (viewer, target):
+        if actor >= 0 and run.states[sample, actor, State.PRESENT] == 0.0:
+            return False
+    if viewer >= 0:
+        view = view_of(plan, run, sample, viewer)
+    else:
+        view = View(registers[at], registers[at + 1], registers[at + 2], registers[at + 3], registers[at + 4])
+    if target >= 0:
+        box = outline_of(plan, run, sample, target)
+    else:
+        box = Box(
+            registers[there], registers[there + 1], registers[there + 2], registers[there + 3], registers[there + 4]
+        )
+    return bool(look_past(plan, run, sample, view, box, viewer, target) == SEEN)
+
+
+# -- the actor ahead, and times to contact -----------------------------------------------------------------------------
+
+
+class Leader(NamedTuple):
+    """The actor ahead on a path: the gap to it along the path [m] and its speed along the path [m/s]."""
+
+    gap: float
+    speed: float
+
+
+@kernel
+def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) -> Leader:
+    """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
+
+    An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
+    point lies beyond mine. One that is hidden from me, or beyond
+    `reach`, does not count. The gap is measured along the path between the
+    shadows of both outlines on its direction at their foot points, and is 0 where these overlap.
+    """
+    mine = outline_of(plan, run, sample, me)
+    start = path_project(plan.road, path, mine.x, mine.y)
+    heading = path_pose(plan.road, path, start).heading
+    front = start + shadow(mine, math.cos(heading), math.sin(heading))
+    gap, speed = math.inf, 0.0
+    for other in range(run.states.shape[1]):
+        if other == me or run.states[sample, other, State.PRESENT] == 0.0:
+            continue
+        box = outline_of(plan, run, sample, other)
+        foot = path_project(plan.road, path, box.x, box.y)
+        heading = path_pose(plan.road, path, foot).heading
+        cos, sin = math.cos(heading), math.sin(heading)
+        aside = path_distance(plan.road, path, box.x, box.y)
+        if foot > start and aside < 0.5 * mine.width + shadow(box, -sin, cos):
+            between = max(0.0, foot - shadow(box, cos, sin) - front)
+            if between < gap and notices(plan, run, sample, me, other, reach):
+                gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
+                if run.states[sample, other, State.PRESENT] == SLIDING:
+                    rate = velocity_of(run, sample, other)
+                    speed = rate.x * cos + rate.y * sin
+    return Leader(gap, speed)
+
+
+@deferred()
+def find_leader(plan: Plan, run: Run, row: int) -> None:
+    """`Op.LEAD`."""
+    dst, actor, path = int(plan.code[row, 1]), int(plan.code[row, 2]), int(run.registers[int(plan.code[row, 3])])
+    reach = run.registers[int(plan.code[row, 4])]
+    run.registers[dst], run.registers[dst + 1] = leader(plan, run, _now(run), actor, path, reach)
+
+
+@deferred()
+def foresee_contact(plan: Plan, run: Run, row: int) -> None:
+    """`Op.TTC`."""
+    one, other = int(plan.code[row, 2]), int(plan.code[row, 3])
+    reach = run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
+    run.registers[int(plan.code[row, 1])] = least_time_to_collision(plan, run, _now(run), one, other, reach)
+
+
+@kernel
+def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, reach: float) -> float:
+    """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
+    that are absent, and, unless `reach` is negative, for those that are hidden from `one` or beyond that reach. What
+    comes is unknown yet, so yaw rates are those of the step that ended at the sample.
+    """
+    least = math.inf
+    if run.states[sample, one, State.PRESENT] == 0.0:
+        return least
+    for each in range(run.states.shape[1]):
+        asked = each != one and (other < 0 or each == other)
+        if asked and run.states[sample, each, State.PRESENT] != 0.0:
+            time = time_to_collision(_pair(plan, run, sample, one, each))
+            if time < least and (reach < 0.0 or notices(plan, run, sample, one, each, reach)):
+                least = time
+    return least
+
+
+@inlined
+def _pair(plan: Plan, run: Run, sample: int, one: int, other: int) -> Snapshot:
+    first: Box = outline_of(plan, run, sample, one)
+    return Snapshot(
+        first, outline_of(plan, run, sample, other), _rate(plan, run, sample, one), _rate(plan, run, sample, other)
+    )
+
+
+@inlined
+def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
+    """Of the outline's centre; of a body that slides, at the end of its leg, as the record has no later sample yet."""
+    if run.states[sample, actor, State.PRESENT] == SLIDING:
+        return velocity_of(run, sample, actor)
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    return center_velocity(run.states, sample + 1, sample, plan.layout.time_step, actor, to_center)
+
+
+DEFERRED: dict[Op, tuple[Callable[..., Any], ...]] = {
+    Op.RANDOM: (draw_number,),
+    Op.WITHIN: (see_within,),
+    Op.LEAD: (find_leader,),
+    Op.TTC: (foresee_contact,),
+    Op.SEES: (see,),
+    Op.NOTICES: (notice,),
+    Op.VELOCITY: (read_velocity,),
+    Op.CROSSING: (foresee,),
+    Op.REPLAY: (follow_track, move_along_track),
+    Op.SPAWN: (appear,),
+}
+"""The kernels that a program with an instruction needs."""
