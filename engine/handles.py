@@ -9,7 +9,6 @@ of a header that holds the address and the shape of each array, and the numbers.
 
 import struct
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -59,26 +58,33 @@ def _interned(name: str, fields: tuple[Field, ...], words: int) -> Layout:
 class Handle:
     """The header of a named tuple; made when a kernel first receives the tuple, and never changed."""
 
-    @cached_property
+    @property
     def handle_header(self) -> NDArray[np.int64]:
         """(words,) addresses and shapes of arrays, and numbers; floats bit by bit.
 
         Raises TypeError for an array that is not contiguous in memory: kernels are compiled for one layout.
         """
-        return self._laid_out[1]
+        return self._made[1]
 
-    @cached_property
+    @property
     def handle_layout(self) -> Layout:
-        """What stands where in the header."""
-        return self._laid_out[0]
+        """The fields of the header."""
+        return self._made[0]
 
-    @cached_property
+    @property
     def handle_address(self) -> int:
-        """Of the header, which lives as long as the tuple."""
-        return int(self.handle_header.ctypes.data)
+        """The address of the header, which lives as long as the tuple."""
+        return self._made[2]
 
-    @cached_property
-    def _laid_out(self) -> tuple[Layout, NDArray[np.int64]]:
+    @property
+    def _made(self) -> tuple[Layout, NDArray[np.int64], int]:
+        try:
+            return cast("tuple[Layout, NDArray[np.int64], int]", vars(self)["_handle"])
+        except KeyError:
+            # Two threads may both make a header: the first one that is stored is that of both.
+            return vars(self).setdefault("_handle", self._make_header())
+
+    def _make_header(self) -> tuple[Layout, NDArray[np.int64], int]:
         values = cast("tuple[Any, ...]", self)
         fields: list[Field] = []
         words: list[int] = []
@@ -88,7 +94,8 @@ class Handle:
                 raise TypeError(f"{type(self).__name__}.{name}: kernels take contiguous arrays only, and this is none")
             fields.append(Field(name, kind, dimensions, len(words), inner))
             words += content
-        return _interned(type(self).__name__, tuple(fields), len(words)), np.array(words, dtype=np.int64)
+        header = np.array(words, dtype=np.int64)
+        return _interned(type(self).__name__, tuple(fields), len(words)), header, int(header.ctypes.data)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the values alone: addresses have no meaning in another process."""

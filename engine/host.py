@@ -21,6 +21,7 @@ from engine.kernels.blows import MAX_BLOWS, Blow
 from engine.kernels.crossing import Foresight
 from engine.kernels.evaluate import geometry_kernels
 from engine.kernels.jit import need
+from engine.kernels.judging import step_on, touch_down
 from engine.kernels.legs import Leg
 from engine.kernels.loose import step_loose
 from engine.kernels.meetings import settle_others
@@ -117,6 +118,8 @@ def _needed_kernels(program: Program, slides: Sequence[int], pause: int) -> Iter
         yield slide
     if len(program.code.temporal_root):
         yield judge_temporal
+    if len(program.judged):
+        yield from (touch_down, step_on)
     if pause:
         yield from (continue_run, leave_run, note_commands)
 

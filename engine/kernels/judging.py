@@ -12,7 +12,7 @@ import math
 
 from engine.kernels.conflict import post_encroachment_time, relative_speed, snapshot
 from engine.kernels.evaluate import run_segment
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.run_state import Plan, Run, Status, column_of
 from engine.kernels.temporal import MARGIN, TRUTH, work_out
 from engine.named_results import NAMED_RESULTS
@@ -29,7 +29,7 @@ DELTA_V, ENCROACHMENT = ([row.name for row in NAMED_RESULTS].index(n) for n in (
 # -- the instant of contact --------------------------------------------------------------------------------------------
 
 
-@inlined
+@deferred()
 def touch_down(run: Run) -> None:
     """Let the next sample be the instant of the ego's first contact, for one look at all rules; motion is linear."""
     sample = run.status[Status.SAMPLE]
@@ -43,7 +43,7 @@ def touch_down(run: Run) -> None:
     run.status[Status.TOUCHDOWN], run.status[Status.SHADED] = 1, -1
 
 
-@inlined
+@deferred()
 def step_on(run: Run) -> None:
     """The sample after contact again, as it would be had the ego touched nobody."""
     sample = run.status[Status.SAMPLE]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, outline_between, shortest_turn
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.outcomes import PAIRS
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
@@ -71,7 +71,7 @@ class Rate(NamedTuple):
     y: float
 
 
-@kernel
+@shared
 def measure_pair(
     states: Floats,
     samples: int,

@@ -36,6 +36,7 @@ class Shared:
         self.py_func = function
         self.dispatcher = dispatcher
         self.returns = _type_of_annotation(get_type_hints(function)["return"])
+        self.is_always_needed = not deferred
         self._needed = not deferred
         self._cells: dict[tuple[Any, ...], c_void_p] = {}
         lower_builtin(self, types.VarArg(types.Any))(partial(_call_through_cell, self))

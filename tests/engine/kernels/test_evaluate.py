@@ -10,8 +10,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from engine.kernels.evaluate import run_segment
+from engine.kernels.evaluate import geometry_kernels, run_segment
 from engine.kernels.geometry import Box, View, box_distance
+from engine.kernels.jit import need
 from engine.kernels.sight import OUTSIDE, SEEN
 from engine.maps import RoadSpec
 from engine.opcodes import Op
@@ -41,6 +42,7 @@ def calculate(network):
         registers = np.zeros(REGISTERS)
         registers[: len(values)] = values
         code = np.array([[op, 12, a, b, c, 0], [Op.END, 0, 0, 0, 0, 0]], dtype=np.int32)
+        need(*geometry_kernels(code))
         run_segment(code, 0, 2, registers, pool, road)
         return registers[12:]
 

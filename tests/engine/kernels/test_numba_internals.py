@@ -1,16 +1,23 @@
 """Functions that are parts of kernels, and yet can be called from Python; code that kernels share."""
 
+import importlib
+import inspect
+import itertools
+import pkgutil
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numba
 import numpy as np
 import pytest
 
-from engine.kernels import numba_internals
-from engine.kernels.jit import inlined, is_known, kernel, shared
+import engine.kernels
+from engine import host
+from engine.kernels import evaluate, numba_internals, senses
+from engine.kernels.jit import deferred, inlined, is_known, kernel, need, shared
 from engine.kernels.numba_internals import Compiled
-from engine.tables import Floats
+from engine.kernels.shared import Shared
+from engine.tables import Floats, Ints
 
 
 @inlined
@@ -46,6 +53,42 @@ def sixfold(x: float) -> float:
     return tripled(doubled(x))
 
 
+class Parts(NamedTuple):
+    whole: float
+    half: float
+
+
+@deferred()
+def parted(x: float, count: int, at_all: bool) -> Parts:
+    return Parts(x, 0.5 * x * count if at_all else 0.0)
+
+
+@kernel
+def half_of(x: float, rows: Ints) -> float:
+    """Calls with a literal, and with an element of a narrow array: one compilation serves both."""
+    return parted(x, 1, True).half + parted(x, rows[0], x > 0.0).half
+
+
+@deferred()
+def needed_later(x: float) -> float:
+    return 2.0 * x
+
+
+@kernel
+def asks_later(x: float) -> float:
+    return needed_later(x) if x > 0.0 else 0.0
+
+
+@deferred()
+def never_needed(x: float) -> float:
+    return x
+
+
+@kernel
+def asks_for_it(x: float) -> float:
+    return never_needed(x) if x > 0.0 else 0.0
+
+
 def test_inlined_functions_work_in_one_another_in_kernels_and_from_python() -> None:
     """Under the kernels' rules: x / 0 is infinite."""
     values = np.array([1.0, 2.0, 6.0])
@@ -78,6 +121,43 @@ def test_shared_code_is_made_once_and_callers_get_none_of_it() -> None:
     assert "tripled" not in {function.name for function in made.library._final_module.functions}
 
 
+def test_a_deferred_function_is_compiled_once_and_only_for_whom_it_is_needed() -> None:
+    """A program that does not need it runs without it; a call without need is an error and no wrong number."""
+    if not isinstance(half_of, Compiled):
+        pytest.skip("runs without the compiler, or by numba's public parts alone")
+    assert asks_for_it(-1.0) == 0.0
+    with pytest.raises(RuntimeError, match="never_needed"):
+        asks_for_it(1.0)
+    assert not cast("Any", never_needed).dispatcher.overloads
+    need(parted)
+    assert half_of(8.0, np.array([3], dtype=np.int32)) == 4.0 + 12.0
+    assert len(cast("Any", parted).dispatcher.overloads) == 1
+    assert parted(8.0, 1, True) == Parts(8.0, 4.0)
+
+
+def test_need_may_come_after_a_caller_is_loaded() -> None:
+    """A later program may be the first to need a function."""
+    if not isinstance(asks_later, Compiled):
+        pytest.skip("runs without the compiler, or by numba's public parts alone")
+    assert asks_later(-1.0) == 0.0
+    need(needed_later)
+    assert asks_later(2.0) == 4.0
+
+
+def test_every_deferred_kernel_is_needed_by_some_program() -> None:
+    """The tables and the rule of `engine.host` name them all: a kernel that is not named could never be called."""
+    named = {*evaluate.DEFERRED.values(), *itertools.chain(*senses.DEFERRED.values())}
+    rule = set(inspect.getclosurevars(host._needed_kernels).globals)  # pyright: ignore[reportPrivateUsage]
+    kernels = {
+        function
+        for module in pkgutil.iter_modules(engine.kernels.__path__, "engine.kernels.")
+        for function in vars(importlib.import_module(module.name)).values()
+        if isinstance(function, Shared) and not function.is_always_needed
+    }
+    assert kernels
+    assert {each.name for each in kernels - named} <= rule
+
+
 def test_numba_has_the_parts_that_are_used() -> None:
     """What `numba_internals` overrides or sets; where one is gone or renamed, its place is taken by what is public."""
     if not is_known(numba.__version__):
@@ -105,7 +185,7 @@ def test_unknown_versions_are_not_taken_for_known_ones() -> None:
 
 
 def test_private_parts_are_touched_in_few_files() -> None:
-    """All else imports `numba` itself; `compiling` its events, which numba documents, `handle_types` what extends it."""
+    """All else imports `numba` itself; `compiling` its events, which numba documents."""
     product = Path(numba_internals.__file__).parents[2]
     sources = [path for folder in ("engine", "cortex_dsl") for path in (product / folder).rglob("*.py")]
     inside = {path.stem for path in sources if "numba.core" in path.read_text(encoding="utf-8")}
