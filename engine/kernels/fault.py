@@ -11,7 +11,7 @@ import math
 
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import outline_at
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import inlined, kernel, shared
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.pair import PairMetrics
 from engine.kernels.path import chain_pose, chain_project
@@ -30,7 +30,7 @@ EGO, FROM_BEHIND, WHILE_STANDING = map(int, Fault)
 REAR = int(Side.REAR)
 
 
-@kernel
+@shared
 def fault_of(
     states: Floats,
     last: int,

@@ -115,7 +115,8 @@ def _type_of_annotation(annotation: Any) -> types.Type:
     plain = {type(None): types.none, bool: types.boolean, int: types.int64, float: types.float64}
     if annotation in plain:
         return plain[annotation]
-    fields = tuple(_type_of_annotation(each) for each in get_type_hints(annotation).values())
+    hints = get_type_hints(annotation)
+    fields = tuple(_type_of_annotation(hints.get(name, float)) for name in annotation._fields)
     return cast("types.Type", types.BaseTuple.from_types(fields, annotation))
 
 
