@@ -21,7 +21,7 @@ from engine.tables import Floats, Ints
 @handle
 class Settings(NamedTuple):
     factor: float
-    count: int
+    offset: int
 
 
 @handle
@@ -44,7 +44,7 @@ def weighted_sum(tables: Tables) -> float:
     for row in range(tables.values.shape[0]):
         for column in range(tables.values.shape[1]):
             total += tables.values[row, column] * tables.indices[column]
-    return tables.settings.factor * total + tables.settings.count
+    return tables.settings.factor * total + tables.settings.offset
 
 
 @kernel
