@@ -296,7 +296,7 @@ class _Files:
         """Write the file completely or not at all, even if another process writes the same, or this one is killed."""
         payload = dumps((self._stamp, key, code))
         path = self._path(key)
-        unborn = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}")
+        unborn = path.with_name(f"{path.name}.{os.getpid()}.{uuid.uuid4().hex[:12]}")
         try:
             unborn.write_bytes(hashlib.sha256(payload).digest() + payload)
             unborn.replace(path)
