@@ -29,13 +29,19 @@ help:
 	@echo "make format    let ruff lay the code out"
 	@echo "make coverage  run the tests, and say which lines none of them reaches"
 	@echo "make docs      build the site from docs/ into build/site"
-	@echo "make wheel     build wheel and source distribution into dist"
+	@echo "make wheel     build a wheel with compiled kernels, and a source distribution, into dist"
 	@echo "make bench     measure how fast it is"
 	@echo "make validate  set up the checkers of other tools, once, and hold exports against them"
 	@echo "make clean     remove everything that was set up"
 
-demo: install
-	$(VENV)/bin/cortexc $(SCENE) --ga $(ARGS)
+# Each step says what it does, shows its progress, and ends with the seconds that it took.
+demo:
+	@echo "1/3 environment: a virtual environment in $(VENV), with the packages of pyproject.toml (once)"
+	@start=$$(date +%s); $(MAKE) -s install && echo "    environment: $$(($$(date +%s) - start)) s"
+	@echo "2/3 kernels: compile sampler and simulator to machine code (once for each version)"
+	@start=$$(date +%s); $(PYTHON) -m wheels.prepare $(SCENE) && echo "    kernels: $$(($$(date +%s) - start)) s"
+	@echo "3/3 search: cortexc $(SCENE) --ga $(ARGS)"
+	@$(VENV)/bin/cortexc $(SCENE) --ga $(ARGS)
 
 test: dev
 	$(PYTEST) $(ARGS)
@@ -69,7 +75,8 @@ docs: $(VENV)/.installed-docs
 
 wheel: dev
 	rm -rf dist
-	$(PYTHON) -m hatchling build
+	$(PYTHON) -m wheels.compile_kernels build/kernels
+	CORTEXC_WHEEL_KERNELS=build/kernels $(PYTHON) -m hatchling build
 
 bench: install
 	$(PYTHON) -m benchmarks.speed $(ARGS)
@@ -83,11 +90,11 @@ dev: $(VENV)/.installed-dev $(VENV)/.installed-schemas
 
 # The stamps make a second run immediate; a change of pyproject.toml installs again.
 $(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable .
+	$(PYTHON) -m pip install --disable-pip-version-check --editable .
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/pip
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	$(PYTHON) -m pip install --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-docs: pyproject.toml | $(VENV)/bin/pip

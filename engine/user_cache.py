@@ -37,6 +37,12 @@ def is_writable(folder: Path) -> bool:
     return True
 
 
+def is_ours(folder: Path) -> bool:
+    """Return True if no other user made or may write this folder: compiled kernels in it are code that will be run."""
+    status = folder.lstat()
+    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
+
+
 def fingerprint(paths: Iterable[Path]) -> str:
     """A digest of the contents of these files and those of these folders: other code may be as long, and as old."""
     from hashlib import sha256

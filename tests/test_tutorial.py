@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.console.simulating import COMPILING
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.pipeline import compile_source
+from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.formatting import format_source
 
@@ -99,5 +99,5 @@ def check(
     shown = [line for line in shown if not line.startswith(PROMPT)]
     monkeypatch.setattr("sys.stderr", sys.stdout)
     main(arguments)
-    printed = capsys.readouterr().out.replace(f"{COMPILING}\n", "")
+    printed = COMPILED.sub("", capsys.readouterr().out)
     assert pattern(shown).fullmatch(printed), f"line {line}: {command}\n{printed}"

@@ -17,6 +17,7 @@ from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import (
     announce_compilation,
+    compile_kernels,
     draw,
     failure_of,
     open_scenario,
@@ -53,7 +54,7 @@ def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> in
     if isinstance(compiled, Exit):
         return compiled
     scenario = open_scenario(request, run, compiled)
-    announce_compilation(terminal)
+    compile_kernels(scenario, terminal, blamed=False)
     _announce_crowd(scenario, terminal)
     return perform_run(request, run, scenario, terminal)
 

@@ -22,6 +22,7 @@ from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.story import Moment, aftermath, end_of
 from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.kernel_progress import COMPILING, KernelProgress
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
@@ -102,11 +103,8 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
-COMPILING = "compiling kernels (once, about a minute) …"
-
-
 def announce_compilation(terminal: Terminal) -> bool:
-    """The first command after an installation or update compiles kernels; say so before it seems to hang."""
+    """Say that the first command after an installation or update compiles kernels, before it seems to hang."""
     from engine.kernels.jit import kernels_are_cached
 
     if kernels_are_cached():
@@ -115,17 +113,21 @@ def announce_compilation(terminal: Terminal) -> bool:
     return True
 
 
-def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
-    """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
-    from engine.avoidability import blame
-    from engine.host import coasting
+def compile_kernels(scenario: Scenario, terminal: Terminal, blamed: bool = True) -> None:
+    """Compile now what a run or search will need, so that pace and remaining time are shown without that.
 
+    `blamed`: whether collisions are examined for who could have avoided them.
+    """
     if announce_compilation(terminal):
-        config = replace(scenario.config, driver=None)
-        scenario = replace(scenario, config=config)
-        scenes = coasting(scenario.program, scenario.sample())
-        scenario.simulate(scenes, config.search.engine)
-        blame(scenario.program, scenes, config.simulation, config.contact)
+        from engine.compiling_apart import Needed, compile_apart
+        from engine.kernels.jit import cache_folder
+
+        needed = Needed(scenario.program, replace(scenario.config, driver=None), blamed)
+        with KernelProgress(terminal.err, cache_folder()) as progress:
+            compile_apart(needed, cache_folder(), progress.tell)
+        if not progress.kernels:
+            where = "compiled kernels could not be stored in {}: each start compiles them again, which takes long"
+            terminal.err.print(where.format(cache_folder()), style="warn", soft_wrap=True)
 
 
 # -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------

@@ -109,7 +109,7 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
 
 
-# -- kernels, compiled while the user types, since the very first time takes about a minute ---------------------------
+# -- kernels, compiled while the user types ---------------------------------------------------------------------------
 
 TINY = """map intersection(ways=4)
 param V = Range(1, 9) m/s
@@ -148,7 +148,7 @@ class Kernels:
 
     def wait(self, terminal: "Terminal") -> None:
         """Wait until they are compiled; Ctrl-C ends the waiting, not the work."""
-        from cortex_dsl.console.simulating import COMPILING
+        from cortex_dsl.report.terminal.kernel_progress import COMPILING
 
         self.listen(terminal)
         if self.thread is None:
@@ -164,7 +164,7 @@ class Kernels:
         """Until the command is over, say so once when it has to wait for a kernel that is in no cache."""
         if self.listening:
             return
-        from cortex_dsl.console.simulating import COMPILING
+        from cortex_dsl.report.terminal.kernel_progress import COMPILING
         from engine.compiling import before_compiling
 
         def tell() -> None:

@@ -23,6 +23,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
@@ -30,9 +31,10 @@ from typing import Any, TypeVar, cast
 
 import llvmlite  # pyright: ignore[reportMissingTypeStubs]  # only its version is asked for
 import numba
-import numpy as np
 
-from engine.user_cache import cache_roots, is_writable, remove_old
+from engine.kernels.cache_key import KERNELS, syntax_digest, text_digest
+from engine.kernels.packaged import FOLDER, PackagedKernels, packaged_kernels
+from engine.user_cache import cache_roots, is_ours, is_writable, remove_old
 
 if not cast("Any", numba).config.DISABLE_JIT:
     from engine.kernels import handle_types
@@ -43,9 +45,6 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": Fa
 NJIT: Any = numba.njit
 KNOWN = ("0.68",)
 """Versions of numba that `numba_internals` was tried with."""
-KERNELS = Path(__file__).parent
-BESIDE = ("handles.py", "named_results.py", "opcodes.py", "outcomes.py", "result_row.py", "tables.py", "vocabulary.py")
-"""What kernels read beside one another: names, columns and enum values are constants of the machine code."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -124,7 +123,7 @@ def _finished(function: Function, options: dict[str, Any] | None = None) -> Func
     if is_known(numba.__version__):
         from engine.kernels.numba_internals import cache_by_content
 
-        cache_by_content(dispatcher, function, cache_folder(), KERNELS)
+        cache_by_content(dispatcher, function, cache_folder(), KERNELS, packaged())
     else:
         _cache_by_place(dispatcher)
     return cast("Function", dispatcher)
@@ -134,48 +133,62 @@ def _finished(function: Function, options: dict[str, Any] | None = None) -> Func
 
 
 def kernels_are_cached() -> bool:
-    """Whether an earlier process compiled kernels of exactly this version: if not, the first calls take seconds."""
-    return any(cache_folder().glob("*/*.nbc"))
+    """Return True if kernels of exactly this version are compiled: if not, the first calls take long."""
+    return packaged() is not None or any(cache_folder().rglob("*.nbc"))
+
+
+@cache
+def packaged() -> PackagedKernels | None:
+    """Return the kernels that came with the installation, if they are those of this version and run on this machine."""
+    return packaged_kernels(content_key()) if is_known(numba.__version__) else None
 
 
 @cache
 def cache_folder() -> Path:
-    """The folder for compiled kernels of this version: existing, writable, ours."""
+    """Return the folder for compiled kernels of this version: existing, writable, ours."""
     name = f"numba-{content_key()}"
-    for root in (*cache_roots(), _temporary_root()):
+    for root in _roots():
         folder = root / name
-        if is_writable(folder) and (root != _temporary_root() or _is_ours(root)):
+        if is_writable(folder) and is_ours(folder) and (root != _temporary_root() or is_ours(root)):
             remove_old(root, "numba-*", folder)
+            with suppress(OSError):
+                (folder / f"{text_digest()}-{source_hash()}.sources").touch()
             return folder
     return Path(tempfile.mkdtemp(prefix="cortexc-")) / name
 
 
 @cache
 def content_key() -> str:
-    """Hash of all that machine code depends on, but for the processor: numba adds its name and features to each key."""
-    versions = numba.__version__, llvmlite.__version__, np.__version__, str(sys.implementation.cache_tag), sys.version
+    """Return the hash of all that machine code depends on, but for the processor: numba adds it to each key."""
+    versions = numba.__version__, llvmlite.__version__, str(sys.implementation.cache_tag)
     return hashlib.sha256("\0".join([source_hash(), *versions]).encode()).hexdigest()[:16]
 
 
 @cache
 def source_hash() -> str:
-    """Hash of all sources that a compiled kernel may depend on."""
-    digest = hashlib.sha256()
-    for path in (*sorted(KERNELS.glob("*.py")), *(KERNELS.parent / name for name in BESIDE)):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    """Return the hash of all sources that a compiled kernel may depend on: of their syntax trees, without docstrings.
+
+    An empty file beside the kernels says in its name which text has which hash, so that few starts parse the sources.
+    """
+    text = text_digest()
+    folders = (FOLDER, *(folder for root in _roots() for folder in _kernel_folders(root)))
+    known = (marker.stem.partition("-")[2] for folder in folders for marker in folder.glob(f"{text}-*.sources"))
+    return next(known, None) or syntax_digest()
+
+
+def _roots() -> tuple[Path, ...]:
+    return (*cache_roots(), _temporary_root())
+
+
+def _kernel_folders(root: Path) -> list[Path]:
+    with suppress(OSError):
+        return [folder for folder in root.glob("numba-*") if is_ours(folder)]
+    return []
 
 
 def _temporary_root() -> Path:
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     return Path(tempfile.gettempdir()) / f"cortexc-{user}"
-
-
-def _is_ours(folder: Path) -> bool:
-    """Whether no other user made or may write this folder: compiled kernels in it are code that will be run."""
-    status = folder.lstat()
-    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
 
 
 def _cache_by_place(dispatcher: Any) -> None:

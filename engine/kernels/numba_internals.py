@@ -34,6 +34,7 @@ from numba.core.compiler import Compiler
 from numba.core.serialize import dumps
 from numba.extending import typeof_impl
 
+from engine.kernels.packaged import PackagedKernels
 from engine.kernels.shared import all_uses
 
 # -- inlined functions -------------------------------------------------------------------------------------------------
@@ -123,18 +124,33 @@ class _Reduced(CompileResultCacheImpl):
         return super().rebuild(target_context, reduced)
 
 
-def cache_by_content(dispatcher: Any, function: Callable[..., Any], folder: Path, sources: Path) -> None:
-    """Keep what is compiled of a function in a folder whose name says which `sources` it comes from."""
+def cache_by_content(
+    dispatcher: Any,
+    function: Callable[..., Any],
+    folder: Path,
+    sources: Path,
+    packaged: PackagedKernels | None = None,
+) -> None:
+    """Keep what is compiled of a function in a folder whose name says which `sources` it comes from.
+
+    What is in the folder of the package is not compiled.
+    """
     if Path(function.__code__.co_filename).is_file():
-        dispatcher._cache = _cache_class(folder, sources)(function)
+        dispatcher._cache = _cache_class(folder, sources, packaged)(function)
 
 
 @cache
-def _cache_class(folder: Path, sources: Path) -> type[Any]:
+def _cache_class(folder: Path, sources: Path, packaged: PackagedKernels | None) -> type[Any]:
     class Implementation(_Reduced):
         _locator_classes = [_locator_class(folder, sources)]  # noqa: RUF012 (numba's own attribute)
 
-    return type("KernelCache", (_KernelCache,), {"_impl_class": Implementation})
+        def get_filename_base(self, fullname: str, abiflags: str) -> str:
+            """Return the beginning of the names of a function's files: with its line where other code is cached."""
+            if cast("Any", self).locator.kernel is None:
+                return str(super().get_filename_base(fullname, abiflags))
+            return fullname.replace("<", "").replace(">", "")
+
+    return type("KernelCache", (_KernelCache,), {"_impl_class": Implementation, "packaged": packaged})
 
 
 def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator]:
@@ -143,11 +159,11 @@ def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator
 
         def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
             source = Path(py_file)
-            ours = source.parent == sources
+            self.kernel = source.relative_to(sources).with_suffix("") if source.is_relative_to(sources) else None
             self._py_file = py_file
             self._lineno = py_func.__code__.co_firstlineno
-            self._cache_path = str(folder / (source.stem if ours else self.get_suitable_cache_subpath(py_file)))
-            self._stamp = b"" if ours else hashlib.sha256(source.read_bytes()).digest()
+            self._cache_path = str(folder / (self.kernel or self.get_suitable_cache_subpath(py_file)))
+            self._stamp = b"" if self.kernel else hashlib.sha256(source.read_bytes()).digest()
 
         @classmethod
         def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "Locator":
@@ -163,19 +179,40 @@ def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator
 class _KernelCache(FunctionCache):
     """numba's cache, for which a full disk, a vanished folder or a broken file is a miss and not an error."""
 
+    packaged: PackagedKernels | None = None
+
     def __init__(self, py_func: Callable[..., Any]) -> None:
         super().__init__(py_func)
         implementation = cast("Any", self)._impl
-        stamp = implementation.locator.get_source_stamp()
-        self._cache_file = _Files(Path(self.cache_path), implementation.filename_base, stamp)
+        locator, name = implementation.locator, implementation.filename_base
+        self._kernel: Path | None = locator.kernel
+        self._function = f"{self._kernel}.{name}"
+        self._cache_file = _Files(Path(self.cache_path), name, locator.get_source_stamp())
+        if self.packaged and self._kernel:
+            self._packaged_file = _Files(self.packaged.folder / self._kernel, name, b"")
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        # What an entry of another kind raises is nearly any exception; it costs one compilation, never a wrong kernel.
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception as error:
-            _log(f"kernel cache not read: {error!r}")
-            return None
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Return a key without the bytes of a kernel's code, which vary with docstrings: the folder stands for it."""
+        signature, target, (code, closure) = super()._index_key(sig, codegen)
+        return signature, target, (self._function if self._kernel else code, closure)
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled code of the package, else that of the user's cache, else None."""
+        signature, target, contents = self._index_key(sig, target_context.codegen())
+        places = [(self._cache_file, target)]
+        if self.packaged and self._kernel:
+            places.insert(0, (self._packaged_file, tuple(self.packaged.target)))
+        for files, compiled_for in places:
+            # An entry of another kind raises nearly any exception; it costs a compilation, never a wrong kernel.
+            try:
+                code = files.load((signature, compiled_for, contents))
+                compiled = None if code is None else cast("Any", self)._impl.rebuild(target_context, code)
+            except Exception as error:
+                _log(f"kernel cache not read: {error!r}")
+                continue
+            if compiled is not None:
+                return compiled
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
@@ -201,18 +238,18 @@ class _Files:
         if hashlib.sha256(payload).digest() != digest:
             _log(f"kernel cache: {path} is damaged")
             return None
-        stamp, kept, code = pickle.loads(payload)  # noqa: S301 - our own folder; `jit._is_ours` sees to it
+        stamp, kept, code = pickle.loads(payload)  # noqa: S301 - our own folder; `user_cache.is_ours` sees to it
         return code if (stamp, kept) == (self._stamp, key) else None
 
     def save(self, key: Any, code: Any) -> None:
         """Write the file completely or not at all, even if another process writes the same, or this one is killed."""
         payload = dumps((self._stamp, key, code))
         path = self._path(key)
-        unborn = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}")
+        unborn = path.with_name(f"{path.name}.{os.getpid()}.{uuid.uuid4().hex[:12]}")
         try:
             unborn.write_bytes(hashlib.sha256(payload).digest() + payload)
             unborn.replace(path)
-        except OSError:
+        except BaseException:  # Ctrl-C too leaves no part of a file
             with suppress(OSError):
                 unborn.unlink()
             raise

@@ -19,7 +19,7 @@ import pyarrow.parquet
 
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
-from cortex_dsl.console.simulating import COMPILING
+from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from cortex_dsl.semantics.model import limits
 from engine.search.searchers import SEARCHERS
 
@@ -55,7 +55,7 @@ def command(*words: str, at: Path = ROOT) -> str:
     out, err = io.StringIO(), io.StringIO()
     with _standing(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main([*words])
-    said = err.getvalue().replace(f"{COMPILING}\n", "")  # said by whoever comes first, or after the cache was tidied
+    said = COMPILED.sub("", err.getvalue())  # said by whoever comes first, or after the cache was tidied
     return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{said}")
 
 

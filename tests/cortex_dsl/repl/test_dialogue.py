@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.console.simulating import COMPILING
+from cortex_dsl.report.terminal.kernel_progress import COMPILED
 
 from .conftest import LEFT_TURN, Talk
 
@@ -34,7 +34,7 @@ def dialogue(talk: Talk, chunks: list[str]) -> str:
         said = talk(chunk)
         parts += [PROMPT + chunk.replace("\n", "\n" + MORE), *(said.out + said.err).splitlines()]
     whole = "\n".join(line.rstrip() for line in parts) + "\n"
-    return PACE.sub("…", whole).replace(f"{COMPILING}\n", "")
+    return COMPILED.sub("", PACE.sub("…", whole))
 
 
 @pytest.mark.parametrize("name", ["cockpit", "plots"])

@@ -3,9 +3,9 @@
 import pytest
 from numba import njit
 
-from cortex_dsl.console.simulating import COMPILING
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl.state import Kernels
+from cortex_dsl.report.terminal.kernel_progress import COMPILING
 
 
 def test_a_compilation_is_told_once_a_command(capsys: pytest.CaptureFixture[str]) -> None:

@@ -109,9 +109,11 @@ class Installation:
             "user_cache.py",
             "kernels/__init__.py",
             "handles.py",
+            "kernels/cache_key.py",
             "kernels/handle_types.py",
             "kernels/jit.py",
             "kernels/numba_internals.py",
+            "kernels/packaged.py",
             "kernels/shared.py",
         )
         for name in names:
@@ -173,6 +175,17 @@ def test_second_process_finds_what_the_first_compiled_until_a_callee_changes(ins
     assert installation.run()[:3] == (False, 6.0, 0)
     assert installation.run()[:3] == (True, 6.0, 1)
     installation.write_inner(2)
+    assert installation.run()[:3] == (False, 9.0, 0)
+
+
+def test_an_edit_of_words_compiles_nothing(installation: Installation) -> None:
+    """Comments, docstrings, layout and lines are no part of a key; a number in the same line is."""
+    ours = installation.run()[3]
+    outer, inner = (installation.package / "kernels" / f"{name}.py" for name in ("outer", "inner"))
+    inner.write_text("# first\n\n" + inner.read_text().replace("def inner(x):", 'def inner(x):\n    """Second."""'))
+    outer.write_text('"""Third."""\n' + outer.read_text().replace("inner(x) *", "(inner(x)  # fourth\n    ) *"))
+    assert installation.run() == (True, 6.0, 1, ours)
+    inner.write_text(inner.read_text().replace("x + 1", "x + 2"))
     assert installation.run()[:3] == (False, 9.0, 0)
 
 

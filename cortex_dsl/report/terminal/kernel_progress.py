@@ -1,0 +1,53 @@
+"""Progress of compiling kernels: a line that is redrawn on a terminal, a line for each kernel elsewhere."""
+
+import re
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from rich.console import Console, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from engine.compiling_apart import count_kernels
+
+COMPILING = "compiling kernels, once for each version …"
+COMPILED = re.compile(rf"(?:{re.escape(COMPILING)}|kernels: \d+ of \d+, \d+ s)\n")
+"""All that is written without a terminal while kernels are compiled."""
+USUAL = 13
+"""Kernels that examples/left_turn.scn needs; a test counts them."""
+
+
+@dataclass
+class KernelProgress:
+    """Shows how many kernels are compiled, and for how long."""
+
+    console: Console
+    folder: Path
+    kernels: int = 0
+    started: float = field(default_factory=time.monotonic)
+    _live: Live | None = None
+
+    def __enter__(self) -> "KernelProgress":
+        if self.console.is_terminal:
+            self._live = Live(console=self.console, transient=True, refresh_per_second=2, get_renderable=self._line)
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+        self.tell()
+
+    def tell(self) -> None:
+        """Count what is in the cache by now."""
+        before, self.kernels = self.kernels, count_kernels(self.folder)
+        if self._live is None and self.kernels != before:
+            self.console.print(self._line())
+
+    def _line(self) -> RenderableType:
+        seconds = time.monotonic() - self.started
+        return Text(f"kernels: {self.kernels} of {max(self.kernels, USUAL)}, {seconds:.0f} s", "quiet")

@@ -1,0 +1,1 @@
+"""How a wheel gets its compiled kernels: `make wheel`. No part of the product."""

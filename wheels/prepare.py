@@ -1,0 +1,13 @@
+"""Compile the kernels that a search of a scenario needs: `python -m wheels.prepare FILE.scn`, a step of `make demo`."""
+
+import sys
+
+from cortex_dsl.api.loading import load
+from cortex_dsl.console.simulating import compile_kernels
+from cortex_dsl.console.terminal import Terminal
+
+if __name__ == "__main__":
+    try:
+        compile_kernels(load(sys.argv[1]), Terminal())
+    except KeyboardInterrupt:
+        sys.exit(130)
