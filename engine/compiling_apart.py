@@ -44,11 +44,11 @@ class Needed:
         return self.config.search.engine == "batch" and not self.program.settings.fair
 
     def sample(self) -> None:
-        """Call all kernels that draw genomes and scenes."""
-        from engine.sampling import draw_genomes, sample
+        """Call all kernels that draw scenes for genomes."""
+        from engine.sampling import sample
 
         keys = key_rows(0, Method.SAMPLE, 0, 0, range(1))
-        sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation)
+        sample(self.program, np.array([self.program.space.low]), keys, self.config.simulation)
 
     def simulate(self) -> None:
         """Call all kernels that run scenes, with one that is not valid."""

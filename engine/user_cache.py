@@ -11,6 +11,8 @@ KEPT = 8
 """How many entries of other versions stay: several checkouts may share one user's cache."""
 IN_USE = 600.0
 """An entry used more recently than this is never removed [s]: another process may be writing it."""
+ROOM = 65536
+"""Bytes that must fit into a folder: on a full disk an empty file can still be made."""
 
 
 def cache_roots() -> Iterator[Path]:
@@ -29,8 +31,8 @@ def is_writable(folder: Path) -> bool:
 
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(ROOM))
         os.utime(folder)
     except OSError:
         return False

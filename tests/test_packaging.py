@@ -1,5 +1,6 @@
 """What ships: the wheel, what it holds, and that it, an editable install and a bare clone all find what they read."""
 
+import json
 import os
 import re
 import subprocess
@@ -13,6 +14,8 @@ import pytest
 
 from cortex_dsl.shipped import FOLDERS
 from cortex_dsl.version import VERSION
+from engine.kernels import packaged
+from engine.kernels.packaged import TARGET_FILE, Target
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = {"cortex_dsl", "engine"}
@@ -24,10 +27,12 @@ def test_version_is_stated_once() -> None:
     assert project["version"] == VERSION
 
 
-def build(kind: str, folder: Path) -> Path:
+def build(kind: str, folder: Path, **environment: str) -> Path:
     """A wheel, or a wheel that stands for an editable install."""
     command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, text=True, timeout=300, check=False
+    )
     assert done.returncode == 0, done.stderr
     return next(folder.glob("*.whl"))
 
@@ -60,6 +65,79 @@ def test_wheel_installs_the_command(wheel: zipfile.ZipFile) -> None:
     entry_points = next(name for name in wheel.namelist() if name.endswith("entry_points.txt"))
     assert "cortexc = cortex_dsl.__main__:process" in wheel.read(entry_points).decode()
     assert any(re.search(r"\.dist-info/licenses/LICENSE$", name) for name in wheel.namelist())
+
+
+# -- kernels in a wheel ------------------------------------------------------------------------------------------------
+
+DRAWING = """
+import numpy as np
+from engine.compiling import before_compiling
+from engine.streams import key_rows
+from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform
+out, compiled = np.zeros((3, 4)), []
+with before_compiling(lambda: compiled.append(1)):
+    fill_uniform(key_rows(1, 2, 0, 0, range(3)), 0, GENE_CHANNEL, out)
+print(len(compiled), out.sum().hex())
+"""
+"""Calls one small kernel: the wheel of a test carries no other. `make wheel` has many, by `wheels.jobs`."""
+
+
+@pytest.fixture(scope="module")
+def carrying(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel with a compiled kernel."""
+    folder = tmp_path_factory.mktemp("carrying")
+    command = [sys.executable, "-m", "wheels.compile_kernels", str(folder / "kernels"), "-c", DRAWING]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return build("wheel", folder, CORTEXC_WHEEL_KERNELS=str(folder / "kernels"))
+
+
+def drawn(site: Path, home: Path) -> tuple[int, str]:
+    """How often numba compiled, and the numbers, in a process with an empty home that knows the unpacked wheel."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("CORTEXC_", "NUMBA_", "XDG_"))}
+    environment = {**kept, "PYTHONPATH": os.pathsep.join([str(site), sysconfig.get_path("purelib")]), "HOME": str(home)}
+    command = [sys.executable, "-S", "-c", DRAWING]
+    done = subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    compiled, numbers = done.stdout.split()
+    return int(compiled), numbers
+
+
+def test_kernels_of_a_wheel_are_not_compiled(carrying: Path, tmp_path: Path) -> None:
+    """With another key they are, as without a wheel, and give the same numbers."""
+    site, home = tmp_path / "site", tmp_path / "home"
+    home.mkdir()
+    with zipfile.ZipFile(carrying) as archive:
+        archive.extractall(site)
+    if not packaged_here(site):
+        pytest.skip("this processor is older than the target of a wheel")
+    compiled, numbers = drawn(site, home)
+    assert compiled == 0
+    with (site / "engine" / "opcodes.py").open("a") as file:
+        file.write("FURTHER = 1\n")
+    again, same = drawn(site, home)
+    assert again > 0
+    assert same == numbers
+    assert drawn(site, home) == (0, numbers)
+
+
+def packaged_here(site: Path) -> bool:
+    """Whether this processor has the features of the target that the wheel describes."""
+    described = json.loads((site / "engine" / "kernels" / "compiled" / TARGET_FILE).read_text())
+    return packaged._suits(Target(described["triple"], described["processor"], described["features"]))
+
+
+def test_a_wheel_with_kernels_is_for_its_python_and_platform_alone(carrying: Path, wheel: zipfile.ZipFile) -> None:
+    """And one without is for all."""
+    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    name, *tags = carrying.stem.split("-")
+    assert name == "cortexc"
+    assert tags[1:3] == [python, python]
+    assert tags[3] != "any"
+    assert Path(str(wheel.filename)).stem.endswith("py3-none-any")
+    with zipfile.ZipFile(carrying) as archive:
+        metadata = next(each for each in archive.namelist() if each.endswith("dist-info/WHEEL"))
+        assert "Root-Is-Purelib: false" in archive.read(metadata).decode()
 
 
 # -- one loader in three places ---------------------------------------------------------------------------------------

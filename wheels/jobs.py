@@ -23,7 +23,7 @@ ego = new Car on road, with speed V
 other = new Car ahead of ego by GAP, with speed 1 m/s
 require ego can see other
 expect always (distance from ego to other) > 2 m
-maximize ego.speed
+maximize largest(ego.speed)
 terminate after 2 s
 """
 """Fair starts, sight, a formula and an objective."""
@@ -55,9 +55,9 @@ JOBS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("export", "first", "--to", "xosc", "--mode", "maneuver", "--check", "--out", "maneuver"),
     ),
     "recordings": (
-        ("measure", "exports/case_1.csv", "--to", "scn", "--out", "recorded"),
-        ("measure", "exports/case_1.csv", "--all"),
-        ("recorded/case_1.scn", "--ga", *SMALL, "--out", "replayed"),
+        ("measure", "exports/first-case01.csv", "--to", "scn", "--out", "recorded"),
+        ("measure", "exports/first-case01.csv", "--all"),
+        ("recorded/first-case01.scn", "--ga", *SMALL, "--out", "replayed"),
     ),
     "drivers": (
         ("crossing.scn", "--ego", "python:planner:drive", "--ga", *SMALL, "--out", "mine"),

@@ -1,11 +1,13 @@
 """The folder for what can be made again."""
 
 import os
+import signal
+import time
 from pathlib import Path
 
 import pytest
 
-from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file, fingerprint
+from engine.user_cache import ENVIRONMENT_VARIABLE, KEPT, cache_roots, cached_file, fingerprint, is_ours, is_writable
 
 
 @pytest.fixture
@@ -29,6 +31,47 @@ def test_what_cannot_be_written_is_passed_over(root: Path, tmp_path: Path, monke
     monkeypatch.setenv("XDG_CACHE_HOME", str(root / "below"))
     monkeypatch.setenv("HOME", str(root / "home"))
     assert cached_file("a", "*") is None
+
+
+def test_a_full_folder_is_passed_over(root: Path) -> None:
+    """Files can be made in it, but hold nothing: a limit on the size of files stands for a full disk."""
+    resource = pytest.importorskip("resource")
+    limits, before = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        assert is_writable(root)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        assert not is_writable(root)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)
+    assert is_writable(root)
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o720, 0o702])
+def test_a_folder_that_others_may_write_is_not_ours(root: Path, mode: int) -> None:
+    """What lies in it could be anybody's code."""
+    root.mkdir(mode=0o700)
+    assert is_ours(root)
+    root.chmod(mode)
+    assert not is_ours(root)
+
+
+def test_a_folder_of_another_user_is_not_ours(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even if it may be written."""
+    root.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "getuid", lambda: root.stat().st_uid + 1)
+    assert not is_ours(root)
+
+
+def test_a_clock_that_runs_backwards_removes_nothing_in_use(root: Path) -> None:
+    """Entries from the future are the most recent ones."""
+    root.mkdir()
+    ahead = time.time() + 1e6
+    for number in range(KEPT + 4):
+        (root / f"grammar-{number:02}.lark").write_text("")
+        os.utime(root / f"grammar-{number:02}.lark", (ahead, ahead))
+    cached_file("grammar-new.lark", "grammar-*.lark")
+    assert len(list(root.glob("grammar-*"))) == KEPT + 4
 
 
 def test_files_of_a_kind_that_are_long_unused_are_removed(root: Path) -> None:
