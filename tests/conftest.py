@@ -24,9 +24,6 @@ CACHE = Path(__file__).parent.parent / "build" / "cache"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
 os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
-# OpenBLAS has code for each kind of processor, and the last bits of its sums differ: those on record are of this kind.
-# It reads the name when numpy is imported, which is later than this.
-os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
 READING = ("tests/cortex_dsl/syntax/", "tests/engine/road/", "tests/cortex_dsl/semantics/")
 """Tests that need no kernel, or none that takes long; some of the last folder do, for which it is there by then."""
 settings.register_profile("everywhere", deadline=None, suppress_health_check=[HealthCheck.too_slow])

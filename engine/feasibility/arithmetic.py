@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from engine import portable
 from engine.tables import Floats
 
 Bools = NDArray[np.bool_]
@@ -145,12 +146,14 @@ def floordiv(a: Interval, b: Interval) -> Interval:
 def power(a: Interval, b: Interval) -> Interval:
     """Where the base is positive, or the exponent a known whole number that is not negative."""
     positive = a.low > 0.0
-    corners = np.stack([np.power(np.where(positive, x, 1.0), y) for x in (a.low, a.high) for y in (b.low, b.high)])
+    corners = np.stack(
+        [portable.power(np.where(positive, x, 1.0), y) for x in (a.low, a.high) for y in (b.low, b.high)]
+    )
     low, high = corners.min(axis=0), corners.max(axis=0)
     whole = (b.low == b.high) & (b.low >= 0.0) & (np.floor(b.low) == b.low) & ~positive
     if whole.any():
         exponent = np.where(whole, b.low, 1.0)
-        ends = np.power(a.low, exponent), np.power(a.high, exponent)
+        ends = portable.power(a.low, exponent), portable.power(a.high, exponent)
         even = np.mod(exponent, 2.0) == 0.0
         lowest = np.where(holds_zero(a) & even & (exponent > 0.0), 0.0, np.minimum(*ends))
         low, high = np.where(whole, lowest, low), np.where(whole, np.maximum(*ends), high)

@@ -21,6 +21,7 @@ from engine.feasibility.forward import FORWARD, TRUTHS, table
 from engine.feasibility.tape import Instruction, Tape
 from engine.frozen import frozen
 from engine.opcodes import Op
+from engine.portable import exp, log
 from engine.program import Program
 from engine.tables import Floats, Ints
 
@@ -135,13 +136,13 @@ def _leg(z: Interval, other: Interval) -> Ends:
 
 def _exp(z: Interval, _a: Interval) -> Sequence[Ends]:
     """Beyond `TINY` and `HUGE` an exponential has lost its digits, or is no number."""
-    low, high = np.log(np.clip(z.low, TINY, HUGE)), np.log(np.clip(z.high, TINY, HUGE))
+    low, high = log(np.clip(z.low, TINY, HUGE)), log(np.clip(z.high, TINY, HUGE))
     low, high = low - RELATIVE * (1.0 + np.abs(low)), high + RELATIVE * (1.0 + np.abs(high))
     return ((np.where(z.low > TINY, low, -np.inf), np.where(z.high < HUGE, high, np.inf)),)
 
 
 def _log(z: Interval, _a: Interval) -> Sequence[Ends]:
-    return ((np.exp(z.low) * (1.0 - 1e-9) - TINY, np.exp(z.high) * (1.0 + 1e-9) + TINY),)
+    return ((exp(z.low) * (1.0 - 1e-9) - TINY, exp(z.high) * (1.0 + 1e-9) + TINY),)
 
 
 def _move(z: Interval, _a: Interval) -> Sequence[Ends]:

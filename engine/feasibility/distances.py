@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from engine.feasibility.arithmetic import Bools, Interval
+from engine.portable import arctan2
 from engine.tables import Floats, Ints, RoadTables
 
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
@@ -121,7 +122,7 @@ def _primitive_distance(primitive: Floats, x: Floats, y: Floats) -> Floats:
     if curvature == 0.0:
         return np.hypot(ahead - np.clip(ahead, 0.0, length), left)
     radius = 1.0 / curvature
-    angle = np.arctan2(ahead, radius - left) if curvature > 0.0 else np.arctan2(ahead, left - radius)
+    angle = arctan2(ahead, radius - left) if curvature > 0.0 else arctan2(ahead, left - radius)
     on = (angle >= 0.0) & (angle <= length * abs(curvature))
     end = radius * math.sin(curvature * length), radius * (1.0 - math.cos(curvature * length))
     to_ends: Floats = np.minimum(np.hypot(ahead, left), np.hypot(ahead - end[0], left - end[1]))

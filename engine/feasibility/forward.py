@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from engine import portable
 from engine.feasibility import arithmetic
 from engine.feasibility.arithmetic import RELATIVE, Forward, Interval, either, infinite, made, magnitude, slackened
 from engine.opcodes import Op
@@ -51,7 +52,7 @@ def tangent(a: Interval) -> Interval:
     low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
     branch = np.floor((low - NEAR_POLE) / math.pi + 0.5) == np.floor((high + NEAR_POLE) / math.pi + 0.5)
     branch &= known & (np.abs(low) + np.abs(high) < 1e6)
-    ends = np.where(branch, np.tan(low), -np.inf), np.where(branch, np.tan(high), np.inf)
+    ends = np.where(branch, portable.tan(low), -np.inf), np.where(branch, portable.tan(high), np.inf)
     margin = 1e-9 * (1.0 + np.square(ends[0]) + np.square(ends[1]))
     return made(ends[0] - margin, ends[1] + margin, a.undefined | ~known)
 
@@ -67,12 +68,12 @@ def rising(function: Callable[[Floats], Floats], least: float = -np.inf, greates
 
 
 def arccosine(a: Interval) -> Interval:
-    turned = rising(np.arcsin, -1.0, 1.0)(a)
+    turned = rising(portable.arcsin, -1.0, 1.0)(a)
     return slackened(0.5 * math.pi - turned.high, 0.5 * math.pi - turned.low, turned.undefined)
 
 
 def direction(a: Interval, b: Interval) -> Interval:
-    corners = np.stack([np.arctan2(y, x) for y in (a.low, a.high) for x in (b.low, b.high)])
+    corners = np.stack([portable.arctan2(y, x) for y in (a.low, a.high) for x in (b.low, b.high)])
     ahead = b.low > 0.0
     low, high = np.where(ahead, corners.min(axis=0), -math.pi), np.where(ahead, corners.max(axis=0), math.pi)
     return slackened(low, high, either(a, b))
@@ -143,12 +144,12 @@ FORWARD: Mapping[Op, Forward] = {
     Op.SIN: wave(np.sin),
     Op.COS: wave(np.cos),
     Op.TAN: tangent,
-    Op.ASIN: rising(np.arcsin, -1.0, 1.0),
+    Op.ASIN: rising(portable.arcsin, -1.0, 1.0),
     Op.ACOS: arccosine,
-    Op.ATAN: rising(np.arctan),
+    Op.ATAN: rising(portable.arctan),
     Op.ATAN2: direction,
-    Op.EXP: rising(np.exp),
-    Op.LOG: rising(np.log, 0.0),
+    Op.EXP: rising(portable.exp),
+    Op.LOG: rising(portable.log, 0.0),
     Op.FLOOR: exactly_rising(np.floor),
     Op.CEIL: exactly_rising(np.ceil),
     Op.ROUND: exactly_rising(np.rint),

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.portable import arctan2
 from engine.tables import Floats
 
 JOINT_TOLERANCE = 1e-6
@@ -229,7 +230,7 @@ def _feet(primitive: Primitive, x: Floats, y: Floats) -> Foot:
         s = np.clip(ahead, 0.0, primitive.length)
         return Foot(s, np.hypot(ahead - s, left))
     radius = 1.0 / primitive.curvature
-    s = np.arctan2(ahead, (radius - left) * np.sign(radius)) * abs(radius)
+    s = arctan2(ahead, (radius - left) * np.sign(radius)) * abs(radius)
     end = primitive.pose(primitive.length)
     to_start, to_end = np.hypot(ahead, left), np.hypot(x - end.x, y - end.y)
     on_arc = (s >= 0.0) & (s <= primitive.length)

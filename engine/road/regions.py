@@ -19,7 +19,7 @@ from engine.tables import Floats
 def area(ring: Floats) -> float:
     """Signed area: positive when the ring is anticlockwise [m^2]."""
     x, y = (ring - ring[0]).T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+    return 0.5 * float((x * np.roll(y, -1)).sum() - (y * np.roll(x, -1)).sum())
 
 
 def anticlockwise(ring: Floats) -> Floats:

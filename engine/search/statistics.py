@@ -36,8 +36,8 @@ def spearman(first: ArrayLike, second: ArrayLike) -> float:
     if len(a) < 2:
         return float("nan")
     a, b = a - a.mean(), b - b.mean()
-    scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
-    return float(np.clip(np.dot(a, b) / scale, -1.0, 1.0)) if scale > 0.0 else float("nan")
+    scale = float(np.sqrt((a * a).sum() * (b * b).sum()))
+    return float(np.clip((a * b).sum() / scale, -1.0, 1.0)) if scale > 0.0 else float("nan")
 
 
 def a12(first: ArrayLike, second: ArrayLike) -> float:

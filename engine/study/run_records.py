@@ -247,8 +247,8 @@ def unflat(row: dict[str, Any]) -> RunFigures:
 
 # -- curves: metrics over the generations, every run, their median and a band ------------------------------------------
 
-WINDOW, ORDER = 7, 2
-"""Of the Savitzky-Golay filter; the paper names the filter, not its settings."""
+WINDOW = 7
+"""Values that a parabola of the Savitzky-Golay filter is fitted to; the paper names the filter, not its settings."""
 
 
 @dataclass(frozen=True)
@@ -301,13 +301,21 @@ def curve_of(
     return Curve(plan.subjects[scenario].name, method, field, values.reshape(len(chosen), generations))
 
 
-def smoothed(values: Floats, window: int = WINDOW, order: int = ORDER) -> Floats:
-    """Each value replaced by that of a polynomial through its neighbours; short courses and gaps are left alone.
+def smoothed(values: Floats) -> Floats:
+    """Return each value replaced by that of a parabola fitted to its neighbours; short courses and gaps stay.
 
-    Savitzky and Golay (1964), "Smoothing and differentiation of data by simplified least squares procedures".
+    Savitzky and Golay (1964), "Smoothing and differentiation of data by simplified least squares procedures". The first
+    and last values are those of the first and the last parabola.
     """
-    if len(values) < window or np.isnan(values).any():
+    if len(values) < WINDOW or np.isnan(values).any():
         return values
-    from scipy.signal import savgol_filter
-
-    return np.asarray(savgol_filter(values, window, order), dtype=np.float64)
+    middle = WINDOW // 2
+    line = np.arange(WINDOW) - middle
+    parabola = 3 * line**2 - middle * (middle + 1)
+    bent = np.outer(line, line) / (line**2).sum() + np.outer(parabola, parabola) / (parabola**2).sum()
+    weights: Floats = 1.0 / WINDOW + bent
+    neighbours = np.arange(len(values) - WINDOW + 1)[:, np.newaxis] + np.arange(WINDOW)
+    inside: Floats = (values[neighbours] * weights[middle]).sum(axis=1)
+    first: Floats = (weights * values[:WINDOW]).sum(axis=1)
+    last: Floats = (weights * values[-WINDOW:]).sum(axis=1)
+    return np.concatenate([first[:middle], inside, last[middle + 1 :]])

@@ -8,12 +8,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.identity.subjects import MADE, Subjects, files, scenarios
+from tests.identity.subjects import MADE, ON_THE_OLDEST, Subjects, files, scenarios
 
 
 def every_subject(folder: Path) -> Subjects:
     yield from files(scenarios())
-    for name, make in MADE.items():
+    for name, make in (MADE | ON_THE_OLDEST).items():
         (folder / name).mkdir()
         yield from make(folder / name)
 

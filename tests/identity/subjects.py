@@ -10,7 +10,7 @@ import os
 import re
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -113,8 +113,17 @@ def helps(_: Path) -> Subjects:
 
 def searches(folder: Path) -> Subjects:
     """A search of 3 generations of 20 by each of our methods: its journal row by row, and its tables."""
-    for method, entry in SEARCHERS.items():
-        by = f"{method} ({entry.package} {version(entry.package)})" if entry.package else method
+    yield from _searches(folder, {name: name for name, entry in SEARCHERS.items() if not entry.package})
+
+
+def package_searches(folder: Path) -> Subjects:
+    """The same by methods of other packages, whose sums and exponentials differ between processors."""
+    packages = {name: entry.package for name, entry in SEARCHERS.items() if entry.package}
+    yield from _searches(folder, {name: f"{name} ({each} {version(each)})" for name, each in packages.items()})
+
+
+def _searches(folder: Path, methods: Mapping[str, str]) -> Subjects:
+    for method, by in methods.items():
         yield f"search {by}", command(_example(folder), "--method", method, *SMALL, "--out", method, at=folder)
         yield f"journal {by}", journal(folder / method / "journal.sqlite")
         for path in sorted([*folder.glob(f"{method}/*.csv"), *folder.glob(f"{method}/worst/*.scn")]):
@@ -185,4 +194,10 @@ MADE: dict[str, Callable[[Path], Subjects]] = {
     "study": study,
 }
 """Subjects that are no scenario files; each is given an empty folder."""
+ON_THE_OLDEST: dict[str, Callable[[Path], Subjects]] = {
+    "searches": searches,
+    "views": views,
+    "package_searches": package_searches,
+}
+"""Subjects that are made as the oldest processor makes them, too, or only so."""
 MODES = {"ir": ("--emit", "ir"), "program": ("--emit", "program"), "run": ("--json",)}

@@ -4,31 +4,32 @@
 that makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
 """
 
-import hashlib
 import json
 import os
 import platform
+import subprocess
 import sys
 import zlib
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from tests.identity.subjects import MADE, files, scenarios
+from tests.identity.digests import digests
+from tests.identity.subjects import MADE, ON_THE_OLDEST, ROOT, files, scenarios
+from tests.processor import on_the_oldest
 
 EXPECTED = Path(__file__).parent / "expected"
 PARTS = 8
 """The scenario files are judged in so many tests, which may run side by side."""
 
 
-def _judge(name: str, subjects: Iterable[tuple[str, str]]) -> None:
-    """Hold digests of subjects against those on record. A subject that depends on another package names its version,
-    and is passed over where another version is installed.
+def _judge(name: str, found: Mapping[str, str], recorded: bool) -> None:
+    """Hold digests of subjects against those on record, or record them. A subject that depends on another package
+    names its version, and is passed over where another version is installed.
     """
     record = EXPECTED / f"{name}.json"
-    found = {subject: hashlib.sha256(text.encode()).hexdigest()[:20] for subject, text in subjects}
-    if os.environ.get("UPDATE_GOLDEN"):
+    if recorded and os.environ.get("UPDATE_GOLDEN"):
         record.write_text(json.dumps(found, indent=0, sort_keys=True) + "\n", encoding="utf-8")
     known = json.loads(record.read_text(encoding="utf-8"))
     common = [subject for subject in known if subject in found]
@@ -39,7 +40,8 @@ def _judge(name: str, subjects: Iterable[tuple[str, str]]) -> None:
 @pytest.mark.parametrize("part", range(PARTS))
 def test_files(part: int) -> None:
     """Check, IR, compiled program and single run of every scenario of the repository."""
-    _judge(f"files-{part}", files([path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]))
+    paths = [path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]
+    _judge(f"files-{part}", digests(files(paths)), recorded=True)
 
 
 def judged_here() -> list[str]:
@@ -55,4 +57,13 @@ def judged_here() -> list[str]:
 @pytest.mark.parametrize("name", judged_here())
 def test_made(name: str, tmp_path: Path) -> None:
     """Help texts, searches, exports, views and a study."""
-    _judge(name, MADE[name](tmp_path))
+    _judge(name, digests(MADE[name](tmp_path)), recorded=True)
+
+
+@pytest.mark.skipif(platform.machine().lower() not in ("x86_64", "amd64"), reason="sums of other processors differ")
+@pytest.mark.parametrize("name", ON_THE_OLDEST)
+def test_made_on_the_oldest_processor(name: str) -> None:
+    """What rounds, without AVX2 and AVX-512. Methods of other packages are judged here only, as they depend on it."""
+    words = [sys.executable, "-m", "tests.identity.digests", name]
+    run = subprocess.run(words, cwd=ROOT, env=on_the_oldest(), capture_output=True, text=True, check=True)
+    _judge(name, json.loads(run.stdout), recorded=name not in MADE)

@@ -18,6 +18,7 @@ from cortex_dsl.report.findings.readable import (
     ratio,
 )
 from engine.avoidability import Avoidability, Avoidance
+from engine.portable import log
 from engine.program import ParamSpace
 from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
@@ -256,7 +257,7 @@ def _entropy(counts: Ints) -> float:
     """With the correction for its bias [bits]."""
     there = counts[counts > 0].astype(np.float64)
     share = there / there.sum()
-    return float(-(share * np.log2(share)).sum() + (len(there) - 1) / (2.0 * there.sum() * np.log(2.0)))
+    return float(-(share * log(share)).sum() + (len(there) - 1) / (2.0 * there.sum())) / math.log(2.0)
 
 
 def heat_map_content(found: HeatMap) -> dict[str, Any]:

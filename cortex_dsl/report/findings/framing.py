@@ -106,7 +106,8 @@ def _resized(frame: Frame, width: float, height: float) -> Frame:
 
 def _turned(points: Floats | Sequence[tuple[float, float]], heading: float) -> Floats:
     cos, sin = math.cos(heading), math.sin(heading)
-    return np.asarray(points, dtype=np.float64).reshape(-1, 2) @ np.array([[cos, -sin], [sin, cos]])
+    x, y = np.asarray(points, dtype=np.float64).reshape(-1, 2).T
+    return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 
 
 def _largest(width: float, height: float) -> float:
@@ -149,5 +150,5 @@ def heading_of_road(road: Outline, lanes_width: float, states: Floats) -> float:
 def _apart(line: Floats, x: float, y: float) -> float:
     """From a point to a straight line between two points [m]."""
     start, way = line[0], line[-1] - line[0]
-    share = float(np.clip(np.dot((x, y) - start, way) / max(float(np.dot(way, way)), 1e-12), 0.0, 1.0))
+    share = float(np.clip((((x, y) - start) * way).sum() / max(float((way * way).sum()), 1e-12), 0.0, 1.0))
     return math.hypot(*((x, y) - start - share * way))

@@ -8,6 +8,7 @@ import numpy as np
 from engine.interchange.contract import InterchangeError
 from engine.interchange.recording import SAME_INSTANT, Contact, RecordedActor, Recording, SignalTimes
 from engine.kernels.geometry import Box, box_distance
+from engine.portable import arctan, tan
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.tables import Floats
@@ -173,7 +174,7 @@ def _track(recording: Recording, states: Floats, index: int) -> Course:
         steer=columns[:, State.STEER],
         acceleration=columns[:, State.ACCELERATION],
         yaw_rate=_yaw_rate(columns[:, State.HEADING], there, recording.step),
-        slip=np.arctan(np.tan(columns[:, State.STEER]) * actor.rear_to_center / actor.wheelbase),
+        slip=arctan(tan(columns[:, State.STEER]) * actor.rear_to_center / actor.wheelbase),
         waits=not there.all(),
     )
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.interchange.contract import cited
+from engine.portable import arctan2
 from engine.tables import Floats
 
 STANDING = 1e-6
@@ -66,7 +67,7 @@ def directions(velocity: Floats, slowest: float) -> Floats | None:
     if not len(moving):
         return None
     last = moving[np.maximum(np.searchsorted(moving, np.arange(len(velocity)), "right") - 1, 0)]
-    return np.unwrap(np.arctan2(velocity[last, 1], velocity[last, 0]))
+    return np.unwrap(arctan2(velocity[last, 1], velocity[last, 0]))
 
 
 # -- whether units can be those that are taken for granted -------------------------------------------------------------
@@ -152,7 +153,7 @@ def _directions(time: Floats, positions: Floats) -> Floats:
     velocity = rates(time, positions)
     shown = np.hypot(velocity[:, 0], velocity[:, 1]) > MOVING
     shown[driven(time) :] = False
-    return np.where(shown, np.arctan2(velocity[:, 1], velocity[:, 0]), math.nan)
+    return np.where(shown, arctan2(velocity[:, 1], velocity[:, 0]), math.nan)
 
 
 def _apart(one: Floats, other: Floats) -> Floats:

@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from engine.outcomes import Assessment
+from engine.portable import product
 from engine.program import ParamSpace
 from engine.sampling import draw_genomes
 from engine.search.assessment import Evaluate
@@ -165,7 +166,7 @@ def _silhouette(table: Floats, labels: Ints) -> float:
     if len(names) < 2:
         return -1.0
     members = np.stack([labels == name for name in names])
-    sums, sizes = table @ members.T, members.sum(axis=1)
+    sums, sizes = product(table, members.T), members.sum(axis=1)
     own = np.searchsorted(names, labels)
     rows = np.arange(len(labels))
     alone = sizes[own] == 1

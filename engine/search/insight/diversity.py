@@ -110,7 +110,7 @@ def _mean_difference(places: Floats) -> float:
     """Mean L1 distance of all pairs: in each column, sorted, the i-th of n is counted 2 i - n + 1 times."""
     count = len(places)
     weights = 2.0 * np.arange(count) - count + 1.0
-    return float((weights @ np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
+    return float((weights[:, np.newaxis] * np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
 
 
 def _units(genomes: Floats, box: Box) -> Floats:

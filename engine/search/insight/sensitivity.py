@@ -30,6 +30,7 @@ import numpy as np
 from numpy.random import Generator, Philox, default_rng
 
 from engine.outcomes import Assessment
+from engine.portable import product
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
 from engine.search.statistics import Interval
@@ -211,7 +212,7 @@ def _total(values: Floats, counts: Floats) -> Mean:
 
 def _weighted(means: list[Mean], weights: Floats) -> list[Floats]:
     """(m,) each mean under each of (m, n) weights; NaN where it is over nothing."""
-    sums = weights @ np.stack([column for mean in means for column in mean], axis=1)
+    sums = product(weights, np.stack([column for mean in means for column in mean], axis=1))
     parts, wholes = sums[:, ::2], sums[:, 1::2]
     return list(np.divide(parts, wholes, out=np.full(parts.shape, np.nan), where=wholes > 0.0).T)
 

@@ -22,11 +22,13 @@ optimization of computer models" (self-adaptation of evolution strategies).
 """
 
 from collections.abc import Sequence
+from functools import cache
 from math import floor, isnan, pi
 
 import numpy as np
 from numpy.random import Generator
 
+from engine.portable import exp, log, log1p
 from engine.search.methods.cube import InCube, reflected
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats, Ints
@@ -62,10 +64,10 @@ class BestFirst(InCube):
         self._stepped_from = np.empty(0, dtype=np.int64)
         self._second = np.empty(0, dtype=np.int64)
         self._archive, self._archived_steps = np.empty((0, len(box))), np.empty(0)
-        self._value, self._tries = np.empty(0), np.empty(0)
+        self._value, self._tries = np.empty(0), np.empty(0, dtype=np.int64)
         self._births: list[Birth] = []
         self._kinds: dict[Kind, int] = {}
-        self._kind, self._tries_of_kind = np.empty(0, dtype=np.int64), np.empty(0)
+        self._kind, self._tries_of_kind = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
 
     def _proposals(self) -> list[Proposal]:
         stream = self._streams(self._generation, 0)
@@ -92,16 +94,16 @@ class BestFirst(InCube):
         """(count,) rows of the archive to step from, one after the other; each counts as a try before the next."""
         promise, rows = rarity(self._value), np.empty(count, dtype=np.int64)
         for place in range(count):
-            row = np.argmax(promise - np.log1p(self._tries) - np.log1p(self._tries_of_kind[self._kind]))
+            row = np.argmax(promise - log_tries(self._tries) - log_tries(self._tries_of_kind)[self._kind])
             self._tries += near(self._archive, self._archive[row])
-            self._tries_of_kind[self._kind[row]] += 1.0
+            self._tries_of_kind[self._kind[row]] += 1
             rows[place] = row
         return rows
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
         """(n, d) a child of each row that is stepped from, and (n,) steps: near them its own children draw theirs."""
         rows, size = self._stepped_from, self._cube.size
-        varied = self._archived_steps[rows] * np.exp(VARIED * stream.standard_normal(len(rows)))
+        varied = self._archived_steps[rows] * exp(VARIED * stream.standard_normal(len(rows)))
         steps = np.clip(varied, NARROWEST, WIDEST)
         moved = stream.random((len(rows), size)) < MOVED / size
         moved[np.arange(len(rows)), stream.integers(size, size=len(rows))] = True
@@ -111,14 +113,15 @@ class BestFirst(InCube):
     def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.selectable]
         parents = self._archive[self._stepped_from]
-        tries = [near(parents, self._points[slot]).sum() for slot in known]
+        tries = np.array([near(parents, self._points[slot]).sum() for slot in known], dtype=np.int64)
         self._archive = np.concatenate([self._archive, self._points[known]])
         self._archived_steps = np.append(self._archived_steps, self._steps[known])
         self._value = np.append(self._value, [results[slot].continuous for slot in known])
         self._tries = np.append(self._tries, tries)
         kinds = [self._kinds.setdefault(kind_of(results[slot]), len(self._kinds)) for slot in known]
         self._kind = np.append(self._kind, np.array(kinds, dtype=np.int64))
-        self._tries_of_kind = np.append(self._tries_of_kind, np.zeros(len(self._kinds) - len(self._tries_of_kind)))
+        new = np.zeros(len(self._kinds) - len(self._tries_of_kind), dtype=np.int64)
+        self._tries_of_kind = np.append(self._tries_of_kind, new)
         self._births += [Birth(self._generation, slot) for slot in known]
 
 
@@ -126,7 +129,18 @@ def rarity(values: Floats | Ints) -> Floats:
     """(n,) log(1 / share of values that are better), of equal ones counting half."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     better = len(values) - np.cumsum(counts) + 0.5 * counts
-    return np.asarray(-np.log(better[place] / len(values)))
+    return -log(better / len(values))[place]
+
+
+def log_tries(tries: Ints) -> Floats:
+    """(n,) log(1 + tries)."""
+    return _logarithms(int(tries.max(initial=0)).bit_length())[tries]
+
+
+@cache
+def _logarithms(bits: int) -> Floats:
+    """(2 ** bits,) log(1 + number) of each number of so many bits."""
+    return log1p(np.arange(2**bits))
 
 
 def near(points: Floats, point: Floats) -> np.ndarray:

@@ -32,14 +32,15 @@ what is believed of each candidate, Thompson (1933), "On the likelihood that one
 """
 
 from collections.abc import Sequence
-from math import isnan, sqrt
+from math import isnan, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
+from engine.portable import exp
 from engine.search.insight.kinds import EDGES
-from engine.search.methods.best_first import MOVED, NONE, BestFirst, rarity, sector_of
+from engine.search.methods.best_first import MOVED, NONE, BestFirst, log_tries, rarity, sector_of
 from engine.search.methods.cube import reflected
 from engine.search.methods.gaussian_process import predicted
 from engine.search.protocol import Box, Result, StreamAt, measure
@@ -106,7 +107,7 @@ class FailureKinds(BestFirst):
         super().__init__(box, population, streams)
         self._fails, self._touched = np.empty(0, dtype=bool), np.empty(0, dtype=bool)
         self._failure_kinds: dict[FailureKind, int] = {}
-        self._failure_kind, self._places_given = np.empty(0, dtype=np.int64), np.empty(0)
+        self._failure_kind, self._places_given = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._bred = nobody(len(box))
 
     def _chosen(self, count: int) -> Ints:
@@ -149,7 +150,7 @@ class FailureKinds(BestFirst):
         count, size = lines.shape
         moved = stream.random((count, size)) < MOVED / size
         moved[np.arange(count), stream.integers(size, size=count)] = True
-        step = np.exp(stream.uniform(np.log(SHORTEST), np.log(LONGEST), size=(count, 1)))
+        step = exp(stream.uniform(log(SHORTEST), log(LONGEST), size=(count, 1)))
         aside, along = stream.standard_normal((count, size)), stream.standard_normal((count, 1))
         return np.where(lined[:, np.newaxis], STRETCH * along * lines + ASIDE * aside, step * aside * moved)
 
@@ -186,7 +187,8 @@ class FailureKinds(BestFirst):
         runs = np.bincount(self._failure_kind, minlength=len(self._places_given))[failing]
         rows = np.empty(count, dtype=np.int64)
         for place, rule in enumerate(stream.choice([FINE, FAILING, COARSE], size=count).tolist()):
-            rival = worth - np.log1p(self._tries_of_kind[fine] if rule == FINE else self._places_given[kind])
+            given = self._tries_of_kind[fine] if rule == FINE else self._places_given[kind]
+            rival = worth - log_tries(given)
             if rule == FAILING and len(failing):
                 rarest = np.argmin(runs)
                 runs[rarest] += 1
@@ -194,8 +196,8 @@ class FailureKinds(BestFirst):
                 rival = np.where(here, worth, -np.inf) if here.any() else rival
             row = np.argmax(rival)
             worth[row] = -np.inf
-            self._places_given[kind[row]] += 1.0
-            self._tries_of_kind[fine[row]] += 1.0
+            self._places_given[kind[row]] += 1
+            self._tries_of_kind[fine[row]] += 1
             rows[place] = row
         return rows
 
@@ -206,7 +208,8 @@ class FailureKinds(BestFirst):
         self._touched = np.append(self._touched, [measure(each, "min_distance") <= 0.0 for each in known]).astype(bool)
         kinds = [self._failure_kinds.setdefault(failure_kind(each), len(self._failure_kinds)) for each in known]
         self._failure_kind = np.append(self._failure_kind, np.array(kinds, dtype=np.int64))
-        self._places_given = np.append(self._places_given, np.zeros(len(self._failure_kinds) - len(self._places_given)))
+        new = np.zeros(len(self._failure_kinds) - len(self._places_given), dtype=np.int64)
+        self._places_given = np.append(self._places_given, new)
 
 
 def order(fails: Bools, touched: Bools, value: Floats) -> Ints:

@@ -25,6 +25,7 @@ from math import ceil
 import numpy as np
 from numpy.random import Generator
 
+from engine.portable import exp, log
 from engine.search.methods.best_first import sector_of
 from engine.search.methods.cube import InCube
 from engine.search.methods.gaussian_process import likelihood, predicted
@@ -171,7 +172,7 @@ def kind_of(result: Result) -> Kind:
 def _candidates(region: Region, stream: Generator) -> Floats:
     """(CANDIDATES, d) points of a region's box, which is longer in genes of which the model forgets slowly."""
     size = len(region.centre)
-    shape = region.lengths / np.exp(np.log(region.lengths).mean())
+    shape = region.lengths / exp(log(region.lengths).mean())
     step = region.side * shape * (stream.random((CANDIDATES, size)) - 0.5)
     moved = stream.random((CANDIDATES, size)) < min(1.0, MOVED / size)
     moved[np.arange(CANDIDATES), stream.integers(size, size=CANDIDATES)] = True

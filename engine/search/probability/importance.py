@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.portable import cholesky, exp, log, product, solved
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import (
@@ -94,15 +95,15 @@ class Mixture:
         own = 0.5 * np.einsum("ni,ni->n", points, points)
         rows = np.empty((len(self.shares), len(points)))
         for row, share in enumerate(self.shares.tolist()):
-            inverse: Floats = np.linalg.inv(np.asarray(self.factors[row], dtype=np.float64)).astype(np.float64)
-            scaled: Floats = (points - self.means[row]) @ inverse.T
-            scale = math.log(share) + float(np.log(np.diagonal(inverse)).sum())
+            inverse = solved(self.factors[row], np.eye(points.shape[1]))
+            scaled = product(points - self.means[row], inverse.T)
+            scale = math.log(share) + float(log(np.diagonal(inverse)).sum())
             rows[row] = own - 0.5 * np.einsum("ni,ni->n", scaled, scaled) + scale
         return rows
 
     def ratios(self, points: Floats) -> Floats:
         """(n,) density over the standard normal density."""
-        return np.exp(np.logaddexp.reduce(self.logarithms(points), axis=0))
+        return exp(np.logaddexp.reduce(self.logarithms(points), axis=0))
 
 
 def nominal(dimensions: int, share: float = 1.0) -> Mixture:
@@ -129,16 +130,15 @@ def fitted(points: Floats, numbers: Generator) -> Mixture:
     fits = [_fitted(points, count, numbers) for count in range(1, min(MOST_COMPONENTS, len(distinct)) + 1)]
     penalty = 0.5 * (points.shape[1] + 1) * math.log(max(2, len(distinct)))
     repeats = len(distinct) / len(points)
-    scores = [repeats * float(np.log(fit.ratios(points)).sum()) - penalty * len(fit.shares) for fit in fits]
+    scores = [repeats * float(log(fit.ratios(points)).sum()) - penalty * len(fit.shares) for fit in fits]
     return fits[int(np.argmax(scores))]
 
 
 def widened(fit: Mixture, share: float) -> Mixture:
     """With this share of a unit covariance in each component's."""
     unit = np.eye(fit.means.shape[1])
-    covariances = fit.factors @ fit.factors.transpose(0, 2, 1)
-    factors: Floats = np.linalg.cholesky((1.0 - share) * covariances + share * unit).astype(np.float64)
-    return Mixture(fit.shares, fit.means, factors)
+    covariances = product(fit.factors, fit.factors.transpose(0, 2, 1))
+    return Mixture(fit.shares, fit.means, cholesky((1.0 - share) * covariances + share * unit))
 
 
 def _fitted(points: Floats, count: int, numbers: Generator) -> Mixture:
@@ -147,7 +147,7 @@ def _fitted(points: Floats, count: int, numbers: Generator) -> Mixture:
     mixture = _maximised(points, parts)
     for _ in range(ROUNDS if count > 1 else 0):
         logarithms = mixture.logarithms(points)
-        mixture = _maximised(points, np.exp(logarithms - np.logaddexp.reduce(logarithms, axis=0)))
+        mixture = _maximised(points, exp(logarithms - np.logaddexp.reduce(logarithms, axis=0)))
     return mixture
 
 
@@ -155,14 +155,14 @@ def _maximised(points: Floats, parts: Floats) -> Mixture:
     """Of (k, n) parts that components have in points; a component without any is left out."""
     sizes = parts.sum(axis=1)
     parts, sizes = parts[sizes > 1.0], sizes[sizes > 1.0]
-    means = parts @ points / sizes[:, np.newaxis]
+    means = product(parts, points) / sizes[:, np.newaxis]
     dimensions = points.shape[1]
     faith = FAITH * dimensions
     factors = np.empty((len(sizes), dimensions, dimensions))
     for row, (part, size, mean) in enumerate(zip(parts, sizes, means, strict=True)):
         away = points - mean
-        scatter = (part[:, np.newaxis] * away).T @ away + faith * np.eye(dimensions)
-        factors[row] = np.linalg.cholesky(scatter / (size + faith))
+        scatter = product((part[:, np.newaxis] * away).T, away) + faith * np.eye(dimensions)
+        factors[row] = cholesky(scatter / (size + faith))
     return Mixture(sizes / sizes.sum(), means, factors)
 
 

@@ -322,5 +322,6 @@ def final_speed(times: Floats, poses: Floats) -> float:
     if len(times) < 2:
         return 0.0
     way = poses[-1, :2] - poses[-2, :2]
-    speed = float(way @ [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]) / float(times[-1] - times[-2])
+    ahead = float(way[0]) * math.cos(poses[-1, 2]) + float(way[1]) * math.sin(poses[-1, 2])
+    speed = ahead / float(times[-1] - times[-2])
     return speed if abs(speed) > STANDING else 0.0
