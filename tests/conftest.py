@@ -1,4 +1,6 @@
-"""Hypothesis searches anew on every run of a developer and repeats itself in CI; a slow example is no failure.
+"""Hypothesis draws the same few examples on every push, and many new ones in a night; a slow example is no failure.
+
+What failed in a night is kept in `build/failures` of the checkout and tried first in the next.
 
 What can be made again (parser tables, compiled kernels, proofs, lists of fonts), and what Dask leaves, is kept in
 `build/cache` of the checkout, so that no test depends on what lies in the user's cache, and none leaves anything there.
@@ -13,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from hypothesis.database import DirectoryBasedExampleDatabase
 
 from engine.user_cache import ENVIRONMENT_VARIABLE
 
@@ -20,7 +23,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-CACHE = Path(__file__).parent.parent / "build" / "cache"
+BUILD = Path(__file__).parent.parent / "build"
+CACHE, FAILURES = BUILD / "cache", BUILD / "failures"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
 os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
@@ -29,10 +33,12 @@ os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(CACHE / "dask"))
 os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
 READING = ("tests/cortex_dsl/syntax/", "tests/engine/road/", "tests/cortex_dsl/semantics/")
 """Tests that need no kernel, or none that takes long; some of the last folder do, for which it is there by then."""
-settings.register_profile("everywhere", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("ci", settings.get_profile("everywhere"), derandomize=True, print_blob=True)
-settings.register_profile("quick", settings.get_profile("ci"), max_examples=10)
-settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
+COMMON = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
+settings.register_profile("push", COMMON, derandomize=True, database=None, max_examples=25)
+settings.register_profile("quick", settings.get_profile("push"), max_examples=10)
+STORE = DirectoryBasedExampleDatabase(FAILURES)
+settings.register_profile("night", COMMON, derandomize=False, database=STORE, max_examples=1000)
+settings.load_profile("push")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
