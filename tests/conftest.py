@@ -11,6 +11,7 @@ a test starts would too.
 
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis.database import DirectoryBasedExampleDatabase
 
 from engine.user_cache import ENVIRONMENT_VARIABLE
+from tests.fork_server import COMMAND, ForkServer
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -39,6 +41,14 @@ settings.register_profile("quick", settings.get_profile("push"), max_examples=10
 STORE = DirectoryBasedExampleDatabase(FAILURES)
 settings.register_profile("night", COMMON, derandomize=False, database=STORE, max_examples=1000)
 settings.load_profile("push")
+
+
+@pytest.fixture(scope="session")
+def command_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkServer]:
+    """A process that has loaded what `cortexc` needs, and forks; `RUN` is the command."""
+    environment = os.environ | {"PYTHONPATH": str(BUILD.parent)}
+    with ForkServer(COMMAND, tmp_path_factory.mktemp("command"), environment=environment) as server:
+        yield server
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -15,9 +15,8 @@ from typing import Any
 import pytest
 
 from cortex_dsl.console.terminal import Exit
+from tests.children import hear_interrupts
 from tests.journals import reseal
-
-from .conftest import hear_interrupts
 
 TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
 
