@@ -9,6 +9,7 @@ A shell that runs the suite in the background has it ignore Ctrl-C, and `nohup` 
 a test starts would too.
 """
 
+import gc
 import os
 import signal
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.database import DirectoryBasedExampleDatabase
 
+from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 from engine.user_cache import ENVIRONMENT_VARIABLE
 from tests.fork_server import COMMAND, ForkServer
 
@@ -59,3 +61,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     others = [item for item in items if not item.nodeid.startswith(READING)]
     middle = len(items) // 2
     items[:] = [*others[:middle], *reading, *others[middle:]]
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage seldom, and never among what lives until the end, such as thousands of tests."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(NEW_BEFORE_A_LOOK)
