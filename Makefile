@@ -18,12 +18,13 @@ PYTHONS := python3.14 python3.13 python3.12 python3.11 python3
 # Tests start hundreds of processes, each a third sooner where Python may keep what it compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test quick lowest check format coverage docs wheel bench validate install dev clean help
+.PHONY: demo test quick night lowest check format coverage docs wheel bench validate install dev clean help
 
 help:
 	@echo "make demo      set up, then search examples/left_turn.scn for collisions"
 	@echo "make test      set up, then run the tests and the import contracts"
 	@echo "make quick     the tests of the language and of small parts"
+	@echo "make night     the tests, each law with 40 times as many examples, drawn anew"
 	@echo "make lowest    the tests, with the lowest versions that pyproject.toml declares"
 	@echo "make check     ruff, format, types and import contracts"
 	@echo "make format    let ruff lay the code out"
@@ -48,6 +49,9 @@ test: dev
 
 quick: dev
 	$(PYTEST) --hypothesis-profile quick $(QUICK) $(patsubst %,--ignore=%,$(SLOW)) $(ARGS)
+
+night: dev
+	$(PYTEST) --hypothesis-profile night $(ARGS)
 
 # In an environment of its own: are the lower bounds of pyproject.toml true?
 lowest:

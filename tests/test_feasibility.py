@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import compile_text, load
@@ -17,6 +17,7 @@ from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.vocabulary import Column, Method, Verdict
+from tests.laws import examples
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.scn"))
 SINGLE = SimulationConfig(max_attempts=1)
@@ -116,7 +117,7 @@ def conditions(depth: int) -> st.SearchStrategy[str]:
     )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(conditions(1), min_size=1, max_size=3), st.integers(0, 2**20))
 def test_generated_programs(requirements: list[str], seed: int) -> None:
     """On programs of random requirements over genes, draws, lanes and distances."""

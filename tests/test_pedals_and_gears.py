@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import compile_text
@@ -13,6 +13,7 @@ from engine.kernels.motion import REVERSE_SPEED, built_up
 from engine.tables import Floats
 from engine.vehicles import BICYCLE, BUS, CAR, TRUCK
 from engine.vocabulary import State
+from tests.laws import examples
 
 FIELD = """
 map intersection(approach=300 m)
@@ -126,7 +127,7 @@ def plain_built_up(*values: float) -> tuple[float, float]:
 
 
 @given(asked=st.floats(0, 1), before=st.floats(0, 1), build_up=st.floats(0, 10), step=st.floats(0.001, 0.1))
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_a_pedal_lies_between_before_and_asked(asked: float, before: float, build_up: float, step: float) -> None:
     """Its mean too; what is let go is let go at once, and without build-up the pedal is what was asked for."""
     after, mean = plain_built_up(asked, before, build_up, step)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from engine.outcomes import Outcomes
 from engine.vocabulary import Column, EndReason, ManeuverType, State, Verdict
+from tests.laws import examples
 
 
 def assert_same(one: Outcomes, other: Outcomes) -> None:
@@ -108,9 +109,7 @@ def turned(program, scenes, angle: float, dx: float, dy: float, side: float):
     dy=st.floats(-100, 100),
     side=st.sampled_from([1.0, -1.0]),
 )
-@settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+@settings(examples(12), suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_physics_knows_no_direction(hand, turning, crossing_scenes, angle, dx, dy, side) -> None:
     """A mirrored, turned and shifted world gives the same outcomes and the moved states."""
     routes = {"ego": hand.route("south", ManeuverType.STRAIGHT), "other": hand.route("north", ManeuverType.LEFT_TURN)}

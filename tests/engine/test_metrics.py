@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.metrics import Metric, measure_trajectory
@@ -16,6 +16,7 @@ from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, EndReason, Side, State
+from tests.laws import examples
 
 STEP = 0.05
 
@@ -280,7 +281,7 @@ def test_braking_makes_slower_also_backwards(speeds: list[float], braking: float
     assert hardest_braking(states, STEP) == pytest.approx(braking / STEP)
 
 
-@settings(deadline=None, max_examples=25)
+@examples(25)
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-3, 3), st.floats(0, 15), st.floats(-3, 3))
 def test_no_metric_knows_where_east_is(x: float, y: float, heading: float, speed: float, turn: float) -> None:
     """A run as a whole turned and carried elsewhere has every metric again, but where outlines only graze."""

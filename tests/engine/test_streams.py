@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.random_numbers import fill_uniform
@@ -62,7 +62,6 @@ def test_numbers_of_methods():
     assert {old_number(name) for name in names} == {Method.CUSTOM}
 
 
-@settings(deadline=None)  # the first draw waits for the kernel
 @given(st.lists(new_names, min_size=2, max_size=2, unique=True), st.integers(0, (1 << 63) - 1))
 def test_names_have_streams_of_their_own(names, seed):
     """In scenes and in operators, and no method of the vocabulary has those of a name."""

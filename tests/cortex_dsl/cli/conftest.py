@@ -1,9 +1,6 @@
 """The scenario that commands are tried on, and a short way to run them."""
 
-import ctypes
 import json
-import os
-import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,9 +17,6 @@ from engine.search.insight.analysis import Analysis, analyse
 from engine.tables import Ints
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
-
-
-PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH = 24, 1, 2
 
 
 @dataclass(frozen=True)
@@ -92,16 +86,3 @@ def scenario(tmp_path: Path) -> Callable[[str], Path]:
         return path
 
     return write
-
-
-def hear_interrupts() -> None:
-    """In a child: let Ctrl-C end it, though a shell that runs the tests in the background has it ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def obey_modes() -> None:
-    """In a child of root: give up the right to overrule the modes of files. Source: capabilities(7)."""
-    if os.geteuid() == 0:
-        libc = ctypes.CDLL(None, use_errno=True)
-        for capability in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
-            assert libc.prctl(PR_CAPBSET_DROP, capability, 0, 0, 0) == 0

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from cortex_dsl.cli import main
 from engine.search.manifest import Manifest
 from tests.journals import unchain
+from tests.laws import examples
 
 pytestmark = pytest.mark.usefixtures("small_design")
 JOURNAL = "journal.sqlite"
@@ -202,7 +203,7 @@ def changes(draw: st.DrawFn) -> tuple[str, Change]:
 
 
 @given(changes(), st.sampled_from(list(COMMANDS)), st.booleans())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(examples(60), suppress_health_check=[HealthCheck.too_slow])
 def test_no_doctored_manifest_is_a_bug_of_ours(
     small_run: Path, what: tuple[str, Change], command: str, sealed: bool
 ) -> None:

@@ -24,10 +24,9 @@ from engine.search.campaign import Progress
 from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
 from engine.search.store import RemovedError
+from tests.children import hear_interrupts
 from tests.fork_server import ForkServer
 from tests.journals import unchain
-
-from .conftest import hear_interrupts
 
 pytestmark = pytest.mark.usefixtures("small_design")
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]

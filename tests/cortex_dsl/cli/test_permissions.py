@@ -2,41 +2,28 @@
 
 import os
 import stat
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.console.user_files import write_bytes
-
-from .conftest import obey_modes
+from tests.fork_server import RUN, Ended, ForkServer
 
 ROOT = Path(__file__).parents[3]
 EGO = "ego = new Car on road\n"
 UGLY = "x=1 m\n"
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
+Run = Callable[..., Ended]
 
 
 @pytest.fixture
-def humble(tmp_path: Path) -> Run:
+def humble(command_server: ForkServer, tmp_path: Path) -> Run:
     """`cortexc ARGUMENTS` as somebody for whom modes count."""
 
-    def run(*arguments: object, script: str = "") -> "subprocess.CompletedProcess[str]":
-        result = subprocess.run(
-            [sys.executable, "-m", "cortex_dsl", *map(str, arguments)],
-            input=script,
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"},
-            preexec_fn=obey_modes,
-            timeout=300,
-            check=False,
-        )
-        assert "Traceback" not in result.stderr
-        assert "bug in cortexc" not in result.stderr
+    def run(*arguments: object, script: str = "") -> Ended:
+        result = command_server.run(f"obey_modes(); {RUN}", *arguments, at=tmp_path, given=script, COLUMNS="120")
+        assert "Traceback" not in result.err
+        assert "bug in cortexc" not in result.err
         return result
 
     return run
@@ -71,8 +58,8 @@ def folder(tmp_path: Path) -> Iterator[Path]:
 def test_commands(folder: Path, humble: Run, arguments: tuple[str, ...], said: str) -> None:
     """Exit code 2, one line that names the file, and its content as it was."""
     result = humble(*arguments)
-    assert result.returncode == 2
-    assert said in result.stderr
+    assert result.status == 2
+    assert said in result.err
     assert (folder / "readonly.scn").read_text() == UGLY
 
 
@@ -80,8 +67,8 @@ def test_a_search(folder: Path, humble: Run) -> None:
     """Without a place for its results it is not begun."""
     example = ROOT / "examples" / "left_turn.scn"
     result = humble(example, "--ga", "--generations", "1", "--out", "still/run")
-    assert result.returncode == 2
-    assert "cannot write" in result.stderr
+    assert result.status == 2
+    assert "cannot write" in result.err
     assert [path.name for path in (folder / "still").iterdir()] == ["a.scn"]
 
 
@@ -90,8 +77,8 @@ def test_imports(folder: Path, humble: Run, name: str) -> None:
     """A file that may not be looked at is not called missing."""
     (folder / "main.scn").write_text(f'import "{name}"\n{EGO}')
     result = humble("main.scn", "--check")
-    assert result.returncode == 1
-    assert f"error[SCN233]: cannot read `{name}`: permission denied" in result.stderr
+    assert result.status == 1
+    assert f"error[SCN233]: cannot read `{name}`: permission denied" in result.err
 
 
 def test_a_session(folder: Path, humble: Run) -> None:
@@ -107,27 +94,24 @@ def test_a_session(folder: Path, humble: Run) -> None:
         ":save mine.scn",
     ]
     result = humble("repl", script="\n".join(orders) + "\n")
-    assert result.returncode == 1
-    assert result.stderr.count("permission denied") == 6
+    assert result.status == 1
+    assert result.err.count("permission denied") == 6
     assert (folder / "readonly.scn").read_text() == UGLY
     assert (folder / "mine.scn").read_text() == "x = 2 m\n"
     assert stat.S_IMODE((folder / "readonly.scn").stat().st_mode) == 0o444
 
 
 DYING = """
-import os, signal, sys
-from cortex_dsl.cli import main
+import signal
 os.fsync = lambda number: os.kill(os.getpid(), signal.SIGKILL)
 sys.exit(main(["fmt", "a.scn"]))
 """
 
 
-def test_the_formatter_is_killed_while_it_writes(tmp_path: Path) -> None:
+def test_the_formatter_is_killed_while_it_writes(command_server: ForkServer, tmp_path: Path) -> None:
     """The file is as it was, to the last byte: what had been written lies beside it, under a hidden name."""
     (tmp_path / "a.scn").write_text(UGLY)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    killed = subprocess.run([sys.executable, "-c", DYING], cwd=tmp_path, env=environment, timeout=300, check=False)
-    assert killed.returncode == -9
+    assert command_server.run(DYING, at=tmp_path).status == -9
     assert (tmp_path / "a.scn").read_text() == UGLY
     assert [path.name for path in tmp_path.glob("[!.]*")] == ["a.scn"]
 

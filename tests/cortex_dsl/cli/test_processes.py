@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import hear_interrupts, obey_modes
+from tests.children import hear_interrupts
+from tests.fork_server import RUN, ForkServer
 
 ROOT = Path(__file__).parents[3]
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
@@ -41,20 +42,20 @@ def generations(journal: Path) -> int:
         return 0
 
 
-def test_ctrl_c_keeps_what_there_is(left_turn: Path, tmp_path: Path) -> None:
+def test_ctrl_c_keeps_what_there_is(command_server: ForkServer, left_turn: Path, tmp_path: Path) -> None:
     """SIGINT in the middle of a search: 130, a report of what was found, and a complete run directory."""
-    process = start(left_turn, "--ga", "--generations", "60000", "--population", "50", "--out", tmp_path / "run")
+    run = tmp_path / "run"
+    process = command_server.start(RUN, left_turn, "--ga", "--generations", 60000, "--population", 50, "--out", run)
     deadline = time.monotonic() + 300
-    while generations(tmp_path / "run" / "journal.sqlite") < 3:
-        assert process.poll() is None, process.communicate()
+    while generations(run / "journal.sqlite") < 3:
         assert time.monotonic() < deadline
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=300)
-    assert process.returncode == 130, err
-    assert "interrupted" in out
-    assert "Traceback" not in err
-    assert {path.name for path in (tmp_path / "run").iterdir()} >= {"journal.sqlite", "evaluations.csv", "summary.json"}
+    os.kill(process.pid, signal.SIGINT)
+    ended = process.end()
+    assert ended.status == 130, ended.err
+    assert "interrupted" in ended.out
+    assert "Traceback" not in ended.err
+    assert {path.name for path in run.iterdir()} >= {"journal.sqlite", "evaluations.csv", "summary.json"}
 
 
 ASKED = """
@@ -118,40 +119,31 @@ def test_a_terminal_of_another_encoding(left_turn: Path, encoding: str) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs modes of folders")
-def test_a_folder_that_cannot_be_written(left_turn: Path, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written(command_server: ForkServer, left_turn: Path, tmp_path: Path) -> None:
     """Without a place for results nothing is started."""
     tmp_path.chmod(0o500)
-    process = start(left_turn, "--ga", cwd=tmp_path, preexec_fn=obey_modes)
-    _, err = process.communicate(timeout=300)
-    assert process.returncode == 2
-    assert "cannot write" in err
+    ended = command_server.run(f"obey_modes(); {RUN}", left_turn, "--ga", at=tmp_path)
+    assert ended.status == 2
+    assert "cannot write" in ended.err
 
 
-def test_standard_output_is_plain_in_a_pipe(left_turn: Path) -> None:
+def test_standard_output_is_plain_in_a_pipe(command_server: ForkServer, left_turn: Path) -> None:
     """Nobody wants escape codes in a file, FORCE_COLOR or not, when --no-colour is given."""
-    done = subprocess.run(
-        [*CORTEXC, str(left_turn), "--no-colour"],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "FORCE_COLOR": "1"},
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0
-    assert "\x1b" not in done.stdout
+    ended = command_server.run(RUN, left_turn, "--no-colour", FORCE_COLOR="1")
+    assert ended.status == 0
+    assert "\x1b" not in ended.out
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 @pytest.mark.parametrize("option", ["--check", "--json"])
-def test_a_full_disk(left_turn: Path, option: str) -> None:
+def test_a_full_disk(command_server: ForkServer, left_turn: Path, tmp_path: Path, option: str) -> None:
     """Results that cannot be written end with 2 and a word, not as a bug of ours."""
-    with Path("/dev/full").open("w") as full:
-        result = subprocess.run(
-            [*CORTEXC, str(left_turn), option], stdout=full, stderr=subprocess.PIPE, text=True, check=False
-        )
-    assert result.returncode == 2
-    assert "the disk is full" in result.stderr
-    assert "Traceback" not in result.stderr
+    said = tmp_path / "said"
+    said.touch()
+    ended = command_server.run(RUN, left_turn, option, files=[os.devnull, "/dev/full", str(said)])
+    assert ended.status == 2
+    assert "the disk is full" in said.read_text(encoding="utf-8")
+    assert "Traceback" not in said.read_text(encoding="utf-8")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a shell")

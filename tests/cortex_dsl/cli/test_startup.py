@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.fork_server import ForkServer
+
 LEAVES_ALONE = """
 import gc, os, signal, sys
-from cortex_dsl.cli import main
 
 def state():
     handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
@@ -67,13 +68,14 @@ def test_a_usage_error_loads_nothing() -> None:
         (["--no-such-option"], 2),
     ],
 )
-def test_main_leaves_the_process_alone(arguments: list[str], code: int, left_turn: Path, tmp_path: Path) -> None:
+def test_main_leaves_the_process_alone(
+    arguments: list[str], code: int, command_server: ForkServer, left_turn: Path, tmp_path: Path
+) -> None:
     """Environment, collector of garbage, streams, signal handlers and folder are as before: `main` is a function
     that tests and notebooks call, too.
     """
-    command = [sys.executable, "-c", LEAVES_ALONE, str(left_turn), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path, check=False)
-    assert done.returncode == code, done.stderr
+    ended = command_server.run(LEAVES_ALONE, left_turn, *arguments, at=tmp_path)
+    assert ended.status == code, ended.err
 
 
 def test_the_process_sets_itself_up() -> None:

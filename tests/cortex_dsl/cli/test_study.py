@@ -5,7 +5,6 @@ import os
 import signal
 import sqlite3
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -15,9 +14,8 @@ from typing import Any
 import pytest
 
 from cortex_dsl.console.terminal import Exit
+from tests.fork_server import Ended, ForkServer, Running
 from tests.journals import reseal
-
-from .conftest import hear_interrupts
 
 TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
 
@@ -235,8 +233,6 @@ def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Pa
 
 
 HALTING = """
-import os, sys
-from cortex_dsl.__main__ import process
 from engine.study.database import StudyStore
 
 number, left = int(sys.argv[1]), int(sys.argv[2])
@@ -258,19 +254,19 @@ PATIENCE = 300
 """Seconds that a process may take to end, however busy the machine is."""
 
 
-def start(folder: Path, left_turn: Path, jobs: int, *, number: int = 0, after: int = 0) -> subprocess.Popen[bytes]:
-    """A study in a process of its own, which sends itself a signal when `after` of its runs are written."""
+def start(server: ForkServer, folder: Path, left_turn: Path, jobs: int, *, number: int = 0, after: int = 0) -> Running:
+    """A study in a session of its own, which sends itself a signal when `after` of its runs are written."""
     words = ["study", left_turn, "--runs", 6, "--generations", 6, "--population", 20, "--jobs", jobs, "--out", folder]
-    command = [sys.executable, "-c", HALTING, *map(str, (number, after, *words))]
-    return subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=hear_interrupts
-    )
+    return server.start(HALTING, number, after, *words, alone=True)
 
 
-def wait_until_it_stands_still(process: subprocess.Popen[bytes]) -> None:
-    """A process that sends itself SIGSTOP is in the middle of its work, for as long as one likes."""
-    _, status = os.waitpid(process.pid, os.WUNTRACED)
-    assert os.WIFSTOPPED(status), process.stderr and process.stderr.read()
+def over(process: Running) -> Ended:
+    """What a study left, once all of its processes have ended by themselves."""
+    deadline = time.monotonic() + PATIENCE
+    while children(process.pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return process.end()
 
 
 def finished_runs(folder: Path) -> int:
@@ -282,11 +278,9 @@ def finished_runs(folder: Path) -> int:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> list[tuple]:
+def undisturbed(command_server: ForkServer, left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> list[tuple]:
     folder = tmp_path_factory.mktemp("undisturbed") / "s"
-    process = start(folder, left_turn, 1)
-    assert process.communicate(timeout=PATIENCE) is not None
-    assert process.returncode == Exit.FINE
+    assert start(command_server, folder, left_turn, 1).end().status == Exit.FINE
     return contents(folder)
 
 
@@ -299,13 +293,18 @@ def children(group: int) -> list[int]:
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
 @pytest.mark.parametrize(("jobs", "after"), [(1, 1), (1, 4), (2, 2), (2, 5)])
 def test_a_killed_study_goes_on_to_the_same_rows(
-    cortexc: Callable[..., Any], undisturbed: list[tuple], left_turn: Path, tmp_path: Path, jobs: int, after: int
+    cortexc: Callable[..., Any],
+    command_server: ForkServer,
+    undisturbed: list[tuple],
+    left_turn: Path,
+    tmp_path: Path,
+    jobs: int,
+    after: int,
 ) -> None:
     """SIGKILL of the command alone: what was finished is there, its workers end by themselves."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, jobs, number=signal.SIGKILL, after=after)
-    process.communicate(timeout=PATIENCE)
-    assert process.returncode == -signal.SIGKILL
+    process = start(command_server, folder, left_turn, jobs, number=signal.SIGKILL, after=after)
+    assert process.end().status == -signal.SIGKILL
     assert finished_runs(folder) == after
     result = cortexc("study", "--resume", folder, "--jobs", 1)
     assert result.code == Exit.FINE
@@ -322,6 +321,7 @@ def test_a_killed_study_goes_on_to_the_same_rows(
 )
 def test_a_study_that_is_stopped_keeps_what_is_finished_and_says_how_to_go_on(
     cortexc: Callable[..., Any],
+    command_server: ForkServer,
     undisturbed: list[tuple],
     left_turn: Path,
     tmp_path: Path,
@@ -331,28 +331,30 @@ def test_a_study_that_is_stopped_keeps_what_is_finished_and_says_how_to_go_on(
 ) -> None:
     """Ctrl-C goes to the whole group, as from a terminal, SIGTERM to the command; nobody complains with a traceback."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, jobs, number=signal.SIGSTOP, after=2)
-    wait_until_it_stands_still(process)
+    process = start(command_server, folder, left_turn, jobs, number=signal.SIGSTOP, after=2)
+    process.wait_until_stopped()
     (os.killpg if how == signal.SIGINT else os.kill)(process.pid, how)
     os.killpg(process.pid, signal.SIGCONT)
-    _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == code
-    assert b"continue with: cortexc study --resume" in err
-    assert b"Traceback" not in err
-    assert b"leaked" not in err
+    ended = over(process)
+    assert ended.status == code
+    assert "continue with: cortexc study --resume" in ended.err
+    assert "Traceback" not in ended.err
+    assert "leaked" not in ended.err
     assert 2 <= finished_runs(folder) < 12
     assert cortexc("study", "--resume", folder, "--jobs", 1).code == Exit.FINE
     assert contents(folder) == undisturbed
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
-def test_one_process_at_a_time(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_one_process_at_a_time(
+    cortexc: Callable[..., Any], command_server: ForkServer, left_turn: Path, tmp_path: Path
+) -> None:
     """A study that is being written is left alone."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, 1, number=signal.SIGSTOP, after=1)
-    wait_until_it_stands_still(process)
+    process = start(command_server, folder, left_turn, 1, number=signal.SIGSTOP, after=1)
+    process.wait_until_stopped()
     result = cortexc("study", "--resume", folder, "--jobs", 1)
-    process.kill()
-    process.communicate(timeout=PATIENCE)
+    os.kill(process.pid, signal.SIGKILL)
+    process.end()
     assert result.code == Exit.USAGE
     assert "another process" in result.said

@@ -1,7 +1,7 @@
 """Answers about a text: right where it is whole, and never an exception where it is not."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl.editor.analysis import Analysis, View, analyse
@@ -16,6 +16,7 @@ from cortex_dsl.semantics.model.context import Superseded
 from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.properties import FLAGS, PROPERTIES
 from cortex_dsl.source import Source, Span
+from tests.laws import examples
 
 PIECES = [
     "ego",
@@ -56,7 +57,7 @@ def ask_everything(view, offset):
     outline(view)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(st.sampled_from(PIECES), max_size=25).map(" ".join), st.floats(0, 1))
 def test_no_text_is_too_broken_to_ask_about(text, where):
     analysis = analyse("own.scn", text)

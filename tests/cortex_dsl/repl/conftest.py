@@ -1,8 +1,5 @@
 """A session without a terminal, and sessions that are processes of their own."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +9,7 @@ import pytest
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl.loop import do
 from cortex_dsl.repl.state import State
+from tests.fork_server import RUN, Ended, ForkServer
 
 ROOT = Path(__file__).parents[3]
 LEFT_TURN = ROOT / "examples" / "left_turn.scn"
@@ -54,20 +52,10 @@ def talk(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.fixture
-def piped(tmp_path: Path) -> Callable[..., "subprocess.CompletedProcess[str]"]:
+def piped(command_server: ForkServer, tmp_path: Path) -> Callable[..., Ended]:
     """`cortexc repl ARGUMENTS < script`, in a folder of its own."""
 
-    def run(script: str, *arguments: object, **environment: str) -> "subprocess.CompletedProcess[str]":
-        return subprocess.run(
-            [sys.executable, "-m", "cortex_dsl", "repl", *map(str, arguments)],
-            input=script,
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100", **environment},
-            timeout=300,
-            check=False,
-        )
+    def run(script: str | bytes, *arguments: object, **environment: str) -> Ended:
+        return command_server.run(RUN, "repl", *arguments, at=tmp_path, given=script, COLUMNS="100", **environment)
 
     return run

@@ -9,15 +9,17 @@ from pathlib import Path
 
 import pytest
 
+from tests.fork_server import Ended
+
 from .conftest import LEFT_TURN, ROOT
 
-Piped = Callable[..., "subprocess.CompletedProcess[str]"]
+Piped = Callable[..., Ended]
 
 
 def test_a_fine_script_is_quiet(piped: Piped) -> None:
     """No banner, no prompts, no echo."""
     done = piped("param V = Range(1, 9) m/s\nego = new Car on road,\n    with speed V\nV * 2\n")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "a speed, 2 to 18 m/s\n", "")
+    assert (done.status, done.out, done.err) == (0, "a speed, 2 to 18 m/s\n", "")
 
 
 @pytest.mark.parametrize(
@@ -32,34 +34,26 @@ def test_a_fine_script_is_quiet(piped: Piped) -> None:
     ],
     ids=["empty", "quit", "mistake", "command", "no scene", "garbage"],
 )
-def test_exit_codes(piped: Piped, script: str, code: int, tmp_path: Path) -> None:
+def test_exit_codes(piped: Piped, script: str, code: int) -> None:
     """Mistakes come before a scene that was not found; what follows a mistake is done all the same."""
-    done = subprocess.run(
-        [sys.executable, "-m", "cortex_dsl", "repl"],
-        input=script.encode("utf-8", errors="surrogatepass"),
-        capture_output=True,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == code, done.stderr.decode()
-    assert b"Traceback" not in done.stderr
+    done = piped(script.encode("utf-8", errors="surrogatepass"))
+    assert done.status == code, done.err
+    assert "Traceback" not in done.err
 
 
 def test_a_file_and_a_script(piped: Piped, tmp_path: Path) -> None:
     """`cortexc repl FILE < script` goes on where the file ends."""
     done = piped(f":save {tmp_path / 'copy.scn'}\nrequire EGO_SPEED > 70 km/h\n", LEFT_TURN)
-    assert done.returncode == 0, done.stderr
-    assert "of draws accepted" in done.stdout
+    assert done.status == 0, done.err
+    assert "of draws accepted" in done.out
     assert (tmp_path / "copy.scn").read_text() == LEFT_TURN.read_text()
 
 
 def test_a_file_that_does_not_exist(piped: Piped) -> None:
     """A usage error, as everywhere."""
     done = piped("", "nowhere.scn")
-    assert done.returncode == 2
-    assert "there is no file" in done.stderr
+    assert done.status == 2
+    assert "there is no file" in done.err
 
 
 def test_an_interrupt_ends_a_script(tmp_path: Path) -> None:
@@ -89,6 +83,6 @@ def test_an_interrupt_ends_a_script(tmp_path: Path) -> None:
 def test_odd_paths_are_refused(piped: Piped, command: str, name: str) -> None:
     """What cannot be a scenario's file is said in a line, and the session goes on."""
     done = piped(f"x = 1\n{command} {name}\n2 m\n")
-    assert (done.returncode, done.stdout) == (1, "a length, 2 m\n")
-    assert "a bug" not in done.stderr
-    assert done.stderr
+    assert (done.status, done.out) == (1, "a length, 2 m\n")
+    assert "a bug" not in done.err
+    assert done.err

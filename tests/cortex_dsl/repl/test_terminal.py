@@ -1,55 +1,59 @@
 """Sessions at a real pseudo-terminal, seen through a terminal emulator."""
 
+import fcntl
 import os
+import select
 import signal
-import sys
+import struct
+import termios
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-import pexpect
 import pyte
 import pytest
 
-from .conftest import LEFT_TURN, ROOT
+from tests.fork_server import RUN, ForkServer
+
+from .conftest import LEFT_TURN
 
 UP, CTRL_C, CTRL_D = "\x1b[A", "\x03", "\x04"
 PATIENCE = 300.0
 """Seconds that kernels may take to be compiled, and a session to end, however busy the machine is."""
 
 
-def hear_interrupts() -> None:
-    """In a child: let Ctrl-C reach it, though a shell that runs the tests in the background has it ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 class Screen:
     """A session and what its user sees."""
 
-    def __init__(self, folder: Path, *arguments: str, term: str = "xterm-256color", columns: int = 100) -> None:
-        environment = {**os.environ, "TERM": term, "PYTHONPATH": str(ROOT), "XDG_STATE_HOME": str(folder / "state")}
-        for name in ("NO_COLOR", "COLUMNS", "LINES"):
-            environment.pop(name, None)
-        self.process = pexpect.spawn(
-            sys.executable,
-            ["-m", "cortex_dsl", "repl", *arguments],
-            dimensions=(60, columns),
-            env=environment,
-            cwd=str(folder),
-            timeout=PATIENCE,
-            preexec_fn=hear_interrupts,
-        )
+    def __init__(
+        self, server: ForkServer, folder: Path, *arguments: str, term: str = "xterm-256color", columns: int = 100
+    ) -> None:
+        environment: dict[str, Any] = dict.fromkeys(("NO_COLOR", "COLUMNS", "LINES"))
+        environment |= {"TERM": term, "XDG_STATE_HOME": str(folder / "state")}
+        self.ours, self.theirs = os.openpty()
+        self.set_size(60, columns)
+        files = [os.ttyname(self.theirs)] * 3
+        self.session = server.start(RUN, "repl", *arguments, at=folder, files=files, alone=True, **environment)
+        self.raw = b""
         self.screen = pyte.Screen(columns, 60)
-        self.screen.write_process_input = self.process.send  # pyright: ignore[reportAttributeAccessIssue]  # pyte asks for it
+        self.screen.write_process_input = self.type  # pyright: ignore[reportAttributeAccessIssue]  # pyte asks for it
         self.stream = pyte.ByteStream(self.screen)
+
+    def set_size(self, lines: int, columns: int) -> None:
+        fcntl.ioctl(self.theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
 
     @property
     def text(self) -> str:
         return "\n".join(line.rstrip() for line in self.screen.display)
 
+    def type(self, keys: str | bytes) -> None:
+        os.write(self.ours, keys.encode() if isinstance(keys, str) else keys)
+
     def send(self, keys: str, expected: str, times: int = 1) -> None:
         """Type, and wait until a text stands on the screen so many times."""
-        self.process.send(keys)
+        self.type(keys)
         self.wait(expected, times)
 
     def wait(self, expected: str, times: int = 1) -> None:
@@ -59,34 +63,45 @@ class Screen:
     def press_ctrl_d(self) -> None:
         """At an empty prompt: between two prompts the terminal itself takes the key, and the session never sees it."""
         self._read_until(lambda: self.screen.display[self.screen.cursor.y].strip() == "scn>")
-        self.process.send(CTRL_D)
+        self.type(CTRL_D)
 
     def _read_until(self, is_there: Callable[[], bool]) -> None:
         deadline = time.monotonic() + PATIENCE
         while not is_there():
             assert time.monotonic() < deadline, self.text
-            try:
-                self.stream.feed(self.process.read_nonblocking(65536, 0.05))
-            except pexpect.TIMEOUT:
-                continue
-            except pexpect.EOF:
-                assert is_there(), self.text
+            self._read(0.05)
+
+    def _read(self, patience: float) -> bool:
+        """Show what the session has written meanwhile; False once its terminal is closed."""
+        try:
+            read = os.read(self.ours, 65536) if select.select([self.ours], [], [], patience)[0] else b""
+        except OSError:
+            return False
+        self.raw += read
+        self.stream.feed(read)
+        return True
 
     def end(self) -> int:
-        self.process.expect(pexpect.EOF, timeout=PATIENCE)
-        self.process.close()
-        return int(self.process.exitstatus or 0)
+        """Return the exit status, once the session has ended."""
+        os.close(self.theirs)
+        while self._read(PATIENCE):
+            continue
+        os.close(self.ours)
+        return self.session.end().status
+
+
+Start = Callable[..., Screen]
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """Where the session is started."""
-    return tmp_path
+def start(command_server: ForkServer, tmp_path: Path) -> Start:
+    """Start a session with these arguments at a terminal of its own."""
+    return partial(Screen, command_server, tmp_path)
 
 
-def test_typing_at_a_terminal(folder: Path) -> None:
+def test_typing_at_a_terminal(start: Start, tmp_path: Path) -> None:
     """Tab completes, a mistake comes back by arrow up, a block ends with a blank line, Ctrl-D asks once."""
-    screen = Screen(folder, columns=80)
+    screen = start(columns=80)
     screen.wait("still to come: ego")
     screen.send("param SPEED = Range(5, 80) km/h\r", "1 param")
     screen.send("require SPE\t", "require SPEED")
@@ -103,12 +118,12 @@ def test_typing_at_a_terminal(folder: Path) -> None:
     screen.wait("not saved")
     screen.press_ctrl_d()
     assert screen.end() == 0
-    assert "require SPEEDD > 50 km/h" in (folder / "state" / "cortexc" / "history").read_text()
+    assert "require SPEEDD > 50 km/h" in (tmp_path / "state" / "cortexc" / "history").read_text()
 
 
-def test_ctrl_c_ends_a_search_and_not_the_session(folder: Path) -> None:
+def test_ctrl_c_ends_a_search_and_not_the_session(start: Start) -> None:
     """What was found until then is shown, and the session goes on."""
-    screen = Screen(folder, str(LEFT_TURN), columns=120)
+    screen = start(str(LEFT_TURN), columns=120)
     screen.wait("accepted")
     screen.send(":ga 5000\r", "generation 1")
     screen.send(CTRL_C, "interrupted")
@@ -117,9 +132,9 @@ def test_ctrl_c_ends_a_search_and_not_the_session(folder: Path) -> None:
     assert screen.end() == 0
 
 
-def test_a_dumb_terminal(folder: Path) -> None:
+def test_a_dumb_terminal(start: Start) -> None:
     """Prompts, but nothing that moves a cursor or colours a word."""
-    screen = Screen(folder, term="dumb")
+    screen = start(term="dumb")
     screen.wait("scn>")
     screen.send("behavior Go():\r    wait\r\r", "scn>", 2)
     screen.send("V * 2\r", "SCN201")
@@ -128,15 +143,14 @@ def test_a_dumb_terminal(folder: Path) -> None:
     screen.press_ctrl_d()
     screen.wait("not saved")
     screen.press_ctrl_d()
-    raw = screen.process.read()
-    assert b"\x1b" not in raw
     assert screen.end() == 0
+    assert b"\x1b" not in screen.raw
 
 
-def test_a_history_that_cannot_be_written(folder: Path) -> None:
+def test_a_history_that_cannot_be_written(start: Start, tmp_path: Path) -> None:
     """The session keeps its history for itself."""
-    (folder / "state").write_text("a file where a folder should be")
-    screen = Screen(folder)
+    (tmp_path / "state").write_text("a file where a folder should be")
+    screen = start()
     screen.send("x = 1 m\r", "session *")
     screen.send(UP, "scn> x = 1 m", 2)
     screen.send(CTRL_C + CTRL_D, "not saved")
@@ -144,29 +158,29 @@ def test_a_history_that_cannot_be_written(folder: Path) -> None:
     assert screen.end() == 0
 
 
-def test_odd_moments(folder: Path) -> None:
+def test_odd_moments(start: Start, tmp_path: Path) -> None:
     """The window changes in the middle of a block, the session is stopped and goes on, Ctrl-D does not lose a block,
     Ctrl-C while nothing runs and bytes that are no text do no harm, and the file disappears.
     """
-    (folder / "a.scn").write_text("x = 1 m\n")
-    screen = Screen(folder, "a.scn")
+    (tmp_path / "a.scn").write_text("x = 1 m\n")
+    screen = start("a.scn")
     screen.wait("still to come: ego")
     screen.send("behavior Go():\r", "...")
-    screen.process.send("wai")
+    screen.type("wai")
     for columns, lines in ((20, 20), (10, 5), (100, 60)):
-        screen.process.setwinsize(lines, columns)
+        screen.set_size(lines, columns)
     for number in (signal.SIGTSTP, signal.SIGCONT):
-        screen.process.kill(number)
-    screen.process.send(CTRL_D)
+        os.kill(screen.session.pid, number)
+    screen.type(CTRL_D)
     screen.send("t\r\r", "scn>", 2)
     screen.send(":list\r", "wait", 2)
-    screen.process.send(CTRL_C + CTRL_C)
-    os.write(screen.process.child_fd, b"y = 1 \xff\xfe m\r")
+    screen.type(CTRL_C + CTRL_C)
+    screen.type(b"y = 1 \xff\xfe m\r")
     screen.wait("SCN118")
-    (folder / "a.scn").unlink()
+    (tmp_path / "a.scn").unlink()
     screen.send(":load b.scn\r", "N]")
     screen.send("y\r", "there is no file `b.scn`")
     screen.send(":save\r", "saved a.scn")
     screen.press_ctrl_d()
     assert screen.end() == 0
-    assert "behavior Go():\n    wait\n" in (folder / "a.scn").read_text()
+    assert "behavior Go():\n    wait\n" in (tmp_path / "a.scn").read_text()

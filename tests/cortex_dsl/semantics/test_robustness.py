@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
@@ -14,6 +14,7 @@ from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.model import limits
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
+from tests.laws import examples
 
 GOOD = sorted((Path(__file__).parent / "golden" / "good").glob("*.scn"))
 TEXTS = [path.read_text() for path in GOOD]
@@ -36,7 +37,7 @@ def _little_patience() -> Iterator[None]:
     limits.EVALUATION_LIMIT = before
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     st.sampled_from(TEXTS), st.lists(st.tuples(st.floats(0, 0.999), st.sampled_from(PIECES)), min_size=1, max_size=3)
 )

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import ir
@@ -14,6 +14,7 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
 from engine.vocabulary import Column
+from tests.laws import examples
 
 exponents = st.integers(-6, 6)
 dimensions = st.builds(ir.Dimension, exponents, exponents, exponents, exponents)
@@ -53,7 +54,7 @@ def test_every_dimension_has_a_name(a: ir.Dimension) -> None:
     assert si_formula(a)
 
 
-@settings(max_examples=15, deadline=None)
+@examples(15)
 @given(st.floats(0.001, 90.0))
 def test_conversion_is_one_multiplication(value: float) -> None:
     """SI = written value * factor, bit for bit, however the digits are written."""

@@ -12,6 +12,7 @@ from cortex_dsl.report.findings.snippet import as_json, render_text
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.reading import decode
+from tests.laws import examples
 
 PIECES = [
     "behavior", "param", "map", "model", "simulation", "require", "require[", "terminate", "when", "after", "do",
@@ -27,7 +28,7 @@ PIECES = [
     "\n\t", "\r\n", "\f", "\0", "\ufeff", "°", "é", "😀", "\u202e", "\x1b[31m",
 ]  # fmt: skip
 
-quickly = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
+quickly = settings(examples(150), suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
 
 
 def complaint(read: Callable[[], object]) -> CompileError | None:

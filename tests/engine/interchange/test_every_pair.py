@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.interchange import InterchangeError, every_pair
@@ -17,6 +17,7 @@ from engine.interchange.sources import read_traffic
 from engine.interchange.tables.read import recording_of
 from engine.interchange.tables.tracks import TableTrack, Tracks
 from engine.vocabulary import ActorKind
+from tests.laws import examples
 
 STEP = 0.1
 
@@ -82,7 +83,7 @@ def windows_of(ranked: RankedWindows) -> dict[tuple[str, str], list[tuple[float,
     return found
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(seed=st.integers(0, 10_000), near=st.sampled_from([5.0, 20.0, 50.0]))
 def test_windows_are_those_of_a_search_by_hand(seed: int, near: float) -> None:
     """Steps are passed, and none is missed; who overlaps from the start is counted apart."""
@@ -96,7 +97,7 @@ def test_windows_are_those_of_a_search_by_hand(seed: int, near: float) -> None:
         assert np.array(spans) == pytest.approx(np.array(expected[pair]), abs=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(seed=st.integers(0, 10_000))
 def test_a_window_is_judged_as_a_recording_of_the_two_alone(seed: int) -> None:
     """The same numbers as `measure`, whoever else is there."""
@@ -156,7 +157,7 @@ def test_the_worst_comes_first_and_third_parties_end_nothing() -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_who_had_touched_a_third_is_who_a_search_of_all_finds(seed: int) -> None:
     """Before the two were nearest, one of them had a contact with somebody else."""
     rng = np.random.default_rng(seed)

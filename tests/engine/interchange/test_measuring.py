@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import Scenario, load
@@ -24,6 +24,7 @@ from engine.tables import A_BUILDING
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run
+from tests.laws import examples
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
@@ -317,7 +318,7 @@ def played() -> list[tuple[Recording, Measured]]:
     return [(recording, measure(recording)) for recording in found]
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(
     number=st.integers(0, 7),
     angle=st.floats(-4.0, 4.0),

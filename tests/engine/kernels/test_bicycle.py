@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from engine.kernels.bicycle import Demand, Motion, Vehicle, drive, walk, within_grip
 from engine.kernels.jit import kernel
 from engine.tables import Floats
+from tests.laws import examples
 
 CAR = Vehicle(2.579, 0.551, 0.7, 3.0, 8.0, 9.81, math.inf)
 START = (0.0, 0.0, 0.3, 8.0, 0.0)
@@ -77,7 +78,7 @@ def test_constant_steering_drives_an_exact_circle(time_step: float) -> None:
 
 
 @given(speed=st.floats(0, 40), braking=st.floats(0.1, 8), time_step=st.sampled_from([0.01, 0.05, 0.2]))
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_braking_stops_and_never_reverses(speed: float, braking: float, time_step: float) -> None:
     """The speed reaches zero, exactly, after exactly v^2 / 2a metres, and the car then stays where it is."""
     steps = math.ceil(speed / braking / time_step) + 3
@@ -95,7 +96,7 @@ def test_braking_stops_and_never_reverses(speed: float, braking: float, time_ste
     speed=st.floats(0, 60),
     grip=st.floats(1, 12),
 )
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_what_is_held_lies_in_the_friction_circle(
     acceleration: float, curvature: float, speed: float, grip: float
 ) -> None:
@@ -117,7 +118,7 @@ def test_too_fast_for_the_bend_runs_wide() -> None:
 
 
 @given(target=st.floats(-2, 2), start=st.floats(-0.5, 0.5))
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_steering_is_limited_in_rate_and_angle(target: float, start: float) -> None:
     """The wheels move by at most 0.7 rad/s towards what is asked for, and never beyond their stop."""
     steer = np.array([start, *driven([(0.0, target)] * 60, (0, 0, 0, 1, start))[:, 4]])
@@ -133,7 +134,7 @@ def test_a_nan_demand_is_not_hidden() -> None:
 
 
 @given(speed=st.floats(0.1, 30), turn=st.floats(-0.4, 0.4))
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_mirror_image(speed: float, turn: float) -> None:
     """Steering the other way mirrors the path, bit for bit."""
     assume(turn != 0)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from engine.kernels.conflict import (
@@ -19,7 +19,6 @@ from engine.kernels.pair import Rate
 from engine.tables import Floats
 from engine.vocabulary import State
 
-compiled = settings(deadline=None)
 STEP = 0.05
 OUTLINES = np.array([[4.0, 2.0, 0.0], [4.0, 2.0, 0.0]])
 
@@ -76,7 +75,6 @@ def test_ttc_of_a_crossing_is_when_corners_meet() -> None:
     assert time_to_collision(pair(car(-10, 0, 0, 10), car(0, -20, math.pi / 2, 10))) == math.inf
 
 
-@compiled
 @given(snapshots())
 @example(pair(car(0.0, 4.0, 1.0, 2e-309), car(0.0, 0.0, 0.0, 0.0)))  # so slow that all times are infinite
 def test_ttc_is_the_first_touch_of_outlines_that_keep_their_velocities(now: Snapshot) -> None:
@@ -87,7 +85,6 @@ def test_ttc_is_the_first_touch_of_outlines_that_keep_their_velocities(now: Snap
     assert all(later(now, time) > 0.0 for time in np.linspace(0.0, min(ttc, 60.0), 300) if time < ttc - 1e-6)
 
 
-@compiled
 @given(snapshots(), st.floats(-3.0, 3.0))
 def test_measures_do_not_depend_on_the_axes(now: Snapshot, turn: float) -> None:
     """Turned or mirrored, an instant has the same TTC, DRAC and THW; TTC and DRAC do not mind who is the ego."""
@@ -150,7 +147,6 @@ def test_pet_of_a_follower_is_its_time_gap() -> None:
     assert pet(drive(0, 0, 0, 10), drive(-16, 0, 0, 10)) == pytest.approx(1.2, abs=1e-4)
 
 
-@compiled
 @given(st.floats(5.0, 40.0), st.floats(5.0, 40.0), st.floats(3.0, 15.0), st.floats(3.0, 15.0), st.floats(-3, 3))
 def test_pet_swaps_its_sign_with_the_roles_and_keeps_it_when_mirrored(
     a: float, b: float, v: float, w: float, turn: float

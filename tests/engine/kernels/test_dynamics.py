@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.dynamics import VEHICLES, agreement, apart, drive_both
@@ -11,6 +11,7 @@ from engine.kernels.bicycle import GRAVITY, Demand, Vehicle
 from engine.kernels.dynamics import COMMAND_STEP, SUBSTEP, Chassis, Drift, Held, hold
 from engine.kernels.jit import kernel
 from engine.kernels.tyres import tyre_across, tyre_along
+from tests.laws import examples
 
 SUBSTEPS = round(COMMAND_STEP / SUBSTEP)
 VEHICLE = Vehicle(2.579, 0.551, 0.7, 3.0, 8.0, GRAVITY, math.inf)
@@ -91,7 +92,7 @@ def test_full_brakes_on_ice_stop_by_its_grip_and_steer() -> None:
     assert turning.y > 0.1
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     st.floats(3.0, 40.0),
     st.floats(-8.0, 3.0),
@@ -107,7 +108,7 @@ def test_mirrored_commands_give_the_mirrored_drive_but_for_the_tyres(
     assert math.hypot(one.x - other.x, one.y + other.y) < 0.05 * way + 0.01
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     st.floats(-1.3, 1.3),
     st.floats(-8.0, 8.0),

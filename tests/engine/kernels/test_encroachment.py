@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import unary_union
 from shapely.geometry import MultiPoint, Polygon
@@ -17,6 +17,7 @@ from engine.kernels.geometry import Box
 from engine.kernels.swept import LINES, POINTS, Span, hulls_apart, lay, swept
 from engine.tables import Floats
 from engine.vocabulary import State
+from tests.laws import examples
 
 STEP = 0.05
 OUTLINES = np.array([[4.0, 2.0, 0.0], [4.0, 2.0, 0.0]])
@@ -97,7 +98,7 @@ def covered(states: Floats) -> list[BaseGeometry]:
 MOTIONS = (st.floats(-40, 40), st.floats(-40, 40), st.floats(-3, 3), st.floats(0, 15), st.floats(-0.4, 0.4))
 
 
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(*MOTIONS)
 def test_steps_in_the_area_are_those_of_every_pair_of_steps(
     x: float, y: float, heading: float, speed: float, turning: float
@@ -142,7 +143,7 @@ def test_a_line_that_parts_two_hulls_is_remembered_and_changes_no_answer() -> No
         assert hulls_apart(one, one, near) < 0.0
 
 
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(*MOTIONS)
 def test_in_the_area_are_those_steps_that_touch_what_the_other_sweeps(
     x: float, y: float, heading: float, speed: float, turning: float

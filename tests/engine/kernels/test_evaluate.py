@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -19,6 +19,7 @@ from engine.opcodes import Op
 from engine.road import build_network, road_tables
 from engine.vocabulary import ManeuverType
 from tests.engine.kernels.sight_reference import Scene, agrees
+from tests.laws import examples
 
 REGISTERS = 24
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32) | st.integers(-9, 9).map(float)
@@ -81,7 +82,6 @@ UNARY = {
 
 
 @pytest.mark.parametrize("op", BINARY)
-@settings(deadline=None)
 @given(x=numbers, y=numbers)
 def test_binary_operators_mean_what_python_means(calculate, op, x, y):
     """Bit for bit Python's result wherever Python has one."""
@@ -90,7 +90,6 @@ def test_binary_operators_mean_what_python_means(calculate, op, x, y):
 
 
 @pytest.mark.parametrize("op", UNARY)
-@settings(deadline=None)
 @given(x=numbers)
 @example(x=2.5)
 @example(x=-0.5)
@@ -119,7 +118,6 @@ def test_functions(calculate, op, function, domain):
         assert calculate(op, x)[0] == pytest.approx(function(x), rel=1e-14, abs=1e-14)
 
 
-@settings(deadline=None)
 @given(x=st.floats(0.01, 100.0), y=st.floats(-5.0, 5.0))
 def test_power_and_hypotenuse(calculate, x, y):
     """`**` and `hypot`."""
@@ -150,7 +148,6 @@ def test_nothing_raises(calculate, op, x, y, expected):
     assert calculate(op, x, y)[0] == pytest.approx(expected, nan_ok=True)
 
 
-@settings(deadline=None)
 @given(angle=st.floats(-1e6, 1e6))
 @example(angle=math.pi)
 @example(angle=-math.pi)
@@ -177,7 +174,6 @@ def test_normal_family(calculate):
     assert calculate(Op.NORMAL_CDF, 1.0)[0] == pytest.approx(0.8413447460685429, rel=1e-15)
 
 
-@settings(deadline=None)
 @given(share=st.floats(-0.1, 1.1))
 def test_path_operations(calculate, network, share):
     """Poses, lengths, projections and distances agree with the road's own."""
@@ -193,7 +189,6 @@ def test_path_operations(calculate, network, share):
     assert calculate(Op.PATH_DISTANCE, path, left_x, left_y)[0] == pytest.approx(2.0, abs=1e-9)
 
 
-@settings(deadline=None)
 @given(x=near, y=near)
 def test_region_operations(calculate, network, x, y):
     """Distance and containment agree with the road's own and with one another."""
@@ -227,7 +222,6 @@ def test_distance_from_outline_to_region(calculate, network):
     assert calculate(Op.REGION_BOX_DISTANCE, region, 0.0, -20.0 + away, 0.0, 4.0, 1.8)[0] == 0.0
 
 
-@settings(deadline=None)
 @given(x=near, y=near, heading=angles)
 def test_distance_between_outlines(calculate, x, y, heading):
     """Packed operands are x, y, heading, length, width."""
@@ -240,7 +234,7 @@ def can_see(calculate, viewer, outline):
     return calculate(Op.CAN_SEE, *viewer, -1.0, *outline, 0.0, b=6, c=11)[0]
 
 
-@settings(deadline=None, max_examples=300)
+@examples(300)
 @given(
     viewer=st.tuples(near, near, angles, st.floats(0.1, 6.5), st.floats(1.0, 80.0)),
     outline=st.tuples(near, near, angles, st.just(4.5), st.just(1.8)),
@@ -258,7 +252,6 @@ def test_can_see_what_surrounds_the_viewer(calculate):
     assert can_see(calculate, (0, 0, 0.0, math.pi, 50.0), (-20, 0, 0, 4.5, 1.8)) == 0.0
 
 
-@settings(deadline=None)
 @given(share=st.floats(0.05, 0.9), offset=st.floats(-1.5, 1.5), by=st.floats(0.0, 40.0))
 def test_following_the_road(calculate, network, share, offset, by):
     """The pose reached lies on the lane's default route as far on, at the same lateral offset."""

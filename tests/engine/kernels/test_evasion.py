@@ -18,8 +18,9 @@ from engine.kernels.evasion import (
 )
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.pair import Rate
+from tests.laws import examples
 
-compiled = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
+compiled = settings(examples(60), suppress_health_check=[HealthCheck.filter_too_much])
 BRAKES, GRIP = 8.0, 9.81
 LENGTH, WIDTH = 4.0, 2.0
 

@@ -8,13 +8,12 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.approach import DISTANCE_TOLERANCE, TOUCH, closest_in_step, first_contact
 from engine.kernels.geometry import Box, box_distance
 
-compiled = settings(deadline=None)
 """The first call compiles."""
 
 ANGLES = st.floats(-4.0, 4.0)
@@ -96,14 +95,12 @@ def fastest(a: tuple[Box, Box], b: tuple[Box, Box]) -> float:
     )
 
 
-@compiled
 @given(boxes(), boxes())
 def test_distance_is_that_of_the_polygons(a: Box, b: Box) -> None:
     """Eight corner distances and four axes say what all edges and points say."""
     assert box_distance(a, b) == pytest.approx(polygon_distance(a, b), abs=1e-9)
 
 
-@compiled
 @given(boxes(), boxes(), PLACES, PLACES, ANGLES)
 def test_distance_keeps_under_motion_mirror_and_swap(a: Box, b: Box, x: float, y: float, turn: float) -> None:
     """Where the world's axes lie, which hand it has and who is named first changes no distance."""
@@ -126,7 +123,6 @@ def test_corner_to_corner_is_not_cut_short() -> None:
     assert box_distance(box(0, 0, 0, 2, 2), box(5, 6, 0, 2, 2)) == pytest.approx(5.0)
 
 
-@compiled
 @given(motions(), motions())
 def test_contact_is_found_when_outlines_touch_and_not_before(a: tuple[Box, Box], b: tuple[Box, Box]) -> None:
     """No sample overlaps before the contact found; at it the outlines are within the tolerance."""
@@ -140,7 +136,6 @@ def test_contact_is_found_when_outlines_touch_and_not_before(a: tuple[Box, Box],
     assert all(distance > 0.0 for k, distance in enumerate(distances) if k / 200 < part - 1e-6)
 
 
-@compiled
 @given(motions(), motions())
 def test_contact_search_does_not_mind_who_is_first(a: tuple[Box, Box], b: tuple[Box, Box]) -> None:
     """Both orders agree on contact but for pairs that pass within the tolerance."""
@@ -191,7 +186,6 @@ def test_broken_numbers_end_the_search(broken: float) -> None:
     assert first_contact(a, a, b._replace(x=8.0), b._replace(x=broken)) == -1.0
 
 
-@compiled
 @given(motions(), motions())
 def test_closest_approach_is_a_distance_of_the_step_and_the_least(a: tuple[Box, Box], b: tuple[Box, Box]) -> None:
     """It occurs at the returned fraction, and no sample lies lower but for the tolerance."""
@@ -201,7 +195,6 @@ def test_closest_approach_is_a_distance_of_the_step_and_the_least(a: tuple[Box, 
     assert distance >= min(sampled(a, b)) - fastest(a, b) / 200
 
 
-@compiled
 @given(motions(), motions(), st.floats(0.0, 20.0))
 def test_closest_approach_is_returned_only_if_it_beats_the_best(
     a: tuple[Box, Box], b: tuple[Box, Box], best: float

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.contact import Body, Contact, add_contact, closing, touching
@@ -13,6 +13,7 @@ from engine.kernels.impact import resolve
 from engine.tables import Floats
 from engine.vehicles import BICYCLE, BUS, CAR, MODELS, ActorModel
 from engine.vocabulary import ActorKind
+from tests.laws import examples
 
 RESTITUTION, FRICTION = 0.15, 0.5
 VELOCITY = [Body.VX, Body.VY, Body.SPIN]
@@ -138,7 +139,7 @@ def single_contacts(draw: st.DrawFn) -> tuple[Floats, Floats]:
     return np.array(rows), np.array([contact(0, 1, angle, (0.0, 0.0))])
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(single_contacts(), st.floats(0.0, 1.0), st.floats(0.0, 0.8))
 def test_a_single_contact_has_its_closed_form(scene: tuple[Floats, Floats], e: float, mu: float) -> None:
     """Stick and slip, to 1e-9 m/s, where Newton's law brings no energy; where it would, it brings none."""
@@ -198,7 +199,7 @@ def heaps(draw: st.DrawFn) -> tuple[Floats, Floats]:
     return np.array(rows), np.array(contacts).reshape(-1, len(Contact))
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(heaps())
 def test_heaps_keep_momentum_and_gain_no_energy(scene: tuple[Floats, Floats]) -> None:
     """Whatever touches whatever: numbers stay numbers, momentum holds to 1e-9, energy does not rise."""

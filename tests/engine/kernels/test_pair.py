@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
@@ -13,7 +13,6 @@ from engine.kernels.pair import NOISE_FLOOR, PairMetrics, center_velocity, measu
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
 
-compiled = settings(deadline=None)
 STEP = 0.05
 OUTLINES = np.array([[4.0, 2.0, 0.0], [4.0, 2.0, 0.0]])
 CAR = np.array([4.508, 1.610, 1.423])
@@ -152,7 +151,6 @@ def mirrored(states: Floats) -> Floats:
     return states * np.where(np.isin(np.arange(len(State)), [State.Y, State.HEADING, State.STEER]), -1.0, 1.0)
 
 
-@compiled
 @given(encounters(), st.floats(-3.0, 3.0), st.floats(-50, 50))
 def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: float, shift: float) -> None:
     """Turned, shifted or mirrored, a run has the same metrics; exchanged, its two actors have them, too.
@@ -185,7 +183,6 @@ def test_rounding_noise_is_no_approach(noise: float, known: bool) -> None:
     assert math.isfinite(metrics.ttc_at_ms) == known
 
 
-@compiled
 @given(encounters())
 def test_no_instant_is_nearer_than_md(pair: tuple[Floats, Floats]) -> None:
     """Twenty instants in every step are no nearer, and not much farther either."""
@@ -238,7 +235,6 @@ def test_who_never_meets_has_no_approach() -> None:
     assert approach.side == -1
 
 
-@compiled
 @given(encounters(), st.floats(-3.0, 3.0), st.floats(-50, 50))
 def test_how_two_meet_does_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: float, shift: float) -> None:
     """Turning and shifting change nothing; a mirror turns the angle round and exchanges left and right.

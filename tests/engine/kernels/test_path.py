@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.path import (
@@ -32,14 +32,12 @@ def city() -> tuple[Network, RoadTables, list[int]]:
 
 
 NETWORK, ROAD, ROUTES = city()
-compiled = settings(deadline=None)
 """The first call compiles."""
 routes = st.sampled_from(ROUTES)
 shares = st.floats(0.0, 1.0)
 near = st.floats(-80.0, 180.0)
 
 
-@compiled
 @given(routes, st.floats(-0.2, 1.2))
 def test_pose_and_curvature_are_those_of_the_book(path: int, share: float) -> None:
     """Also before the start and past the end, where both stay at the end."""
@@ -48,7 +46,6 @@ def test_pose_and_curvature_are_those_of_the_book(path: int, share: float) -> No
     assert path_curvature(ROAD, path, s) == NETWORK.paths.curvature(path, s)
 
 
-@compiled
 @given(routes, near, near)
 def test_projection_is_that_of_the_book(path: int, x: float, y: float) -> None:
     """Distances agree; so do arc lengths, unless two places are equally near."""
@@ -58,7 +55,6 @@ def test_projection_is_that_of_the_book(path: int, x: float, y: float) -> None:
     assert distance == pytest.approx(math.hypot(foot_x - x, foot_y - y), abs=1e-9)
 
 
-@compiled
 @given(routes, shares)
 def test_project_undoes_pose(path: int, share: float) -> None:
     """No route of a grid crosses itself, so the arc length comes back."""
@@ -67,7 +63,6 @@ def test_project_undoes_pose(path: int, share: float) -> None:
     assert path_project(ROAD, path, x, y) == pytest.approx(s, abs=1e-6)
 
 
-@compiled
 @given(routes, shares, st.floats(-1.6, 1.6), st.floats(-3.0, 3.0))
 def test_local_projection_finds_the_offset_point(path: int, share: float, offset: float, error: float) -> None:
     """From a guess some metres off, a point beside the path is found with its signed offset and its heading."""
@@ -80,7 +75,6 @@ def test_local_projection_finds_the_offset_point(path: int, share: float, offset
     assert point.curvature in {primitive.curvature for primitive in NETWORK.paths.primitives(path)}
 
 
-@compiled
 @given(routes, st.floats(0.0, 20.0), st.floats(-1.5, 1.5), st.booleans())
 def test_local_projection_stops_at_the_ends(path: int, beyond: float, offset: float, at_end: bool) -> None:
     """Beyond an end the arc length is the end's and the offset that from the end's tangent."""
@@ -116,7 +110,6 @@ def test_local_projection_goes_on_to_the_neighbour_primitive() -> None:
                 assert path_project_near(ROAD, path, x, y, joint - step).s == pytest.approx(joint + step, abs=1e-9)
 
 
-@compiled
 @given(routes, shares, st.floats(0.5, 8.0), st.floats(0.5, 8.0))
 def test_speed_limit_lets_every_curve_be_met(path: int, share: float, lateral: float, deceleration: float) -> None:
     """Braking from it as planned, the lateral acceleration never exceeds its limit; and at one place it reaches it."""

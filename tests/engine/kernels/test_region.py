@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box
@@ -24,6 +24,7 @@ from engine.program import ParamSpace, Settings, program_digest
 from engine.road import LaneRole, Network, build_network, road_tables
 from engine.road.opendrive.network import map_file
 from engine.tables import ROAD_REGION, CodeTables, RoadTables
+from tests.laws import examples
 
 VILLAGE = Path(__file__).parents[3] / "examples" / "roads" / "village.xodr"
 
@@ -33,14 +34,12 @@ PLACES: list[tuple[Network, RoadTables]] = [
         build_network, [RoadSpec(approach=20.0), RoadSpec(ways=3, lanes=2, cols=2, block=60.0, approach=20.0)]
     )
 ]
-compiled = settings(deadline=None)
 """The first call compiles."""
 places = st.sampled_from([0, 1])
 """Indices into `PLACES`."""
 coordinates = st.floats(-35.0, 90.0)
 
 
-@compiled
 @given(places, st.data(), coordinates, coordinates)
 def test_containment_and_distance_are_those_of_the_book(place: int, data: st.DataObject, x: float, y: float) -> None:
     """The cores and the hull are shortcuts: the answer is that of the whole boundary."""
@@ -64,7 +63,6 @@ def test_hull_is_a_shortcut_only_where_it_is_the_region(place: int) -> None:
             )
 
 
-@compiled
 @given(places, st.data(), st.floats(0.01, 19.9), st.floats(-1.7, 1.7))
 def test_distance_in_an_approach_is_that_to_the_stop_line(
     place: int, data: st.DataObject, gap: float, offset: float
@@ -79,7 +77,6 @@ def test_distance_in_an_approach_is_that_to_the_stop_line(
     assert region_distance(road, intersection.region, x, y) == pytest.approx(gap, abs=1e-9)
 
 
-@compiled
 @given(places, coordinates, coordinates, st.floats(-4.0, 4.0), st.floats(0.5, 9.0), st.floats(0.3, 3.0))
 def test_outline_is_inside_when_all_its_points_are(
     place: int, x: float, y: float, heading: float, length: float, width: float
@@ -102,7 +99,6 @@ def test_outline_is_inside_when_all_its_points_are(
         assert not all_inside(1.0 + 2.0 / 33)
 
 
-@compiled
 @given(
     st.sampled_from([0, 1, 2, 3]), st.floats(-3.5, 3.5), st.floats(-4.0, 4.0), st.floats(0.5, 6.0), st.floats(0.3, 3)
 )
@@ -119,7 +115,6 @@ def test_outline_in_an_arm_is_inside_when_it_reaches_neither_kerb(
         assert region_contains_box(road, ROAD_REGION, x, y, heading, length, width) == (room > 0.0)
 
 
-@compiled
 @given(places, st.floats(0.0, 1.0), st.data())
 def test_a_car_in_its_lane_is_inside_the_road(place: int, share: float, data: st.DataObject) -> None:
     """A 4.5 m x 1.8 m car anywhere along any straight lane, clear of the road's ends."""
@@ -129,7 +124,6 @@ def test_a_car_in_its_lane_is_inside_the_road(place: int, share: float, data: st
     assert region_contains_box(road, ROAD_REGION, x, y, heading, 4.5, 1.8)
 
 
-@compiled
 @given(places, st.data(), st.floats(0.0, 1.0, exclude_max=True), st.floats(0.0, 1.0, exclude_max=True))
 def test_samples_lie_in_their_region(place: int, data: st.DataObject, u1: float, u2: float) -> None:
     """Up to rounding at the rim."""
@@ -173,7 +167,6 @@ def test_samples_are_uniform_inside_a_triangle_fan() -> None:
     assert points.mean(axis=0) == pytest.approx(np.zeros(2), abs=0.15)
 
 
-@compiled
 @given(places, st.floats(0.05, 0.95), st.floats(-1.0, 1.0), st.floats(-0.3, 0.3), st.data())
 def test_nearest_lane_with_a_heading_is_the_lane_one_is_in(
     place: int, share: float, offset: float, error: float, data: st.DataObject
@@ -205,7 +198,7 @@ def grid(box: Box, count: int = 25) -> np.ndarray:
     return np.column_stack([box.x + along * cos - across * sin, box.y + along * sin + across * cos])
 
 
-@settings(deadline=None, max_examples=60)
+@examples(60)
 @given(
     places,
     st.data(),
@@ -245,7 +238,6 @@ MANY_EDGES = [
 ]
 
 
-@compiled
 @given(st.sampled_from([0, 1]), st.floats(-1.1, 1.1), st.floats(-1.1, 1.1), st.integers(0, 10**6), st.floats(-4.0, 4.0))
 def test_cells_of_edges_answer_as_all_edges_do(which: int, u: float, v: float, edge: int, heading: float) -> None:
     """For points everywhere, and for such as lie as high as a corner; for outlines, too."""

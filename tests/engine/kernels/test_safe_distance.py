@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.conflict import Snapshot
@@ -18,8 +18,9 @@ from engine.kernels.safe_distance import (
     safe_gap_oncoming,
     worst_time_to_collision,
 )
+from tests.laws import examples
 
-compiled = settings(deadline=None, max_examples=100)
+compiled = examples(100)
 RULES = Responsibility(1.0, 3.5, 8.0, 4.0, 3.0, 0.2, 0.8, 0.1)
 LENGTH, WIDTH = 4.0, 2.0
 

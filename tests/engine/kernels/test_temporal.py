@@ -5,13 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.kernels.temporal import MARGIN, TRUTH, find_broken, work_out
 from engine.vocabulary import TemporalOp
 
-compiled = settings(deadline=None)
 ATOMS = 3
 Row = tuple[TemporalOp, int, int]
 
@@ -62,7 +61,6 @@ def judge(rows: list[Row], roots: list[int], trace: np.ndarray) -> tuple[int, in
     return find_broken(*tables, trace, len(trace) - 1, worth, decided)
 
 
-@compiled
 @given(formulas(), TRACES)
 def test_a_formula_means_what_its_definition_says(rows: list[Row], trace: np.ndarray) -> None:
     """One backward pass finds the same as asking every sample anew."""
@@ -70,7 +68,6 @@ def test_a_formula_means_what_its_definition_says(rows: list[Row], trace: np.nda
     assert (broken < 0) == holds(rows, len(rows) - 1, trace, 0)
 
 
-@compiled
 @given(formulas(), TRACES)
 def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: list[Row], trace: np.ndarray) -> None:
     """The returned sample is the one from which nothing later could make it true."""
@@ -82,7 +79,6 @@ def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: l
         assert sample == (falls[0] if op == TemporalOp.ALWAYS else len(trace) - 1)
 
 
-@compiled
 @given(st.lists(st.integers(0, 12), min_size=1, max_size=4), TRACES)
 def test_of_several_the_one_that_is_decided_first_is_returned(breaks: list[int], trace: np.ndarray) -> None:
     """Each `always` over an atom of its own, false from a sample of its own on; of equals the first."""
@@ -157,7 +153,6 @@ SIGNALS = st.lists(st.tuples(*(NUMBERS for _ in range(ATOMS))), min_size=1, max_
 """Each atom holds where its number is above 0."""
 
 
-@compiled
 @given(judged_formulas(), SIGNALS)
 def test_robustness_means_what_its_definition_says(rows: list[Row], trace: np.ndarray) -> None:
     """One backward pass finds the same infima and suprema, bit for bit."""
@@ -165,7 +160,6 @@ def test_robustness_means_what_its_definition_says(rows: list[Row], trace: np.nd
     assert found.tolist() == [robustness(rows, row, trace, 0) for row in range(len(rows))]
 
 
-@compiled
 @given(judged_formulas(), SIGNALS)
 def test_the_sign_of_robustness_is_the_verdict(rows: list[Row], trace: np.ndarray) -> None:
     """Above 0 a formula holds, below 0 it does not; at 0 the verdict of its truths decides."""
@@ -174,7 +168,6 @@ def test_the_sign_of_robustness_is_the_verdict(rows: list[Row], trace: np.ndarra
     assert number == 0.0 or (number > 0.0) == (truth > 0.0)
 
 
-@compiled
 @given(judged_formulas(), SIGNALS, st.integers(0, ATOMS - 1))
 def test_what_is_no_number_stays_none(rows: list[Row], trace: np.ndarray, atom: int) -> None:
     """NaN in an atom that a formula looks at makes the formula NaN, whatever else it holds."""

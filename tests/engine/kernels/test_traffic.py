@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine import batch
@@ -14,11 +14,12 @@ from engine.opcodes import Op
 from engine.scenes import Trajectory
 from engine.tables import SLIDING
 from engine.vocabulary import ActorKind, Column, Command, ManeuverType, RuleKind, State
+from tests.laws import examples
 
 CAR = ActorKind.CAR
 SIZE = (4.508, 1.610)
 ROUTE = ("south", ManeuverType.LEFT_TURN)
-compiled = settings(deadline=None, max_examples=60)
+compiled = examples(60)
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ from engine.road import RoadError, build_network
 from engine.road.grid import Grid
 from engine.tables import ROAD_REGION
 from tests.engine.interchange.opendrive.reading_back import specs
-from tests.hurry import at_most
+from tests.laws import examples
 
-few = at_most(25)
+few = examples(25)
 
 
 def blocks(spec: RoadSpec) -> list[shapely.Polygon]:

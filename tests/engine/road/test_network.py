@@ -13,12 +13,12 @@ from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_netw
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.road.conflict_areas import Strip, conflict_areas
-from tests.hurry import at_most
+from tests.laws import examples
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
 
 
-few = at_most(25)
+few = examples(25)
 
 
 def turn_of(network: Network, lane: Lane) -> float:

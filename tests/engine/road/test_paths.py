@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from engine.road import PathBook, Pose, Primitive
 from engine.road.paths import STRAIGHT
 from tests.engine.road.conflict_areas import Strip, conflict_areas
-from tests.hurry import at_most
+from tests.laws import examples
 
 moderate = st.floats(-100.0, 100.0)
 curvatures = st.just(0.0) | st.floats(0.01, 0.3) | st.floats(-0.3, -0.01)
@@ -134,7 +134,7 @@ def test_join_of_nothing_is_refused() -> None:
         PathBook().join([])
 
 
-@at_most(20)
+@examples(20)
 @given(st.floats(0.3, 1.5), st.floats(1.0, 4.0), st.floats(1.0, 4.0))
 def test_conflict_area_of_oblique_strips(angle: float, first_width: float, second_width: float) -> None:
     """Two lines that cross at an angle: the stretch is symmetric about the crossing and at least the other's width."""

@@ -13,9 +13,9 @@ from engine.road import LaneRole, build_network, regions, road_tables
 from engine.road.junction import Junction
 from engine.road.outline import outline
 from engine.tables import ROAD_REGION
-from tests.hurry import at_most
+from tests.laws import examples
 
-few = at_most(15)
+few = examples(15)
 
 
 @st.composite

@@ -17,7 +17,7 @@ from engine.road.outline import outline
 from engine.road.roundabout import wrong_roundabout
 from engine.road.sections import faster, opposite_group, to_left, to_right
 from engine.vocabulary import ManeuverType
-from tests.hurry import at_most
+from tests.laws import examples
 
 
 @st.composite
@@ -37,7 +37,7 @@ def specs(draw: Callable) -> Roundabout:
 
 # Each is a network to build.
 def of_any_roundabout(test: Callable[[Roundabout], None]) -> Callable[[], None]:
-    return at_most(40)(given(specs())(test))
+    return examples(40)(given(specs())(test))
 
 
 def entries(network: Network) -> list[Maneuver]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.config import SimulationConfig
@@ -52,7 +52,6 @@ def assert_equal(actual, expected, rows=slice(None)):
         np.testing.assert_array_equal(getattr(actual, field.name), getattr(expected, field.name)[rows], field.name)
 
 
-@settings(deadline=None)  # the first call may compile
 @given(rows=st.lists(st.integers(0, ROWS - 1), max_size=12), jobs=st.integers(1, 3))
 def test_rows_stand_alone(program, request_rows, rows, jobs):
     """Any selection of rows, in any order, with repetitions, on any number of threads, gives those rows."""
@@ -67,7 +66,6 @@ def test_threads_change_nothing(program, request_rows, jobs):
     assert_equal(sample(program, *request_rows, jobs=jobs), sample(program, *request_rows))
 
 
-@settings(deadline=None)
 @given(limit=st.integers(1, 60))
 def test_a_lower_limit_only_cuts_off(program, request_rows, limit):
     """With fewer attempts allowed, rows that needed no more are the same and the others are exhausted."""

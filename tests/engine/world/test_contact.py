@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pymunk
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.config import ContactConfig
@@ -15,6 +15,7 @@ from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
 from engine.world.bodies import Physique, new_space, physique, rub, solid
 from engine.world.impacts import Impact, Recorder, clock_position
+from tests.laws import examples
 
 SUBSTEP = 0.0025
 CONFIG = ContactConfig()
@@ -95,7 +96,7 @@ def crashes(draw: st.DrawFn) -> Crash:
     return Crash(one, other)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(crashes())
 def test_momentum_holds_and_energy_never_rises(crash: Crash) -> None:
     """Through first and later impacts, at every substep."""
@@ -106,7 +107,7 @@ def test_momentum_holds_and_energy_never_rises(crash: Crash) -> None:
     assert all(after <= before * (1.0 + 1e-12) for before, after in itertools.pairwise(energies))
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(crashes())
 def test_impulses_are_the_changes_of_velocity(crash: Crash) -> None:
     """|sum of impulses| / m is the change of velocity, and m1 dV1 = m2 dV2."""
@@ -126,7 +127,7 @@ def test_impulses_are_the_changes_of_velocity(crash: Crash) -> None:
             assert change.length == pytest.approx(impacts[0].delta_v[side], abs=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(st.data())
 def test_a_crash_repeats_bit_for_bit(data: st.DataObject) -> None:
     """The same start leads to the same numbers to the last bit."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.interchange.commonroad.lanelets import Lanelet, lanelets
 from engine.maps import RoadSpec
@@ -13,9 +13,10 @@ from engine.road import LaneRole, build_network
 from engine.road.opendrive.network import map_file
 from engine.road.sections import to_left, to_right
 from tests.engine.interchange.opendrive.reading_back import specs
+from tests.laws import examples
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
-few = settings(max_examples=25, deadline=None)
+few = examples(25)
 
 
 def made(spec: RoadSpec) -> tuple[Lanelet, ...]:
@@ -70,7 +71,7 @@ def test_successors_start_where_a_lane_ends(spec: RoadSpec) -> None:
             assert np.array_equal(lanelet.right[-1], after.right[0])
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(specs())
 def test_neighbours_are_those_of_the_language(spec: RoadSpec) -> None:
     """The same lanes as `LaneSection` has to its left and right."""

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.interchange import Contact, Export, InterchangeError, Recording, SignalTimes
 from engine.interchange.commonroad import write_commonroad
@@ -28,6 +28,7 @@ from engine.road.opendrive.network import map_file
 from engine.vocabulary import ActorKind, EndReason, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, STEP, absent, actor, crash, recording
 from tests.engine.interchange.opendrive.reading_back import specs
+from tests.laws import examples
 from tests.schemas import findings
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
@@ -66,7 +67,7 @@ def places(obstacle: Element) -> np.ndarray:
     return np.array([[float(point.findtext(axis, "")) for axis in "xy"] for point in points if point is not None])
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(specs())
 def test_every_road_is_valid(spec: RoadSpec) -> None:
     """By the schema, which also holds ids unique and references met; with all maneuvers and lights."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import fresnel
@@ -21,10 +21,11 @@ from engine.opendrive.read import read_opendrive
 from engine.road import LaneRole
 from engine.road.opendrive.network import map_file
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
+from tests.laws import examples
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 
-few = settings(max_examples=25, deadline=None)
+few = examples(25)
 
 
 def written(spec: RoadSpec) -> Document:

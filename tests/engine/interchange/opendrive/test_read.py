@@ -16,6 +16,7 @@ from engine.opendrive.read import read_opendrive
 from engine.road import build_network
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.interchange.openscenario.read.files import XODR, network
+from tests.laws import examples
 
 NEGATIVE = 'id="-1" type="driving"><width sOffset="0" a="-3"'
 LHT = XODR.replace('junction="-1"', 'junction="-1" rule="LHT"')
@@ -98,9 +99,7 @@ def test_borders_stand_for_widths(tmp_path: Path) -> None:
     assert network(tmp_path, text).pose("1", -2, 10.0).y == pytest.approx(-5.5)
 
 
-@settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+@settings(examples(20), suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(specs())
 def test_our_own_roads_are_read_where_they_lie(tmp_path: Path, spec: RoadSpec) -> None:
     """Each lane of every road that we write runs along our path, heading with its traffic."""

@@ -5,7 +5,7 @@ import math
 from collections import Counter
 from xml.etree.ElementTree import Element
 
-from hypothesis import given, settings
+from hypothesis import given
 
 from cortex_dsl.semantics.evaluation import signals as language
 from cortex_dsl.semantics.model.values import Signal
@@ -13,8 +13,9 @@ from engine.interchange import SignalTimes
 from engine.interchange.opendrive import road_map, signal_groups, write_opendrive
 from engine.maps import RoadSpec
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
+from tests.laws import examples
 
-few = settings(max_examples=20, deadline=None)
+few = examples(20)
 LIGHTS = SignalTimes(green=10.0, yellow=3.0, all_red=2.0, offset=0.0)
 
 

@@ -7,16 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.interchange import InterchangeError, Provenance, SignalTimes
 from engine.interchange.opendrive import road_map, write_opendrive
 from engine.maps import RoadSpec
 from engine.road import LaneRole, RoadError, build_network
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
+from tests.laws import examples
 from tests.schemas import findings
 
-few = settings(max_examples=25, deadline=None)
+few = examples(25)
 LIGHTS = SignalTimes(green=10.0, yellow=3.0, all_red=2.0, offset=0.0)
 
 

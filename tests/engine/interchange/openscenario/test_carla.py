@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.interchange.contract import ExportOptions, InterchangeError
 from engine.interchange.openscenario.carla import BLUEPRINTS, MODULE, blueprint_of, controller_text, write_for_carla
@@ -21,6 +21,7 @@ from engine.interchange.recording import Recording, states_at
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import actor
 from tests.engine.interchange.openscenario.conftest import ROAD, Xml, recordings, small, starts
+from tests.laws import examples
 from tests.schemas import findings
 
 FOR_CARLA = ExportOptions("1.0", player="carla")
@@ -130,7 +131,7 @@ def test_a_replay_is_the_recording(clock: SimpleNamespace) -> None:
     assert_replayed(small(), clock)
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(recordings())
 def test_any_recording_is_replayed(of: Recording) -> None:
     """Actors that come, go, come back and stand; by whichever clock."""

@@ -1,13 +1,14 @@
 """What is written follows the schema of its version, and says what differs between versions as that version does."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.interchange.recording import Recording
 from tests.engine.interchange.openscenario.conftest import ROAD, recordings, scenario, small, versions, with_lights
+from tests.laws import examples
 from tests.schemas import findings
 
 
@@ -22,7 +23,7 @@ def test_every_version_is_valid(version: str) -> None:
 
 
 @given(recordings(), versions)
-@settings(max_examples=60)
+@examples(60)
 def test_any_recording_is_valid(of: Recording, version: str) -> None:
     """Whoever takes part, comes, goes, stands or has whatever name: the schema has nothing to say."""
     assert findings("openscenario", version, text(of, version)) == []

@@ -30,6 +30,7 @@ from engine.road.regions import triangle_areas
 from engine.road.sections import faster, group_of, road_of, to_left, to_right
 from engine.vocabulary import ManeuverType
 from tests.engine.interchange.opendrive.reading_back import specs
+from tests.laws import examples
 
 VILLAGE = Path(__file__).parents[4] / "examples" / "roads" / "village.xodr"
 TOWNS = {"Town01": (124, 12, 72), "Town04": (454, 27, 257), "Town10HD": (168, 9, 82)}
@@ -62,7 +63,7 @@ round_ones = st.builds(
 )
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(examples(15), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spec=specs() | lone | round_ones)
 def test_our_own_roads_come_back(spec: MapSpec, tmp_path: Path) -> None:
     """The same lanes where they lay, with the same neighbours, ways on and conflicts."""

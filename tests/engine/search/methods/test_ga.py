@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
@@ -17,6 +17,7 @@ from engine.search.methods.space_filling import RandomSearch
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, Status
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
+from tests.laws import examples
 
 streams = partial(operator_generator, 7, int(Method.GA), 0)
 INVALID = Result(Status.INVALID, float("nan"), Verdict.EXHAUSTED)
@@ -57,7 +58,7 @@ def test_first_generation_is_random(box: Box) -> None:
     assert [proposal.birth for proposal in first] == [Birth(0, place) for place in range(50)]
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     population=st.integers(1, 31),
     seed=st.integers(0, 10**9),

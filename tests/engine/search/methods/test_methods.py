@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.config import Config, SearchConfig
@@ -33,6 +33,7 @@ from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
+from tests.laws import examples
 
 CONFIG = SearchConfig(generations=8, population=20, seed=3, probes=0)
 Build = Callable[[Box, int, StreamAt], Searcher]
@@ -196,7 +197,7 @@ def test_reflection_stays_inside(values: list[float]) -> None:
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7))
-@settings(max_examples=50)
+@examples(50)
 def test_cube_round_trip(point: list[float]) -> None:
     """A genome's point leads back to the genome."""
     kinds = (GeneKind.CONTINUOUS,) * 5 + (GeneKind.INTEGER, GeneKind.INDEX)

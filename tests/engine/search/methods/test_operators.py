@@ -1,7 +1,7 @@
 """Laws of the genetic operators."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
@@ -9,6 +9,7 @@ from engine.search.methods.cube import draw_gene, draw_genome, pick
 from engine.search.methods.ga import crossover, mutate, next_elite, tournament
 from engine.search.protocol import Box, Genome
 from engine.vocabulary import GeneKind
+from tests.laws import examples
 
 
 def stream(seed: int) -> Generator:
@@ -127,7 +128,7 @@ def test_next_elite_skips_equal_genomes() -> None:
     assert next_elite(range(3), genomes, {(1.0,), (2.0,)}) is None
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(seeds)
 def test_gene_range_is_closed(seed: int) -> None:
     """Rounding never carries a value past the upper end of its range."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
@@ -29,6 +29,7 @@ from engine.search.probability.levels import Chains, climb
 from engine.search.probability.monte_carlo import METHODS, RARE
 from engine.search.probability.scores import DISTANCE, Score
 from engine.search.probability.subset_simulation import subset_simulation
+from tests.laws import examples
 
 CORNER = next(case for case in CASES if case.name == "corner")
 CLIFF = next(case for case in CASES if case.name == "cliff")
@@ -129,7 +130,7 @@ def test_old_estimates_have_no_reason() -> None:
 # -- mixtures ----------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(-6.0, 6.0))
 def test_no_weight_is_above_ten(seed: int, dimensions: int, middle: float) -> None:
     """The file's own distribution has a tenth of what is drawn, wherever the failures were."""

@@ -25,10 +25,9 @@ from tests.engine.interchange.openscenario.read.files import (
     vehicle,
     world,
 )
+from tests.laws import examples
 
-often = settings(
-    max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+often = settings(examples(400), suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 LIMITS = Limits(megabytes=1, elements=5000)
 LANE = '<Position><LanePosition roadId="1" laneId="-1" s="{}"/></Position>'
 PARAMETER = '<ParameterDeclaration name="v" parameterType="double" value="4"/>'

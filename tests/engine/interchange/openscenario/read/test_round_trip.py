@@ -18,10 +18,9 @@ from engine.maps import RoadSpec
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import actor as made_actor
 from tests.engine.interchange.openscenario.conftest import recording, recordings, small, versions
+from tests.laws import examples
 
-many = settings(
-    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+many = settings(examples(100), suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 POSE = (State.X, State.Y, State.HEADING)
 HUGE = "1 " * 6_000_000
 
@@ -167,9 +166,7 @@ def test_properties_without_sense_are_passed_over(tmp_path: Path, value: str) ->
     assert not imported.recording.commands
 
 
-@settings(
-    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
+@settings(examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.floats(0.2, 20.0), st.floats(-0.3, 0.3))
 def test_derived_speeds_are_those_of_the_rear_axle(tmp_path: Path, speed: float, rate: float) -> None:
     """On a circle: the speed along the arc, to the second order of the step."""
