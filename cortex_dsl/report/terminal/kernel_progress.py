@@ -15,7 +15,7 @@ from engine.compiling_apart import count_kernels
 COMPILING = "compiling kernels, once for each version …"
 COMPILED = re.compile(rf"(?:{re.escape(COMPILING)}|kernels: \d+ of \d+, \d+ s)\n")
 """All that is written without a terminal while kernels are compiled."""
-USUAL = 12
+USUAL = 11
 """Number of kernels that a search of examples/left_turn.scn needs; a test counts them."""
 
 
