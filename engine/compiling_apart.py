@@ -25,6 +25,8 @@ from engine.vocabulary import Method, Verdict
 
 PULSE = 0.5
 """Time between two reports of progress [s]."""
+MARKS = {True: "compiled-searches", False: "compiled-runs"}
+"""Empty files that say for what the kernels beside them are complete."""
 GRACE = 5.0
 """Time that a stopped process has to end [s]."""
 
@@ -100,7 +102,16 @@ def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts:
         return False
     finally:
         _stop(processes, folder)
-    return all(process.exitcode == 0 for process in processes)
+    done = all(process.exitcode == 0 for process in processes)
+    with suppress(OSError):
+        if done:
+            (folder / MARKS[needed.blamed]).touch()
+    return done
+
+
+def are_compiled(folder: Path, blamed: bool) -> bool:
+    """Return True if an earlier call compiled all that is needed: an interrupted one leaves some kernels too."""
+    return (folder / MARKS[True]).exists() or (not blamed and (folder / MARKS[False]).exists())
 
 
 def cores() -> int:

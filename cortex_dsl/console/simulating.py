@@ -118,21 +118,23 @@ def compile_kernels(scenario: Scenario, terminal: Terminal, blamed: bool = True)
 
     `blamed`: whether collisions are examined for who could have avoided them.
     """
-    if announce_compilation(terminal):
-        from engine.compiling_apart import Needed, compile_apart
-        from engine.kernels.jit import cache_folder
-        from engine.user_cache import cache_roots
+    from engine.compiling_apart import Needed, are_compiled, compile_apart
+    from engine.kernels.jit import cache_folder, packaged
+    from engine.user_cache import cache_roots
 
-        folder, wanted = cache_folder(), next(cache_roots(), None)
-        if wanted is not None and folder.parent != wanted:
-            why = f"kernels are stored in {folder}: {wanted} cannot be written, is full or belongs to another user"
-            terminal.err.print(why, style="warn", soft_wrap=True)
-        needed = Needed(scenario.program, replace(scenario.config, driver=None), blamed)
-        with KernelProgress(terminal.err, folder) as progress:
-            compile_apart(needed, folder, progress.tell)
-        if not progress.kernels:
-            why = f"compiled kernels could not be stored in {folder}: each start compiles them again"
-            terminal.err.print(why, style="warn", soft_wrap=True)
+    folder, wanted = cache_folder(), next(cache_roots(), None)
+    if packaged() is not None or are_compiled(folder, blamed):
+        return
+    terminal.err.print(COMPILING, style="quiet")
+    if wanted is not None and folder.parent != wanted:
+        why = f"kernels are stored in {folder}: {wanted} cannot be written, is full or belongs to another user"
+        terminal.err.print(why, style="warn", soft_wrap=True)
+    needed = Needed(scenario.program, replace(scenario.config, driver=None), blamed)
+    with KernelProgress(terminal.err, folder) as progress:
+        compile_apart(needed, folder, progress.tell)
+    if not progress.kernels:
+        why = f"compiled kernels could not be stored in {folder}: each start compiles them again"
+        terminal.err.print(why, style="warn", soft_wrap=True)
 
 
 # -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------

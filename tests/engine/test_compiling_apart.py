@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from engine import compiling_apart
-from engine.compiling_apart import Needed, compile_apart, undrawn
+from engine.compiling_apart import Needed, are_compiled, compile_apart, undrawn
 from engine.config import Config, SearchConfig
 from engine.program import Program
 
@@ -95,6 +95,15 @@ def test_parts_are_compiled_side_by_side_where_two_cores_are_free(
     assert str(os.getpid()) not in {path.read_text() for path in folder.iterdir()}
 
 
+def test_what_is_complete_for_runs_is_not_for_searches(program: Program, folder: Path) -> None:
+    """An interrupted compilation leaves kernels, but no mark: the next command goes on with it, and says so."""
+    for blamed in (False, True):
+        assert not are_compiled(folder, blamed)
+        assert compile_apart(Needed(program, Config(), blamed), folder, lambda: None, (note_first,))
+        assert are_compiled(folder, blamed=False)
+        assert are_compiled(folder, blamed=True) == blamed
+
+
 def test_what_needs_scenes_is_not_divided(program: Program) -> None:
     """The world's host steps drawn scenes, and fair starts are driven while they are drawn."""
     assert Needed(program, Config()).is_divided
@@ -107,6 +116,7 @@ def test_a_failure_is_left_to_the_process_that_waits(
     """It meets the same error where the kernel is needed, and shows it once."""
     assert not compile_apart(Needed(program, Config()), folder, lambda: None, (fail, note_second))
     assert "Traceback" not in capfd.readouterr().err
+    assert not are_compiled(folder, blamed=False)
 
 
 def test_no_process_is_no_error(program: Program, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
