@@ -51,14 +51,21 @@ def eliminate(rows: Floats) -> None:
     Unlike LAPACK, whose order of additions depends on the processor, each number is the result of one sequence of
     roundings; only numbers beside one another are computed at the same time.
     """
-    for row in range(len(rows)):
-        for before in range(row):
-            factor = rows[before, row]
-            for column in range(row, rows.shape[1]):
-                rows[row, column] -= factor * rows[before, column]
+    size, width = rows.shape
+    for row in range(size):
+        # Four rows at once, in the same order: half the time, as the row is written a quarter as often.
+        for k in range(0, row - 3, 4):
+            one, two, three, four = rows[k, row], rows[k + 1, row], rows[k + 2, row], rows[k + 3, row]
+            for j in range(row, width):
+                rest = (rows[row, j] - one * rows[k, j]) - two * rows[k + 1, j]
+                rows[row, j] = (rest - three * rows[k + 2, j]) - four * rows[k + 3, j]
+        for k in range(row // 4 * 4, row):
+            factor = rows[k, row]
+            for j in range(row, width):
+                rows[row, j] -= factor * rows[k, j]
         root = sqrt(rows[row, row])
-        for column in range(row, rows.shape[1]):
-            rows[row, column] /= root
+        for j in range(row, width):
+            rows[row, j] /= root
 
 
 def _covariance(apart: Floats) -> Floats:

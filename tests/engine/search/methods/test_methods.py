@@ -1,5 +1,6 @@
 """What holds of every way to search, in a toy world with invalid regions and failing engines."""
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +23,7 @@ from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.failure_kinds import FailureKinds, order
 from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.gaussian_process import likelihood, predicted
+from engine.search.methods.gaussian_process import eliminate, likelihood, predicted
 from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
@@ -428,6 +429,26 @@ def test_failure_kinds_one_at_a_time() -> None:
 
 
 # -- trust regions -----------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(1, 30), st.integers(0, 3), st.integers(0, 2**32))
+def test_elimination_factors_a_matrix_one_rounding_after_another(size: int, columns: int, seed: int) -> None:
+    """The bits are those of plain Python, which rounds each product and each difference on its own."""
+    stream = np.random.default_rng(seed)
+    root = stream.standard_normal((size, size))
+    rows = np.column_stack([root @ root.T + np.eye(size), stream.standard_normal((size, columns))])
+    plain = rows.tolist()
+    for i in range(size):
+        for k in range(i):
+            plain[i][i:] = [a - plain[k][i] * b for a, b in zip(plain[i][i:], plain[k][i:], strict=True)]
+        root_of = math.sqrt(plain[i][i])
+        plain[i][i:] = [a / root_of for a in plain[i][i:]]
+    found = rows.copy()
+    eliminate(found)
+    assert np.array_equal(found, np.array(plain))
+    upper = np.triu(found[:, :size])
+    assert np.allclose(upper.T @ upper, rows[:, :size], rtol=1e-9, atol=1e-9)
+    assert np.allclose(upper.T @ found[:, size:], rows[:, size:], rtol=1e-6, atol=1e-6)
 
 
 def test_a_model_knows_what_it_was_told_and_doubts_the_rest() -> None:
