@@ -2,7 +2,7 @@
 
 import os
 
-from numpy._core import _multiarray_umath as numpy_core
+from numpy._core import _multiarray_umath as numpy_core  # pyright: ignore[reportAttributeAccessIssue]
 
 EXTENSIONS = tuple(name for name in numpy_core.__cpu_dispatch__ if numpy_core.__cpu_features__[name])
 """Instruction sets of this processor for which numpy has code of their own."""
