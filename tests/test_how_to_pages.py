@@ -77,7 +77,7 @@ def follow(tmp_path_factory: pytest.TempPathFactory, shell: dict[str, str]) -> I
                     in_shell(line, home, shell)
                 else:
                     words = shlex.split(line)[1:]
-                    if words[0].endswith(".scn") and "--out" in words and "--generations" not in words:
+                    if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
                         words += BUDGET
                     ended = server.run("sys.exit(main(sys.argv[1:]))", *words, at=home)
                     assert ended.status == 0, f"{line}\n{ended.out}\n{ended.err}"
