@@ -36,11 +36,19 @@ def test_the_landing_page_shows_the_scenario_of_the_readme() -> None:
 STARTED = """
 import contextlib, io, sys
 from cortex_dsl.cli import main
+from cortex_dsl.report.page import run_page
+
+def small(program, found, config, profile, budget, *rest, analyse=run_page.analyse):
+    return analyse(program, found, config, profile, min(budget, 500), *rest)
+
+run_page.analyse = small
 
 with contextlib.redirect_stdout(io.StringIO()):
     main({search})
 """
-"""What a command needs has been read when it starts."""
+"""What a command needs has been read when it starts; a page finds out by 500 simulations which params matter."""
+BUDGET = ["--generations", "4", "--population", "20"]
+"""Of a search whose page leaves it at the default."""
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +76,10 @@ def follow(tmp_path_factory: pytest.TempPathFactory, shell: dict[str, str]) -> I
                 if OF_A_SHELL.search(line) or not line.startswith("cortexc "):
                     in_shell(line, home, shell)
                 else:
-                    ended = server.run("sys.exit(main(sys.argv[1:]))", *shlex.split(line)[1:], at=home)
+                    words = shlex.split(line)[1:]
+                    if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
+                        words += BUDGET
+                    ended = server.run("sys.exit(main(sys.argv[1:]))", *words, at=home)
                     assert ended.status == 0, f"{line}\n{ended.out}\n{ended.err}"
 
         yield run
