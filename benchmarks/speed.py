@@ -1,8 +1,8 @@
 """How fast the engine is, measured against the hand-written limit in one run: `python -m benchmarks.speed [--json]`.
 
 Every figure is the median over rounds; a round measures everything once, in turn, so that a ratio compares what ran
-within the same second of the same machine. Times are CPU times; those of two threads are wall times. Before anything is timed, the outcomes of limit and batch host are asserted
-equal, bit for bit, on the very scenes that are timed.
+within the same second of the same machine. Times are CPU times; those of two threads are wall times. Before anything is
+timed, the outcomes of limit and batch host are asserted equal, bit for bit, on the very scenes that are timed.
 """
 
 import argparse
