@@ -1,8 +1,9 @@
 """`format_copy`: `format_source` for the copies of one scenario, of which only the first is parsed.
 
 Copies differ in numbers, in short texts (the address of a stream) and in comments. None of these changes the kinds of
-the tokens, so the tokens of the first copy, moved to their places in another one, are those of the other one. A line
-that gets too long is wrapped as always: the layout itself is made anew for each copy.
+the tokens, except for the sign of a number, which is left out of what is parsed. So the tokens of the first copy, moved
+to their places in another copy, are the tokens of that copy. The layout itself is made anew for each: a line that gets
+too long is wrapped as always.
 """
 
 import re
@@ -11,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite
+from typing import TypeAlias
 
 from lark import Token
 
@@ -24,10 +26,15 @@ _LITERAL = re.compile(
     |(?<!\w)(?P<text>"(?!"")[^"\\{}\n]*"|'(?!'')[^'\\{}\n]*')
     |\"{3}(?:[^\\]|\\[\s\S])*?\"{3}|'{3}(?:[^\\]|\\[\s\S])*?'{3}
     |"(?:[^"\\\n]|\\\r?\n|\\[^\n])*"|'(?:[^'\\\n]|\\\r?\n|\\[^\n])*'
+    |(?:(?<=[(,=])|(?<=[,=][ ])|(?<=\bfacing[ ]))(?P<sign>-)(?=[\d.])
     |(?<![\w.])(?P<number>(?:\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(?:[eE][-+]?\d+)?)""",
     re.VERBOSE,
 )
-"""What may differ has a name; the other texts are matched because a `#` or a digit in them is none."""
+"""What may differ has a name; the other texts are matched because a `#` or a digit in them is none. A minus is a sign
+where no value ends before it.
+"""
+_Place: TypeAlias = tuple[int, int]
+"""A part of a text, and an offset in it."""
 
 
 def format_copy(source: Source) -> str:
@@ -41,31 +48,51 @@ def format_copy(source: Source) -> str:
 
 @dataclass(frozen=True)
 class _Shape:
-    """A text in parts, between which its literals stand."""
+    """A text without signs, in parts between which its literals stand."""
 
     kinds: tuple[str, ...]
     """Kind of each literal."""
     parts: tuple[str, ...]
     """One more than literals."""
-    source: Source = field(compare=False)
+    text: str = field(compare=False)
     starts: tuple[int, ...] = field(compare=False)
-    """Offset of each part."""
+    """Offset of each part in that text."""
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Offset of an end of a token: from the beginning of a part."""
+def _read(source: Source) -> list[Token]:
+    signs, bare = _without_signs(source.text)
+    shape = _shape(bare)
+    places = _places(shape)
+    if places is None:
+        return read_tokens(source)
+    tokens: list[Token] = []
+    passed = 0
+    for kind, first, last in places:
+        start, end = (shape.starts[part] + offset for part, offset in (first, last))
+        if passed < len(signs) and start == signs[passed]:
+            tokens.append(_token("MINUS", "-", start + passed))
+            passed += 1
+        tokens.append(_token(kind, bare[start:end], start + passed))
+    return tokens
 
-    part: int
-    offset: int
+
+def _token(kind: str, text: str, start: int) -> Token:
+    return Token(kind, text, start, 1, 1, 1, 1, start + len(text))
 
 
-def _shape(source: Source) -> _Shape:
-    found = [match for match in _LITERAL.finditer(source.text) if match.lastgroup]
+def _without_signs(text: str) -> tuple[list[int], str]:
+    """Return the offset of each signed number in the text without signs, and that text."""
+    found = [match.start() for match in _LITERAL.finditer(text) if match.lastgroup == "sign"]
+    bare = _LITERAL.sub(lambda match: "" if match.lastgroup == "sign" else match.group(), text)
+    return [place - number for number, place in enumerate(found)], bare
+
+
+def _shape(text: str) -> _Shape:
+    found = [match for match in _LITERAL.finditer(text) if match.lastgroup]
     starts = (0, *(match.end() for match in found))
-    stops = (*(match.start() for match in found), len(source.text))
-    parts = tuple(source.text[start:stop] for start, stop in zip(starts, stops, strict=True))
-    return _Shape(tuple(map(_kind, found)), parts, source, starts)
+    stops = (*(match.start() for match in found), len(text))
+    parts = tuple(text[start:stop] for start, stop in zip(starts, stops, strict=True))
+    return _Shape(tuple(map(_kind, found)), parts, text, starts)
 
 
 def _kind(literal: re.Match[str]) -> str:
@@ -78,28 +105,20 @@ def _kind(literal: re.Match[str]) -> str:
     return kind
 
 
-def _read(source: Source) -> list[Token]:
-    shape = _shape(source)
-    places = _places(shape)
-    if places is None:
-        return read_tokens(source)
-    spans = ((kind, *(shape.starts[end.part] + end.offset for end in ends)) for kind, *ends in places)
-    return [Token(kind, source.text[start:end], start, 1, 1, 1, 1, end) for kind, start, end in spans]
-
-
 @lru_cache(maxsize=64)
 def _places(shape: _Shape) -> tuple[tuple[str, _Place, _Place], ...] | None:
-    """Kind and place of each token, the same in all texts of this shape; None if a token ends within a literal.
+    """Kind, start and end of each token, the same in all texts of this shape; None if a token ends within a literal.
 
     Raises:
         CompileError: the text does not parse.
     """
-    parse(shape.source)
+    source = Source("copy", shape.text)
+    parse(source)
     places: list[tuple[str, _Place, _Place]] = []
-    for token in read_tokens(shape.source):
+    for token in read_tokens(source):
         start, end = token.start_pos or 0, token.end_pos or 0
         first, last = _place(shape, start), _place(shape, end)
-        if first is None or last is None or shape.source.text[start:end] != token:
+        if first is None or last is None or shape.text[start:end] != token:
             return None
         places.append((token.type, first, last))
     return tuple(places)
@@ -108,4 +127,4 @@ def _places(shape: _Shape) -> tuple[tuple[str, _Place, _Place], ...] | None:
 def _place(shape: _Shape, offset: int) -> _Place | None:
     part = bisect_right(shape.starts, offset) - 1
     within = offset - shape.starts[part]
-    return _Place(part, within) if within <= len(shape.parts[part]) else None
+    return (part, within) if within <= len(shape.parts[part]) else None

@@ -43,7 +43,7 @@ def test_lines_of_a_copy_end_where_they_should() -> None:
 
 
 def test_only_the_first_of_a_shape_is_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Texts that differ in numbers, comments and short texts have one shape; a sign, a word or a line is another."""
+    """Texts that differ in numbers, comments and short texts have one shape; a word or a line makes another."""
     parsed: list[Source] = []
     parse = copies.parse
 
@@ -56,9 +56,18 @@ def test_only_the_first_of_a_shape_is_parsed(monkeypatch: pytest.MonkeyPatch) ->
     for number in ("1.0", "2.5", "77", LONG):
         source = numbered(number)
         assert format_copy(source) == format_source(source)
-    assert parsed == [first]
+    for number in ("-1.0", "-.5", "-3e5"):
+        place = f"({number} m, {number} m), facing {number} rad"
+        source = Source("copy.scn", first.text.replace("(1.0 m, 1.0 m), facing 1.0 rad", place))
+        assert "-" in source.text
+        assert format_copy(source) == format_source(source)
+    assert len(parsed) == 1
     renamed = first.text.replace("# case 1", "# case 12 of another search").replace("1.ga.1", "12.random.0")
-    others = [first.text.replace("case 1\n", "case 1\n# two\n"), first.text.replace("A", "B"), numbered("-1").text]
+    others = [
+        first.text.replace("case 1\n", "case 1\n# two\n"),
+        first.text.replace("A", "B"),
+        first.text.replace("1.0 t", "x - 1.0 t"),
+    ]
     others.append(numbered("1.0", 2).text)  # the text with values is another: its layout is read with it
     for text, count in ((renamed, 1), *((text, number + 2) for number, text in enumerate(others))):
         source = Source("other.scn", text)
