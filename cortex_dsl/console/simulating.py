@@ -13,25 +13,21 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
-from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.run_report import RunReport, run_content
-from cortex_dsl.report.findings.story import Moment, aftermath, end_of
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
-from engine.metrics import recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
 from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
+    from cortex_dsl.report.findings.run_report import RunReport
+    from cortex_dsl.report.findings.story import Moment
     from engine.acceptance import Account
     from engine.driving.blocks import Driver
     from engine.metrics import Metric
@@ -137,7 +133,7 @@ class Simulated:
 
     outcomes: Outcomes
     trajectory: Trajectory
-    aftermath: Sequence[Moment]
+    aftermath: "Sequence[Moment]"
     impacts: "Sequence[Impact]" = ()
 
 
@@ -171,6 +167,8 @@ def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
 
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
+        from cortex_dsl.report.findings.story import aftermath
+
         run = scenario.watch(scenes)
         moments = aftermath(scenario.program, run.impacts, run.trajectory)
         return Simulated(run.outcomes, run.trajectory, moments, run.impacts)
@@ -182,8 +180,10 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     )
 
 
-def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
+def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> "RunReport":
     from cortex_dsl.lowering.given_out import light_colours
+    from cortex_dsl.report.findings.run_report import RunReport
+    from engine.metrics import recorded
     from engine.road import build_network
     from engine.road.outline import outline
 
@@ -234,10 +234,14 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
     return shlex.join(words)
 
 
-def _show(report: RunReport, request: CompileRequest, terminal: Terminal) -> None:
+def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> None:
     if request.json:
+        from cortex_dsl.report.findings.run_report import run_content
+
         terminal.write(document("run", run_content(report, str(request.file))))
     else:
+        from cortex_dsl.report.terminal.run_view import run_view
+
         console = terminal.out
         console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
 
@@ -259,6 +263,8 @@ def _no_scene(
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(blame)}))
     else:
+        from cortex_dsl.report.terminal.requirements_view import exhausted_view
+
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
@@ -276,6 +282,8 @@ def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest
 
 def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
     """Arithmetic without a result is the file's mistake; anything else is ours."""
+    from cortex_dsl.console.scenario_mistakes import undefined_value
+
     diagnostic = undefined_value(scenario.compiled, scenes)
     if diagnostic is None:
         raise RuntimeError(otherwise)
@@ -289,6 +297,8 @@ def _failed(
     """Show the mistake of the file; anything else is ours."""
     diagnostic = failure_of(scenario, scenes, outcomes)
     if diagnostic is None:
+        from cortex_dsl.report.findings.story import end_of
+
         what = f"the simulation failed after {float(outcomes.end_time[0]):.2f} s"
         raise RuntimeError(f"{what}: {end_of(scenario.program, outcomes, 0).text}")
     show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
@@ -299,6 +309,8 @@ def failure_of(scenario: Scenario, scenes: Scenes, outcomes: Outcomes, row: int 
     """Why a run failed: a behaviour that never acts, or a number that does not exist; None where it is no mistake of
     the file.
     """
+    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
+
     reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
     if reason == EndReason.STUCK:
         budget = scenario.config.simulation.instruction_budget
@@ -316,18 +328,20 @@ def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
     """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
     evaluations = campaign.evaluations
     rollouts = evaluations.rollouts
+    undefined = np.argwhere((rollouts.end_reason == EndReason.BROKEN) & (rollouts.end_rule >= 0))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
     stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if not (len(undefined) or len(failed) or len(stuck)):
+        return None
+    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
+
     if len(stuck):
         first = tuple(stuck[0])
         budget = scenario.config.simulation.instruction_budget
         return never_acts(scenario.compiled, budget, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
-    undefined = np.argwhere((rollouts.end_reason == EndReason.BROKEN) & (rollouts.end_rule >= 0))
     if len(undefined):
         number, genome = int(rollouts.end_rule[tuple(undefined[0])]), evaluations.genomes[undefined[0][0]].tolist()
         return undefined_objective(scenario.compiled, number, scenario.program.space, genome)
-    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
-    if not len(failed):
-        return None
     row, rollout = failed[0]
     scene = scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
     return undefined_value(scenario.compiled, scene)

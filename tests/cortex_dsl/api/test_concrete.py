@@ -139,10 +139,10 @@ def test_copies_of_examples_have_the_layout_of_the_formatter(path: Path) -> None
     rows = np.flatnonzero(scenes.valid)
     assert len(rows) > 8
     for row in rows:
-        options = {"remark": f"case {row}", "name": "case.scn"}
-        plain = scenario.concrete_files(scenes, int(row), laid_out=False, **options)
+        remark = f"case {row}"
+        plain = scenario.concrete_files(scenes, int(row), remark=remark, name="case.scn", laid_out=False)
         wanted = {name: format_source(Source(name, text)) for name, text in plain.items()}
-        assert scenario.concrete_files(scenes, int(row), **options) == wanted
+        assert scenario.concrete_files(scenes, int(row), remark=remark, name="case.scn") == wanted
 
 
 def test_imports_mutations_and_scenarios_are_reproduced_bit_for_bit(tmp_path: Path) -> None:
