@@ -27,6 +27,8 @@ PULSE = 0.5
 """Time between two reports of progress [s]."""
 MARKS = {True: "compiled-searches", False: "compiled-runs"}
 """Empty files that say for what the kernels beside them are complete."""
+KERNELS_OF_EVERY_PROGRAM = 10
+"""Number of kernels that a search of any program needs; a test counts them."""
 GRACE = 5.0
 """Time that a stopped process has to end [s]."""
 
@@ -45,6 +47,21 @@ class Needed:
         """True if sampling calls no kernel of the host, and the host needs no scene to compile its kernels."""
         return self.config.search.engine == "batch" and not self.program.settings.fair
 
+    def own_kernels(self) -> set[Callable[..., object]]:
+        """Return the kernels that this program needs and others do not; none with a numba that stores them elsewhere."""
+        import numba
+
+        from engine.host import deferred_kernels
+        from engine.kernels.evaluate import geometry_kernels
+        from engine.kernels.jit import is_known
+        from engine.kernels.rows import judge_rows
+
+        if not is_known(numba.__version__):
+            return set()
+        own = {*deferred_kernels(self.program, pause=len(self.program.controls))}
+        own |= geometry_kernels(self.program.code.scene_code)
+        return own | {judge_rows} if len(self.program.judged) else own
+
     def sample(self) -> None:
         """Call all kernels that draw scenes for genomes."""
         from engine.sampling import sample
@@ -59,8 +76,19 @@ class Needed:
 
         scene, config = undrawn(self.program), self.config
         simulate(self.program, scene, config.simulation, 1, config.contact)
+        if self.program.controls:
+            self._step()
         if self.blamed:
             blame(self.program, scene, config.simulation, config.contact)
+
+    def _step(self) -> None:
+        """Call the kernels of parallel runs, with a slot in which no run goes on."""
+        from engine.driving.stepping import Lanes
+
+        lanes, slot = Lanes(self.program, 1, self.config.simulation, self.config.contact), np.zeros(1, dtype=np.int64)
+        lanes.place(slot, undrawn(self.program))
+        lanes.observe(0, np.zeros(1, dtype=bool))
+        lanes.step()
 
 
 def undrawn(program: Program) -> Scenes:
@@ -109,9 +137,20 @@ def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts:
     return done
 
 
-def are_compiled(folder: Path, blamed: bool) -> bool:
-    """Return True if an earlier call compiled all that is needed: an interrupted one leaves some kernels too."""
-    return (folder / MARKS[True]).exists() or (not blamed and (folder / MARKS[False]).exists())
+def missing_kernels(needed: Needed, folder: Path) -> int:
+    """Return the number of kernels that are still to be compiled, as far as it is known; an interrupted call leaves some.
+
+    Counted are those of every program, unless an earlier call compiled them all, and those of this program's own.
+    """
+    of_every = (folder / MARKS[True]).exists() or (not needed.blamed and (folder / MARKS[False]).exists())
+    own = [kernel for kernel in needed.own_kernels() if not is_stored(kernel, folder)]
+    return len(own) + (0 if of_every else KERNELS_OF_EVERY_PROGRAM)
+
+
+def is_stored(kernel: Callable[..., object], folder: Path) -> bool:
+    """Return True if machine code of a kernel is in a folder."""
+    module = kernel.__module__.rpartition(".")[2]
+    return any(folder.glob(f"{module}/{module}.{kernel.__name__}.*.nbc"))
 
 
 def cores() -> int:

@@ -62,7 +62,7 @@ def plan(
     _check(config)
     _check_contact(contact)
     code = program.code
-    need(*_needed_kernels(program, slides, pause))
+    need(*deferred_kernels(program, slides, pause))
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -107,7 +107,7 @@ def plan(
     )
 
 
-def _needed_kernels(program: Program, slides: Sequence[int], pause: int) -> Iterator[Callable[..., Any]]:
+def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 0) -> Iterator[Callable[..., Any]]:
     """Yield the deferred kernels that the runs of a program call."""
     yield from geometry_kernels(program.code.step_code)
     for op in set(program.code.step_code[:, 0].tolist()) & DEFERRED.keys():

@@ -19,13 +19,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from engine.config import SimulationConfig
 from engine.errors import ArgumentError
-from engine.feasibility.pruning import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
 from engine.kernels.evaluate import geometry_kernels
 from engine.kernels.jit import need
@@ -33,10 +32,13 @@ from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
 from engine.opcodes import Op
 from engine.program import ParamSpace, Program
-from engine.scenes import Scenes
+from engine.scenes import Scenes, groups_of
 from engine.streams import check_keys
 from engine.tables import PLAIN, CodeTables, Floats, Ints, RoadTables, Size
 from engine.vocabulary import Distribution, GeneKind, Purpose
+
+if TYPE_CHECKING:
+    from engine.feasibility.pruning import Pruner
 
 __all__ = ["draw_genomes", "sample", "uniform_genomes"]
 
@@ -130,7 +132,7 @@ def sample(
     keys: Ints,
     config: SimulationConfig = DEFAULTS,
     jobs: int = 1,
-    prune: Pruner | None = None,
+    prune: "Pruner | None" = None,
 ) -> Scenes:
     """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all.
 
@@ -145,6 +147,8 @@ def sample(
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     if config.prune and prune is None:
+        from engine.feasibility.pruning import pruner
+
         prune = pruner(program)
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     confiner = _Confiner(prune, genomes) if config.prune and prune else None
@@ -171,7 +175,7 @@ def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int)
 class _Confiner:
     """Where the attempts of some rows may pass."""
 
-    prune: Pruner
+    prune: "Pruner"
     genomes: Floats
 
     def confinement(self, request: Request, rows: slice) -> Confinement:

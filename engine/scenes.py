@@ -88,3 +88,11 @@ def weather_sight(program: Program, variant: Ints, values: Floats) -> Floats:
     """(n,) how far the weather lets anybody see [m] in scenes of variants (n,) with values (n, n_values)."""
     sight = np.array([each.sight for each in program.variants], dtype=np.int64)[np.maximum(variant, 0)]
     return np.where(sight >= 0, values[np.arange(len(values)), sight], np.inf)
+
+
+def groups_of(program: Program, genomes: Floats) -> Ints:
+    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
+    group = np.zeros(len(genomes), dtype=np.int64)
+    for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
+        group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
+    return group

@@ -17,7 +17,7 @@ from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, 
 from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.formatting import format_source
+from cortex_dsl.syntax.copies import format_copy
 from engine.config import SimulationConfig
 from engine.maps import MapFile, RoadSpec, map_name
 from engine.program import ChoiceLabel, DrawSite, Program
@@ -90,7 +90,7 @@ def concrete_files(
 def _laid_out(name: str, text: str) -> str:
     """In the one layout, so that `cortexc fmt` has nothing to do to a copy; what is drawn makes lines longer."""
     try:
-        return format_source(Source(name, text))
+        return format_copy(Source(name, text))
     except CompileError:
         return text  # compiling it shows why
 

@@ -12,7 +12,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.api.case_files import Writable, write_cases
 from cortex_dsl.pipeline import Compiled
@@ -20,7 +20,6 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
-from engine.driving.decisions import Recorder, is_reproducible
 from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
@@ -36,6 +35,9 @@ from engine.search.run import search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.workers import Workers, workers_for
+
+if TYPE_CHECKING:
+    from engine.driving.decisions import Recorder
 
 OnRemoved = Callable[[RemovedError], None]
 """Called as soon as a run's folder is found to be gone; the search goes on in memory."""
@@ -115,12 +117,20 @@ def search_and_keep(
         command_line,
         origin_of(scenario),
         objective,
-        is_reproducible(scenario.program, scenario.config),
+        _is_reproducible(scenario),
     )
     workers = workers or default_workers(scenario)
     work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
+
+
+def _is_reproducible(scenario: Searchable) -> bool:
+    if scenario.config.driver is None:
+        return True
+    from engine.driving.decisions import is_reproducible
+
+    return is_reproducible(scenario.program, scenario.config)
 
 
 def same_objective(
@@ -193,7 +203,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
     return replace(found, worst_files=files)
 
 
-def _note_failures(path: Path, recorder: Recorder | None) -> None:
+def _note_failures(path: Path, recorder: "Recorder | None") -> None:
     """Keep in words where a controller failed."""
     if recorder is not None and recorder.failures:
         with store_errors(path), path.open("a", encoding="utf-8") as file:
@@ -201,11 +211,13 @@ def _note_failures(path: Path, recorder: Recorder | None) -> None:
         recorder.failures.clear()
 
 
-def _recorded(work: Work, record: Record | None) -> tuple[Work, Recorder | None]:
+def _recorded(work: Work, record: Record | None) -> "tuple[Work, Recorder | None]":
     """The work with somebody who notes what a controller decides, where one drives."""
     driver = work.scenario.config.driver
     if driver is None:
         return work, None
+    from engine.driving.decisions import Recorder
+
     recorder = Recorder(driver, known=set(record.actions) if record else set())
     return replace(work, scenario=work.scenario.driven_by(recorder)), recorder
 

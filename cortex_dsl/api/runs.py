@@ -39,7 +39,6 @@ from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run
 from engine.search.typed import ManifestError
 from engine.search.workers import Workers
-from engine.study.database import is_study
 from engine.tables import Ints
 
 if TYPE_CHECKING:
@@ -185,6 +184,8 @@ def _run_folder(path: Path) -> Path:
         raise StoreError(f"`{folder}` is not a folder", f"name the folder of a run, such as {example_run()}")
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
+    from engine.study.database import is_study
+
     if is_study(folder):
         raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` shows it")
     raise StoreError(

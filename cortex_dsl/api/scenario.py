@@ -98,10 +98,13 @@ class Scenario:
 
     def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
         """Draw scenes, and let whom the config names drive in them."""
-        from engine.driving.blocks import driven
         from engine.sampling import sample
 
         scenes = sample(self.program, genomes, keys, self.config.simulation, jobs)
+        if self.config.driver is None:
+            return scenes
+        from engine.driving.blocks import driven
+
         return driven(self.program, scenes, self.config, jobs)
 
     def driven_by(self, ego: object, block: int = 256, observe: str = RECORDS) -> "Scenario":
@@ -116,9 +119,11 @@ class Scenario:
         Raises:
             ControllerError: nobody here is left to a controller, there is none of such a name, or it cannot be asked.
         """
+        block, observe = arguments.whole("block", block, 1), arguments.one_of("observe", observe, OBSERVABLE)
+        if ego is None:
+            return replace(self, config=replace(self.config, driver=None))
         from engine.driving.named import driver_for
 
-        block, observe = arguments.whole("block", block, 1), arguments.one_of("observe", observe, OBSERVABLE)
         return replace(self, config=replace(self.config, driver=driver_for(self.program, ego, block, observe)))
 
     def environment(

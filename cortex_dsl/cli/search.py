@@ -9,7 +9,6 @@ from cortex_dsl.api.run_folder import Found, search_and_keep
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
-from cortex_dsl.cli.study import resume_study, study_workers
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_ego, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
@@ -24,7 +23,6 @@ from engine.search.objectives import objectives
 from engine.search.protocol import Box
 from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers, seek
 from engine.search.store import new_directory, numbered_directory
-from engine.study.database import is_study
 
 
 def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
@@ -124,7 +122,11 @@ def _missing(entry: SearcherEntry) -> list[str]:
 
 
 def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
+    from engine.study.database import is_study
+
     if is_study(options.run):
+        from cortex_dsl.cli.study import resume_study, study_workers
+
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
         return resume_study(options.run, terminal, study_workers(options), json=options.json, ego=options.ego)

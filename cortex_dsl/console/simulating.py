@@ -13,26 +13,21 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
-from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.run_report import RunReport, run_content
-from cortex_dsl.report.findings.story import Moment, aftermath, end_of
 from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.kernel_progress import COMPILING, KernelProgress
-from cortex_dsl.report.terminal.requirements_view import exhausted_view
-from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
-from engine.metrics import recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
 from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
+    from cortex_dsl.report.findings.run_report import RunReport
+    from cortex_dsl.report.findings.story import Moment
     from engine.acceptance import Account
     from engine.driving.blocks import Driver
     from engine.metrics import Metric
@@ -109,6 +104,8 @@ def announce_compilation(terminal: Terminal) -> bool:
 
     if kernels_are_cached():
         return False
+    from cortex_dsl.report.terminal.kernel_progress import COMPILING
+
     terminal.err.print(COMPILING, style="quiet")
     return True
 
@@ -118,21 +115,23 @@ def compile_kernels(scenario: Scenario, terminal: Terminal, blamed: bool = True)
 
     `blamed`: whether collisions are examined for who could have avoided them.
     """
-    from engine.compiling_apart import Needed, are_compiled, compile_apart
+    from engine.compiling_apart import Needed, compile_apart, count_kernels, missing_kernels
     from engine.kernels.jit import cache_folder, packaged
     from engine.user_cache import cache_roots
 
     folder, wanted = cache_folder(), next(cache_roots(), None)
-    if packaged() is not None or are_compiled(folder, blamed):
+    needed = Needed(scenario.program, replace(scenario.config, driver=None), blamed)
+    if packaged() is not None or not (missing := missing_kernels(needed, folder)):
         return
+    from cortex_dsl.report.terminal.kernel_progress import COMPILING, KernelProgress
+
     terminal.err.print(COMPILING, style="quiet")
     if wanted is not None and folder.parent != wanted:
         why = f"kernels are stored in {folder}: {wanted} cannot be written, is full or belongs to another user"
         terminal.err.print(why, style="warn", soft_wrap=True)
-    needed = Needed(scenario.program, replace(scenario.config, driver=None), blamed)
-    with KernelProgress(terminal.err, folder) as progress:
+    with KernelProgress(terminal.err, folder, count_kernels(folder), missing) as progress:
         compile_apart(needed, folder, progress.tell)
-    if not progress.kernels:
+    if not count_kernels(folder):
         why = f"compiled kernels could not be stored in {folder}: each start compiles them again"
         terminal.err.print(why, style="warn", soft_wrap=True)
 
@@ -146,7 +145,7 @@ class Simulated:
 
     outcomes: Outcomes
     trajectory: Trajectory
-    aftermath: Sequence[Moment]
+    aftermath: "Sequence[Moment]"
     impacts: "Sequence[Impact]" = ()
 
 
@@ -180,6 +179,8 @@ def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
 
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
+        from cortex_dsl.report.findings.story import aftermath
+
         run = scenario.watch(scenes)
         moments = aftermath(scenario.program, run.impacts, run.trajectory)
         return Simulated(run.outcomes, run.trajectory, moments, run.impacts)
@@ -191,8 +192,10 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     )
 
 
-def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
+def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> "RunReport":
     from cortex_dsl.lowering.given_out import light_colours
+    from cortex_dsl.report.findings.run_report import RunReport
+    from engine.metrics import recorded
     from engine.road import build_network
     from engine.road.outline import outline
 
@@ -243,10 +246,14 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
     return shlex.join(words)
 
 
-def _show(report: RunReport, request: CompileRequest, terminal: Terminal) -> None:
+def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> None:
     if request.json:
+        from cortex_dsl.report.findings.run_report import run_content
+
         terminal.write(document("run", run_content(report, str(request.file))))
     else:
+        from cortex_dsl.report.terminal.run_view import run_view
+
         console = terminal.out
         console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
 
@@ -268,6 +275,8 @@ def _no_scene(
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(blame)}))
     else:
+        from cortex_dsl.report.terminal.requirements_view import exhausted_view
+
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
         show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
@@ -285,6 +294,8 @@ def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest
 
 def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
     """Arithmetic without a result is the file's mistake; anything else is ours."""
+    from cortex_dsl.console.scenario_mistakes import undefined_value
+
     diagnostic = undefined_value(scenario.compiled, scenes)
     if diagnostic is None:
         raise RuntimeError(otherwise)
@@ -298,6 +309,8 @@ def _failed(
     """Show the mistake of the file; anything else is ours."""
     diagnostic = failure_of(scenario, scenes, outcomes)
     if diagnostic is None:
+        from cortex_dsl.report.findings.story import end_of
+
         what = f"the simulation failed after {float(outcomes.end_time[0]):.2f} s"
         raise RuntimeError(f"{what}: {end_of(scenario.program, outcomes, 0).text}")
     show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
@@ -308,6 +321,8 @@ def failure_of(scenario: Scenario, scenes: Scenes, outcomes: Outcomes, row: int 
     """Why a run failed: a behaviour that never acts, or a number that does not exist; None where it is no mistake of
     the file.
     """
+    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
+
     reason, rule = int(outcomes.end_reason[row]), int(outcomes.end_rule[row])
     if reason == EndReason.STUCK:
         budget = scenario.config.simulation.instruction_budget
@@ -325,18 +340,20 @@ def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
     """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
     evaluations = campaign.evaluations
     rollouts = evaluations.rollouts
+    undefined = np.argwhere((rollouts.end_reason == EndReason.BROKEN) & (rollouts.end_rule >= 0))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
     stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if not (len(undefined) or len(failed) or len(stuck)):
+        return None
+    from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
+
     if len(stuck):
         first = tuple(stuck[0])
         budget = scenario.config.simulation.instruction_budget
         return never_acts(scenario.compiled, budget, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
-    undefined = np.argwhere((rollouts.end_reason == EndReason.BROKEN) & (rollouts.end_rule >= 0))
     if len(undefined):
         number, genome = int(rollouts.end_rule[tuple(undefined[0])]), evaluations.genomes[undefined[0][0]].tolist()
         return undefined_objective(scenario.compiled, number, scenario.program.space, genome)
-    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
-    if not len(failed):
-        return None
     row, rollout = failed[0]
     scene = scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
     return undefined_value(scenario.compiled, scene)

@@ -5,7 +5,7 @@ two blank lines follow each other, none follows a line that opens a block, and d
 of params on consecutive lines stand below each other; those of assignments too, where the author aligned one of them.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import dropwhile
 from typing import TYPE_CHECKING
@@ -33,8 +33,13 @@ def format_source(source: Source) -> str:
     from cortex_dsl.syntax.parser import read_tokens
 
     parse(source)
+    return format_tokens(source, read_tokens)
+
+
+def format_tokens(source: Source, read: "Callable[[Source], Sequence[Token]]") -> str:
+    """Return the text of a file in the one layout; `read` returns the tokens of its text with plain line breaks."""
     plain = source.text.removeprefix(_BOM).replace("\r\n", "\n")
-    text = _format(list(_lines(read_tokens(Source(source.name, plain)), plain)), plain)
+    text = _format(list(_lines(read(Source(source.name, plain)), plain)), plain)
     if "\r\n" in source.text and source.text.find("\r\n") < source.text.find("\n"):
         text = text.replace("\n", "\r\n")
     return _BOM + text if source.text.startswith(_BOM) else text

@@ -20,6 +20,7 @@ from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import Sliced
 from engine.frozen import frozen
 from engine.program import Program
+from engine.scenes import groups_of
 from engine.tables import Bools, Floats, Ints, Size
 
 WORK_LIMIT = 100_000_000
@@ -71,14 +72,6 @@ def infeasible(program: Program, genomes: Floats) -> tuple[np.ndarray, Ints]:
     """(n,) whether each genome is proved to allow no scene, and (n,) the requirement that rules it out (-1: none)."""
     found = pruner(program).bounds(genomes, groups_of(program, genomes))
     return found.mass == 0.0, found.culprit
-
-
-def groups_of(program: Program, genomes: Floats) -> Ints:
-    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
-    group = np.zeros(len(genomes), dtype=np.int64)
-    for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
-        group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
-    return group
 
 
 def _bounds(program: Program, sliced: Sequence[Sliced], genomes: Floats, groups: Ints) -> Bounds:

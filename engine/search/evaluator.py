@@ -6,16 +6,14 @@ The one module of the search that knows sampler, hosts and risk; a host is impor
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.avoidability import blame
 from engine.config import Config
-from engine.driving.blocks import Driven, can_be_driven, redriven
 from engine.errors import ArgumentError
-from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
@@ -30,6 +28,10 @@ from engine.search.protocol import SOUGHT
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame
 
+if TYPE_CHECKING:
+    from engine.driving.blocks import Driven
+    from engine.feasibility.pruning import Pruner
+
 Simulate = Callable[[Scenes], Outcomes]
 Simulated = tuple[Scenes, Outcomes, Floats | None]
 """Which scenes were run, what came of them, and their gaps (`Runs.gaps`), where these are known."""
@@ -42,7 +44,7 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
     without any for the risk.
     """
     jobs = config.search.jobs
-    prune = pruner(program) if config.simulation.prune else None
+    prune = _pruner(program, config)
     simulate = _simulator(program, config, any(aim.gaps for aim in aims))
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
@@ -57,20 +59,40 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims:
     return evaluate
 
 
+def _pruner(program: Program, config: Config) -> "Pruner | None":
+    if not config.simulation.prune:
+        return None
+    from engine.feasibility.pruning import pruner
+
+    return pruner(program)
+
+
 def make_blaming(program: Program, config: Config) -> Blaming:
     """Return what drives runs of this program again, whichever host ran them, and says whose failure it is."""
     jobs = config.search.jobs
-    prune = pruner(program) if config.simulation.prune else None
+    prune = _pruner(program, config)
 
     def blaming(genomes: Floats, keys: Ints) -> Ints:
         said = np.full(len(keys), int(Blame.NONE), dtype=np.int32)
-        rows = np.flatnonzero(can_be_driven(config.driver, keys, genomes))
+        rows = _drivable(config, genomes, keys)
         scenes = sample(program, genomes[rows], keys[rows], config.simulation, jobs, prune)
-        scenes = redriven(program, scenes, config, jobs)
+        if config.driver is not None:
+            from engine.driving.blocks import redriven
+
+            scenes = redriven(program, scenes, config, jobs)
         said[rows] = blame(program, scenes, config.simulation, config.contact, jobs)
         return said
 
     return blaming
+
+
+def _drivable(config: Config, genomes: Floats, keys: Ints) -> Ints:
+    """Return the rows whose scenes can be driven: all if there is no driver to ask."""
+    if config.driver is None:
+        return np.arange(len(keys))
+    from engine.driving.blocks import can_be_driven
+
+    return np.flatnonzero(can_be_driven(config.driver, keys, genomes))
 
 
 def _simulator(

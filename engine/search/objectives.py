@@ -8,7 +8,7 @@ The paper's risk is no row that costs anything: a search for it alone keeps and 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
 from engine.frozen import frozen
 from engine.kernels.conflict import relative_speed
-from engine.metrics import Body, bodies_of
-from engine.metrics.encounters import Encounter
-from engine.metrics.values import worst_injury
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -29,6 +26,9 @@ from engine.search.assessment import map_arrays, take
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import OBJECTIVES, Sense, Verdict
+
+if TYPE_CHECKING:
+    from engine.metrics.encounters import Encounter
 
 MOST_MARGIN = 4.0
 """To wait longer with braking makes no collision more avoidable [s]; the horizon of the reference driver."""
@@ -67,10 +67,13 @@ class Runs:
         jobs, simulation = self.config.search.jobs, self.config.simulation
         return simulate_with_gaps(self.program, self.scenes, simulation, jobs, self.config.contact)[1]
 
-    def encounters(self, row: int) -> list[Encounter]:
+    def encounters(self, row: int) -> "list[Encounter]":
         """The ego and each other that it meets, of one valid scene, driven again."""
+        from engine.metrics import bodies_of
+        from engine.metrics.encounters import Encounter
+
         driven = trajectory(self.program, self.scenes, row, self.config.simulation, self.config.contact)
-        bodies: tuple[Body, ...] = bodies_of(self.program, self.scenes.values[row])
+        bodies = bodies_of(self.program, self.scenes.values[row])
         pairs = (Encounter(driven, self.outcomes, row, bodies, other) for other in range(1, len(bodies)))
         return [pair for pair in pairs if pair.span[1] > 0]
 
@@ -167,10 +170,12 @@ def injury(runs: Runs) -> Floats:
     curve reaches: of whom and by which source see `engine.metrics.values.SERIOUS`. Without a collision from -1 to 0, as
     `severity`.
     """
+    from engine.metrics.values import worst_injury
+
     return _by_pairs(runs, lambda pair: worst_injury(pair) or 0.0)
 
 
-def _by_pairs(runs: Runs, of_contact: Callable[[Encounter], float]) -> Floats:
+def _by_pairs(runs: Runs, of_contact: "Callable[[Encounter], float]") -> Floats:
     """(n,) the largest number of those that the ego touched; without contact -1 to 0, by the delta-V that one would
     have had at the closest approach.
     """
@@ -184,7 +189,7 @@ def _by_pairs(runs: Runs, of_contact: Callable[[Encounter], float]) -> Floats:
     return values
 
 
-def _larger_change(pair: Encounter) -> float:
+def _larger_change(pair: "Encounter") -> float:
     light, heavy = sorted((pair.ego.mass, pair.other.mass))
     return relative_speed(pair.nearest) / (1.0 + (light / heavy if math.isfinite(heavy) else 0.0))
 

@@ -4,12 +4,11 @@ drives again, or what is kept of that.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from engine.config import Drives
-from engine.driving.decisions import KeptActions
-from engine.driving.named import driver_of
 from engine.errors import CortexError
 from engine.search.evaluations import (
     Evaluations,
@@ -20,6 +19,9 @@ from engine.search.manifest import DrivenBy
 from engine.search.protocol import Proposal, Searcher
 from engine.search.store import StoreError
 from engine.tables import Floats
+
+if TYPE_CHECKING:
+    from engine.driving.decisions import KeptActions
 
 OTHER = "bring it back as it was, or start a new search with the driver as it is"
 
@@ -62,8 +64,10 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
     return evaluations
 
 
-def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> KeptActions:
+def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> "KeptActions":
     """Who drove, until it is named again."""
+    from engine.driving.decisions import KeptActions
+
     return KeptActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
 
 
@@ -80,6 +84,8 @@ def who_drove(
         if ego is not None:
             raise StoreError(f"no controller drove in `{folder}`", "leave `--ego` out")
         return None
+    from engine.driving.named import driver_of
+
     driver = driver_of(ego, driven.block, driven.observe)
     if driver is None:
         return kept_actions(driven, actions)

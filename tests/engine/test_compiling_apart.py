@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.api.loading import compile_text
 from engine import compiling_apart
-from engine.compiling_apart import Needed, are_compiled, compile_apart, undrawn
+from engine.compiling_apart import Needed, compile_apart, missing_kernels, undrawn
 from engine.config import Config, SearchConfig
 from engine.program import Program
 
@@ -72,8 +73,6 @@ if __name__ == "__main__":
 
 @pytest.fixture(scope="module")
 def program() -> Program:
-    from cortex_dsl.api.loading import compile_text
-
     return compile_text(SOURCE).program
 
 
@@ -97,11 +96,22 @@ def test_parts_are_compiled_side_by_side_where_two_cores_are_free(
 
 def test_what_is_complete_for_runs_is_not_for_searches(program: Program, folder: Path) -> None:
     """An interrupted compilation leaves kernels, but no mark: the next command goes on with it, and says so."""
-    for blamed in (False, True):
-        assert not are_compiled(folder, blamed)
-        assert compile_apart(Needed(program, Config(), blamed), folder, lambda: None, (note_first,))
-        assert are_compiled(folder, blamed=False)
-        assert are_compiled(folder, blamed=True) == blamed
+    run, search = Needed(program, Config(), blamed=False), Needed(program, Config())
+    for needed in (run, search):
+        assert missing_kernels(needed, folder)
+        assert compile_apart(needed, folder, lambda: None, (note_first,))
+        assert not missing_kernels(run, folder)
+        assert bool(missing_kernels(search, folder)) == (needed is run)
+
+
+def test_what_only_some_programs_need_is_missed_where_it_is_not_stored(program: Program, folder: Path) -> None:
+    """A later scenario may need more than the first: its wait is announced, too."""
+    sees = Needed(compile_text(SOURCE + "terminate when ego can see other\n").program, Config())
+    assert compile_apart(Needed(program, Config()), folder, lambda: None, (note_first,))
+    assert missing_kernels(sees, folder) == 1
+    (folder / "senses").mkdir()
+    (folder / "senses" / "senses.see.0123.nbc").write_text("")
+    assert not missing_kernels(sees, folder)
 
 
 def test_what_needs_scenes_is_not_divided(program: Program) -> None:
@@ -116,7 +126,7 @@ def test_a_failure_is_left_to_the_process_that_waits(
     """It meets the same error where the kernel is needed, and shows it once."""
     assert not compile_apart(Needed(program, Config()), folder, lambda: None, (fail, note_second))
     assert "Traceback" not in capfd.readouterr().err
-    assert not are_compiled(folder, blamed=False)
+    assert missing_kernels(Needed(program, Config(), blamed=False), folder)
 
 
 def test_no_process_is_no_error(program: Program, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -44,8 +44,10 @@ from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State, Verdict
-from engine.world import WorldRun
-from engine.world.impacts import Impact
+
+if TYPE_CHECKING:
+    from engine.world import WorldRun
+    from engine.world.impacts import Impact
 
 COLOURS = 6
 """Actors that have a colour of their own."""
@@ -132,7 +134,7 @@ class CaseReplay:
     scenes: Scenes
     outcomes: Outcomes
     trajectory: Trajectory
-    impacts: Sequence[Impact]
+    impacts: "Sequence[Impact]"
     road: Outline
     score: int
     parts: tuple[int, ...]
@@ -257,7 +259,7 @@ class Runnable(Protocol):
     def config(self) -> Config: ...
     @property
     def overrides(self) -> Mapping[str, str]: ...
-    def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
+    def watch(self, scenes: Scenes, row: int = 0) -> "WorldRun": ...
     def assess(self, outcomes: Outcomes, profile: str = "paper") -> Risk: ...
     def scene(self, case: Case) -> Scenes: ...
     def concrete_files(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,13 +12,15 @@ from cortex_dsl.report.findings.objectives import Sought, objectives_content, so
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
-from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes, Result
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
 from engine.scenes import Scenes, Trajectory
 from engine.streams import StreamKey, format_key
 from engine.vocabulary import EndReason, Verdict
+
+if TYPE_CHECKING:
+    from engine.metrics import Metric, Recorded
 
 PARTS: Sequence[tuple[str, int, str]] = (
     ("C", 10, ""),
@@ -40,9 +42,9 @@ class RunReport:
     trajectory: Trajectory
     aftermath: Sequence[Moment]
     """What the world shows after contact."""
-    metrics: Sequence[Metric]
+    metrics: "Sequence[Metric]"
     """Of a valid run."""
-    records: Sequence[Recorded]
+    records: "Sequence[Recorded]"
     score: int
     parts: Sequence[float]
     pair: int
@@ -190,6 +192,6 @@ def _value(row: Result, value: float) -> float | str | None:
     return value if row.words is None else row.words[int(value)] or None
 
 
-def metrics_content(actors: Sequence[str], metrics: Sequence[Metric]) -> list[dict[str, Any]]:
+def metrics_content(actors: Sequence[str], metrics: "Sequence[Metric]") -> list[dict[str, Any]]:
     """Every metric by name, with the names of those it is about. SI units."""
     return [{**vars(metric), "actors": [actors[actor] for actor in metric.actors]} for metric in metrics]

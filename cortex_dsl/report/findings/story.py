@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, percent, speed_unit
-from engine.metrics import time_step
 from engine.outcomes import Outcomes
 from engine.program import Program, Rule
 from engine.scenes import Trajectory
@@ -214,6 +213,8 @@ def speeds(trajectory: Trajectory) -> Floats:
     if 0 < first < len(found) - 1:
         loose[first:] = there[first:]
     if loose.any() and len(found) > 2:
+        from engine.metrics import time_step
+
         x, y = trajectory.states[..., State.X], trajectory.states[..., State.Y]
         moved = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) / time_step(trajectory)
         last = np.maximum(0.0, 2.0 * moved[-1:] - moved[-2:-1] if len(found) - first > 2 else moved[-1:])

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.readable import counted, format_gene, gene_value, percent, ratio, significant
-from engine.feasibility import genes_read
 from engine.program import Program
 from engine.vocabulary import Verdict
 
@@ -128,6 +127,8 @@ def amount_text(account: "Account", requirement: int, amount: float) -> str:
 def params_of_miss(account: "Account", blame: "Blame") -> str:
     """The params that the requirement depends on, in that attempt."""
     program, genome = account.weighing.program, account.weighing.genomes[blame.nearest]
+    from engine.feasibility import genes_read
+
     genes = genes_read(program, blame.requirement)[:MOST_PARAMS]
     space = program.space
     values = [f"{space.names[g]} = {format_gene(space, g, float(genome[g]))} {space.units[g]}".rstrip() for g in genes]

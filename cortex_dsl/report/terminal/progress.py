@@ -1,10 +1,14 @@
-"""A search or a study while it runs: a few calm lines that are redrawn in place, and vanish when it is over."""
+"""A search or a study while it runs: a few calm lines that are redrawn in place, and vanish when it is over. Where the
+output is no terminal, a line now and then.
+"""
 
 import math
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from threading import Event, Thread
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -17,51 +21,71 @@ from cortex_dsl.report.findings.readable import duration, fixed, whole
 from cortex_dsl.report.findings.run_report import HIGHEST
 from cortex_dsl.report.findings.search_report import method_style
 from cortex_dsl.report.terminal.theme import columns, left, right, sparkline
-from engine.search.evaluations import Figures
-from engine.study.plan import Plan
-from engine.study.run_records import RunRecord
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
+    from engine.search.evaluations import Figures
+    from engine.study.plan import Plan
+    from engine.study.run_records import RunRecord
 
 BAR = 20
 CURVE = 36
+INTERVAL = 30.0
+"""Time between two lines about a search where the output is no terminal [s]."""
 
 
 @dataclass
 class SearchProgress:
-    """Shows one search. On a terminal it redraws; elsewhere it is silent."""
+    """Shows one search. On a terminal it redraws; elsewhere it prints a line every `interval` seconds."""
 
     console: Console
     method: str
     total: int
     """Generations to come in all."""
-    figures: list[Figures] = field(default_factory=list)
+    figures: "list[Figures]" = field(default_factory=list)
     """Of the generations so far; of a run that goes on, those that it had too."""
     spent: float = 0.0
     """What they took [s]."""
     simulations: int = 0
     best: float = math.nan
+    interval: float = INTERVAL
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
+    _ended: Event = field(default_factory=Event)
+    thread: Thread = field(init=False)
+    """Prints the lines."""
+
+    def __post_init__(self) -> None:
+        self.thread = Thread(target=self._print_lines, daemon=True)
 
     def __enter__(self) -> "SearchProgress":
         if self.console.is_terminal:
             self._live = Live(console=self.console, transient=True, refresh_per_second=8, get_renderable=self._render)
             self._live.start()
+        else:
+            self.thread.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._ended.set()
         if self._live is not None:
             self._live.stop()
 
-    def generation_done(self, figures: Figures, simulations: int, best: float) -> None:
+    def generation_done(self, figures: "Figures", simulations: int, best: float) -> None:
         """One more generation; `simulations` counts all so far, `best` is the highest risk so far."""
         self.figures.append(figures)
         self.simulations = simulations
         self.best = best
+
+    def _print_lines(self) -> None:
+        """Print a line at each interval until the search ends; a generation may last longer than that."""
+        while not self._ended.wait(self.interval):
+            seconds = self.spent + time.monotonic() - self.started
+            line = progress_line(self.method, len(self.figures), self.total, self.simulations, seconds)
+            with suppress(OSError):
+                self.console.print(line, soft_wrap=True)
 
     def _render(self) -> RenderableType:
         seconds = self.spent + time.monotonic() - self.started
@@ -87,8 +111,16 @@ def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> I
             done += len(block)
 
 
+def progress_line(method: str, done: int, total: int, simulations: int, seconds: float) -> Text:
+    """Return what `progress_view` shows, in one line of plain text."""
+    if not done:
+        return Text(f"{method}: generation 1 of {total}, {duration(seconds)} so far")
+    runs = f", {whole(simulations)} runs" if simulations else ""
+    return Text(f"{method}: {done} of {total} generations{runs}, {duration(seconds / done * (total - done))} left")
+
+
 def progress_view(
-    method: str, figures: list[Figures], total: int, simulations: int, seconds: float, best: float
+    method: str, figures: "list[Figures]", total: int, simulations: int, seconds: float, best: float
 ) -> RenderableType:
     """What is known so far: how far, how fast, how good."""
     done = len(figures)
@@ -120,7 +152,7 @@ def progress_view(
     return Group(top, table, course)
 
 
-def _course(figures: list[Figures]) -> str:
+def _course(figures: "list[Figures]") -> str:
     return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)
 
 
@@ -141,9 +173,9 @@ class StudyProgress:
     """On a terminal it redraws in place, and vanishes at the end; elsewhere it says a line now and then."""
 
     console: Console
-    plan: Plan
+    plan: "Plan"
     jobs: int
-    earlier: Sequence[RunRecord] = ()
+    earlier: "Sequence[RunRecord]" = ()
     """Runs that were finished before this process began."""
     quiet: bool = False
     found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
@@ -159,7 +191,7 @@ class StudyProgress:
         for record in self.earlier:
             self._keep(record)
 
-    def _keep(self, record: RunRecord) -> None:
+    def _keep(self, record: "RunRecord") -> None:
         self.found[record.address.scenario, record.address.method].append(record.figures.distinct_collisions)
 
     def __enter__(self) -> "StudyProgress":
@@ -174,7 +206,7 @@ class StudyProgress:
         if self._live is not None:
             self._live.stop()
 
-    def run_done(self, record: RunRecord) -> None:
+    def run_done(self, record: "RunRecord") -> None:
         """One more run is finished and kept."""
         self._keep(record)
         self.new += 1

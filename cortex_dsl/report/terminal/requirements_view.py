@@ -19,7 +19,6 @@ from cortex_dsl.report.findings.tally import (
     place_text,
     quoted,
 )
-from cortex_dsl.report.terminal.run_view import params_view
 from cortex_dsl.report.terminal.theme import bar, columns, indented, left, right, section
 from engine.program import Program
 from engine.vocabulary import GeneKind, Verdict
@@ -256,6 +255,8 @@ def exhausted_view(
     if account is not None:
         parts.append(section("Which requirement is to blame", blame_view(account), blame_note(account)))
     if len(program.space) and tally.scenes == 1:
+        from cortex_dsl.report.terminal.run_view import params_view
+
         parts.append(section("Params of this attempt", params_view(program.space, genome)))
     parts += [Text(), _help_line(account)]
     return Group(*parts)

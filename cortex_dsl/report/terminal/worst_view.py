@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from shlex import quote
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,6 @@ from rich.table import Column
 from rich.text import Text
 
 from cortex_dsl.plain_text import as_argument
-from cortex_dsl.report.findings.analysis_report import AVOIDANCES
-from cortex_dsl.report.findings.cases_found import CaseFound
 from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.readable import ABSENT, SpeedUnit, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
@@ -27,6 +26,9 @@ from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case, order_of_risk
 from engine.tables import Floats
 from engine.vocabulary import Blame, GeneKind
+
+if TYPE_CHECKING:
+    from cortex_dsl.report.findings.cases_found import CaseFound
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
@@ -177,7 +179,7 @@ avoidable: by the reference driver of UN R157, and by how much it brakes in
 time (+) or too late (-)"""
 
 
-def found_view(found: Sequence[CaseFound], note: str, unit: SpeedUnit) -> RenderableType:
+def found_view(found: "Sequence[CaseFound]", note: str, unit: SpeedUnit) -> RenderableType:
     """One row a case: risk, partner, kind, speeds, and whether a competent driver avoids it; speeds in `unit`."""
     head = (
         right("#", "quiet"),
@@ -196,7 +198,7 @@ def found_view(found: Sequence[CaseFound], note: str, unit: SpeedUnit) -> Render
     return section(title, Group(table, Text(), Text(FOUND.format(unit=unit.name), "quiet")), note)
 
 
-def _found_row(each: CaseFound, unit: SpeedUnit) -> tuple[Text, ...]:
+def _found_row(each: "CaseFound", unit: SpeedUnit) -> tuple[Text, ...]:
     case = each.case
     apart = Text("contact", "bad") if case.collided else Text(f"{fixed(case.min_distance, 2)} m")
     speeds = (Text(unit.number(speed, 0)) for speed in each.speeds)
@@ -216,6 +218,8 @@ def _found_row(each: CaseFound, unit: SpeedUnit) -> tuple[Text, ...]:
 def _avoidable(answer: Avoidability | None) -> Text:
     if answer is None:
         return Text()
+    from cortex_dsl.report.findings.analysis_report import AVOIDANCES
+
     name, style, _ = AVOIDANCES[answer.avoidance]
     told = math.isfinite(answer.margin) and (answer.avoidable or answer.margin < 0.0)
     margin = f" {answer.margin:+.2f} s" if told else ""

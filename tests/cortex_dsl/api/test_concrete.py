@@ -131,6 +131,20 @@ scenario Main():
 """
 
 
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_copies_of_examples_have_the_layout_of_the_formatter(path: Path) -> None:
+    """Though only the first copy of a shape is parsed: every copy is what the formatter makes of its text."""
+    scenario = load(path)
+    scenes = scenario.sample(40, seed=3)
+    rows = np.flatnonzero(scenes.valid)
+    assert len(rows) > 8
+    for row in rows:
+        remark = f"case {row}"
+        plain = scenario.concrete_files(scenes, int(row), remark=remark, name="case.scn", laid_out=False)
+        wanted = {name: format_source(Source(name, text)) for name, text in plain.items()}
+        assert scenario.concrete_files(scenes, int(row), remark=remark, name="case.scn") == wanted
+
+
 def test_imports_mutations_and_scenarios_are_reproduced_bit_for_bit(tmp_path: Path) -> None:
     """What imported files drew is pinned in copies of them, which lie beside the copy and which it reads."""
     for name, text in LIBRARY.items():

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING, USUAL, KernelProgress
+from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING, KernelProgress
+from engine.compiling_apart import KERNELS_OF_EVERY_PROGRAM
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 COUNTING = """
@@ -30,7 +31,8 @@ print(len(used), file=sys.stderr)
 def shown(folder: Path, terminal: bool) -> str:
     """What is said while two kernels appear, one after the other, with a pulse in which none does."""
     console = Console(file=io.StringIO(), force_terminal=terminal, width=60)
-    with KernelProgress(console, folder) as progress:
+    (folder / "before.nbc").write_text("")
+    with KernelProgress(console, folder, before=1, missing=3) as progress:
         for name in ("one", None, "two"):
             if name:
                 (folder / f"{name}.nbc").write_text("")
@@ -45,19 +47,19 @@ def shown(folder: Path, terminal: bool) -> str:
 def test_without_a_terminal_each_kernel_is_a_line(tmp_path: Path) -> None:
     """A log tells that work goes on, and tests can leave these lines out."""
     said = shown(tmp_path, terminal=False)
-    assert said.splitlines() == [f"kernels: {number} of {USUAL}, 0 s" for number in (1, 2)]
+    assert said.splitlines() == [f"kernels: {number} of 3, 0 s" for number in (1, 2)]
     assert not COMPILED.sub("", f"{COMPILING}\n{said}")
 
 
 def test_on_a_terminal_one_line_is_redrawn(tmp_path: Path) -> None:
     """It is gone when all are there."""
     said = shown(tmp_path, terminal=True)
-    assert f"kernels: 1 of {USUAL}, 0 s" in said
+    assert "kernels: 1 of 3, 0 s" in said
     assert said.count("\n") == 1
 
 
 def test_as_many_kernels_are_announced_as_the_example_needs(tmp_path: Path) -> None:
-    """The number behind `of` is that of examples/left_turn.scn."""
+    """Those of every program, and the one of examples/left_turn.scn for `withinDistanceToAnyObjs`."""
     command = [sys.executable, "-c", COUNTING, str(EXAMPLE), str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert int(done.stderr.splitlines()[-1]) == USUAL
+    assert int(done.stderr.splitlines()[-1]) == KERNELS_OF_EVERY_PROGRAM + 1

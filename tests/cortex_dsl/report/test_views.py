@@ -1,8 +1,10 @@
 """Every view at every width: it renders, fits, and says what it must."""
 
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view
-from cortex_dsl.report.terminal.progress import SearchProgress, progress_view
+from cortex_dsl.report.terminal.progress import SearchProgress, progress_line, progress_view
 from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
 from cortex_dsl.report.terminal.sample_view import sample_view
@@ -328,12 +330,53 @@ def test_progress(report: SearchReport, width: int) -> None:
         assert word in " ".join(text.split())
 
 
-def test_progress_is_silent_where_nobody_watches(report: SearchReport) -> None:
-    """A log file gets no redrawn lines."""
+class _Log(io.StringIO):
+    """A file that is no terminal, and an event once `lines` lines are in it."""
+
+    def __init__(self, lines: int) -> None:
+        super().__init__()
+        self.lines, self.full = lines, Event()
+
+    def write(self, text: str) -> int:
+        written = super().write(text)
+        if self.getvalue().count("\n") >= self.lines:
+            self.full.set()
+        return written
+
+
+def test_a_short_search_writes_nothing_into_a_log(report: SearchReport) -> None:
+    """A log file gets no redrawn lines, and no line in the first half minute."""
     stream = io.StringIO()
     with SearchProgress(Console(file=stream, theme=THEME), "ga", 30) as progress:
         progress.generation_done(report.campaign.generations[0].by_individual, 100, 16)
     assert stream.getvalue() == ""
+
+
+def test_a_long_search_writes_lines_into_a_log(report: SearchReport) -> None:
+    """Each interval a line of plain text: generations, runs and the time left; none once the search is over."""
+    stream = _Log(3)
+    console = Console(file=stream, theme=THEME, width=20)
+    with SearchProgress(console, "ga", 30, interval=0.01) as progress:
+        progress.generation_done(report.campaign.generations[0].by_individual, 1234, 16)
+        assert stream.full.wait(60)
+    progress.thread.join(60)
+    assert not progress.thread.is_alive()
+    lines = stream.getvalue().splitlines()
+    assert any(re.fullmatch(r"ga: 1 of 30 generations, 1,234 runs, \d+\.\d s left", line) for line in lines)
+    assert "\x1b" not in stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("done", "simulations", "text"),
+    [
+        (0, 0, "ga: generation 1 of 30, 45 s so far"),
+        (15, 0, "ga: 15 of 30 generations, 45 s left"),
+        (10, 12_345, "ga: 10 of 30 generations, 12,345 runs, 1 min 30 s left"),
+    ],
+)
+def test_a_line_about_a_search(done: int, simulations: int, text: str) -> None:
+    """Before the first generation nothing is known of the time left; a search that goes on has no runs of its own."""
+    assert progress_line("ga", done, 30, simulations, 45.0).plain == text
 
 
 def test_colour_is_only_the_terminals_own(run: RunReport) -> None:

@@ -147,7 +147,7 @@ def test_need_may_come_after_a_caller_is_loaded() -> None:
 def test_every_deferred_kernel_is_needed_by_some_program() -> None:
     """The tables and the rule of `engine.host` name them all: a kernel that is not named could never be called."""
     named = {*evaluate.DEFERRED.values(), *itertools.chain(*senses.DEFERRED.values())}
-    rule = set(inspect.getclosurevars(host._needed_kernels).globals)  # pyright: ignore[reportPrivateUsage]
+    rule = set(inspect.getclosurevars(host.deferred_kernels).globals)
     kernels = {
         function
         for module in pkgutil.iter_modules(engine.kernels.__path__, "engine.kernels.")
