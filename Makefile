@@ -4,6 +4,7 @@ VENV   := .venv
 PYTHON := $(VENV)/bin/python
 # Of the language and of small parts: all but what drives thousands of scenes, or breaks thousands of programs.
 SLOW   := $(patsubst %,tests/engine/test_%.py,avoidability fairness metrics sight verification) \
+          tests/cortex_dsl/test_front_door.py tests/cortex_dsl/test_scenic_rows.py \
           tests/cortex_dsl/editor/test_server.py tests/cortex_dsl/semantics/test_robustness.py \
           tests/cortex_dsl/syntax/test_fuzz.py
 QUICK  := tests/cortex_dsl/syntax tests/cortex_dsl/semantics tests/cortex_dsl/lowering tests/cortex_dsl/editor \

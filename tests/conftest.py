@@ -22,6 +22,7 @@ from hypothesis.database import DirectoryBasedExampleDatabase
 from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 from engine.user_cache import ENVIRONMENT_VARIABLE
 from tests.fork_server import COMMAND, ForkServer
+from tests.runs import LEFT_TURN, SEARCH, shared
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -48,6 +49,12 @@ def command_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkSer
     environment = os.environ | {"PYTHONPATH": str(BUILD.parent)}
     with ForkServer(COMMAND, tmp_path_factory.mktemp("command"), environment=environment) as server:
         yield server
+
+
+@pytest.fixture(scope="session")
+def ga_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished search of the example by the genetic algorithm; whoever writes into it takes a copy."""
+    return shared(tmp_path_factory, "ga", LEFT_TURN, *SEARCH)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

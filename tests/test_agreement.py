@@ -10,9 +10,11 @@ import pytest
 from benchmarks import limit
 from benchmarks.agreement import CONSTRUCTS, TOLERANCE, compare
 from cortex_dsl import compile_text, load
+from tests.laws import share
 
 FOLDER = Path(__file__).parents[1] / "examples"
 EXAMPLES = sorted([*FOLDER.glob("*.scn"), *FOLDER.glob("roads/*.scn")])
+SCENES = share(60)
 
 CROWD = """
 map intersection(ways=4, lanes=2, rows=1, cols=2, block=90 m, left_hand=True)
@@ -29,9 +31,9 @@ terminate after 6 s
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_hosts_agree_on_the_examples(path: Path) -> None:
-    """Sixty random scenes of each, collisions among them."""
-    found = compare(load(path), 60)
-    assert found.scenes == 60
+    """Random scenes of each, collisions among them."""
+    found = compare(load(path), max(60, SCENES))
+    assert found.scenes == max(60, SCENES)
     assert found.collisions > 0
     assert found.flags_differ == 0
     assert found.states_differ <= TOLERANCE
@@ -40,7 +42,7 @@ def test_hosts_agree_on_the_examples(path: Path) -> None:
 
 def test_hosts_agree_on_a_crowd_of_every_kind() -> None:
     """Six actors of six kinds on a grid with left-hand traffic."""
-    found = compare(compile_text(CROWD), 60)
+    found = compare(compile_text(CROWD), SCENES)
     assert found.collisions > 0
     assert found.flags_differ == 0
     assert found.states_differ <= TOLERANCE
@@ -57,8 +59,8 @@ def test_every_construct_has_a_scenario() -> None:
 @pytest.mark.parametrize("path", CONSTRUCTS, ids=lambda path: path.stem)
 def test_hosts_agree_on_every_construct(path: Path) -> None:
     """Verdicts, ends and their rules, states, records and metrics; several ends occur."""
-    found = compare(load(path), 60)
-    assert found.scenes == 60
+    found = compare(load(path), SCENES)
+    assert found.scenes == SCENES
     assert found.ends > 1 or path.stem == "pile"  # where nobody gets through
     assert found.aborted > 0 or path.stem not in ("guards", "modular", "monitors", "picks", "temporal")
     assert found.flags_differ == 0

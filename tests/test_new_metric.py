@@ -9,12 +9,13 @@ import json
 import os
 import shutil
 import sqlite3
-import subprocess
-import sys
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+
+from tests.fork_server import RUN, ForkServer
 
 ROOT = Path(__file__).parent.parent
 NAME, SYMBOL, MEANING = "sum_of_speeds", "V_SUM", "sum of both speeds at the instant of MD"
@@ -52,6 +53,14 @@ scenario = load(Path("meeting.scn"))
 table = scenario.table(scenario.simulate(scenario.sample()))
 print([(name, column.tolist()) for name, column in table.items() if "sum" in name])
 """
+LOADED = """
+import sys
+from cortex_dsl.__main__ import process
+from cortex_dsl.api import loading, runs
+from cortex_dsl.cli import main
+from cortex_dsl.report.page import run_page
+from engine import batch, world
+"""
 
 
 PAGE = """
@@ -66,6 +75,8 @@ print(run_page(open_run(sys.argv[1]), cases=1, budget=0))
 class Product:
     """A copy of the product that has the metric."""
 
+    server: ForkServer
+
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         for name in ("cortex_dsl", "engine", "grammar"):
@@ -79,49 +90,49 @@ class Product:
             path.write_text(source, encoding="utf-8")
         (folder / "meeting.scn").write_text(SCENARIO, encoding="utf-8")
 
-    def run(self, *arguments: str) -> str:
-        """What Python prints."""
-        environment = {
-            **os.environ,
-            "PYTHONPATH": str(self.folder),
-            "CORTEXC_CACHE": str(self.folder / "cache"),
-            "NUMBA_DISABLE_JIT": "1",
-            "COLUMNS": "100",
-        }
-        process = subprocess.run(
-            [sys.executable, *arguments], cwd=self.folder, env=environment, capture_output=True, text=True, check=False
-        )
-        assert process.returncode == 0, process.stderr
-        return process.stdout
+    def run(self, code: str, *words: str) -> str:
+        """What code prints, in a process that knows the product."""
+        ended = self.server.run(code, *words, at=self.folder)
+        assert ended.status == 0, ended.err
+        return ended.out
 
 
 @pytest.fixture(scope="module")
-def product(tmp_path_factory: pytest.TempPathFactory) -> Product:
-    return Product(tmp_path_factory.mktemp("product"))
+def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:
+    product = Product(tmp_path_factory.mktemp("product"))
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(product.folder),
+        "CORTEXC_CACHE": str(product.folder / "cache"),
+        "NUMBA_DISABLE_JIT": "1",
+        "COLUMNS": "100",
+    }
+    with ForkServer(LOADED, tmp_path_factory.mktemp("server"), environment=environment) as product.server:
+        yield product
 
 
 @pytest.fixture(scope="module")
 def searched(product: Product) -> Path:
     """The folder of a search."""
     search = ("meeting.scn", "--random", "--generations", "1", "--population", "2", "--out", "run")
-    product.run("-m", "cortex_dsl", *search)
+    product.run(RUN, *search)
     return product.folder / "run"
 
 
 def test_reports_and_their_json_have_it(product: Product) -> None:
     """By its symbol and what it means; 8 and 2 m/s are 10."""
-    document = json.loads(product.run("-m", "cortex_dsl", "meeting.scn", "--json"))
+    document = json.loads(product.run(RUN, "meeting.scn", "--json"))
     assert document["pairs"][0][NAME] == pytest.approx(10.0)
     (metric,) = [each for each in document["metrics"] if each["name"] == SYMBOL]
     assert (metric["unit"], metric["meaning"]) == ("m/s", MEANING)
-    report = product.run("-m", "cortex_dsl", "meeting.scn")
+    report = product.run(RUN, "meeting.scn")
     assert SYMBOL in report
     assert MEANING in report
 
 
 def test_python_has_it(product: Product) -> None:
     """As a column with its unit."""
-    assert f"other.{NAME} [m/s]" in product.run("-c", API)
+    assert f"other.{NAME} [m/s]" in product.run(API)
 
 
 def test_journal_csv_and_guide_have_it(searched: Path) -> None:
@@ -137,4 +148,4 @@ def test_journal_csv_and_guide_have_it(searched: Path) -> None:
 
 def test_pages_have_it(product: Product, searched: Path) -> None:
     """The journal is read back, and each case tells it."""
-    assert MEANING in product.run("-c", PAGE, searched.name)
+    assert MEANING in product.run(PAGE, searched.name)

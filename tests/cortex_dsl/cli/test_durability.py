@@ -9,9 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, redirect_stdout
+from contextlib import closing, contextmanager
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ import pytest
 
 from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
-from cortex_dsl.cli import main
 from engine.search.campaign import Progress
 from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
@@ -411,16 +409,6 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
     assert "Traceback" not in err
 
 
-@pytest.fixture(scope="module")
-def finished(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small search that nobody disturbed."""
-    run = tmp_path_factory.mktemp("finished") / "run"
-    words = ["--ga", "--generations", "4", "--population", "20", "--jobs", "1", "--out", str(run)]
-    with redirect_stdout(StringIO()):
-        assert main([str(left_turn), *words]) == 0
-    return run
-
-
 @pytest.mark.parametrize(
     "change",
     [
@@ -431,11 +419,11 @@ def finished(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 @pytest.mark.parametrize("command", [("report",), ("analyse", "--budget", 0), ("resume",)])
 def test_a_journal_that_was_changed_by_hand(
-    cortexc: Command, finished: Path, tmp_path: Path, command: tuple[object, ...], change: str
+    cortexc: Command, ga_run: Path, tmp_path: Path, command: tuple[object, ...], change: str
 ) -> None:
     """Individuals that the search would not have proposed are reported, by commands that show a run and by `resume`."""
     for chained, message in ((True, "is not what was written"), (False, "in the journal")):
-        run = shutil.copytree(finished, tmp_path / f"run-{chained}")
+        run = shutil.copytree(ga_run, tmp_path / f"run-{chained}")
         if not chained:
             unchain(run / "journal.sqlite")
         with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
@@ -446,10 +434,10 @@ def test_a_journal_that_was_changed_by_hand(
 
 
 def test_a_journal_of_another_version_is_reported_with_a_warning(
-    cortexc: Command, finished: Path, tmp_path: Path
+    cortexc: Command, ga_run: Path, tmp_path: Path
 ) -> None:
     """What another version searched otherwise may be right: it is reported, and said."""
-    run = shutil.copytree(finished, tmp_path / "run")
+    run = shutil.copytree(ga_run, tmp_path / "run")
     unchain(run / "journal.sqlite")
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
         connection.execute("UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2")

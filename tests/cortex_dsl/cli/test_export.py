@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.cli import main
 from cortex_dsl.console.terminal import Exit
 from cortex_dsl.interchange.formats import FORMATS
 from tests.cortex_dsl.cli.conftest import Result
@@ -18,12 +17,9 @@ Command = Callable[..., Result]
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory, left_turn: Path) -> Path:
-    """The folder of a search of 3 generations of 20."""
-    folder = tmp_path_factory.mktemp("export") / "run"
-    words = ["--ga", "--generations", "3", "--population", "20", "--seed", "1", "--out", str(folder), "--json"]
-    assert main([str(left_turn), *words]) == 0
-    return folder
+def run(ga_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a search, into which files are exported."""
+    return shutil.copytree(ga_run, tmp_path_factory.mktemp("export") / "run")
 
 
 def test_one_case_with_its_road(cortexc: Command, run: Path, tmp_path: Path) -> None:

@@ -22,11 +22,8 @@ NAMES = [name for name, _, _ in ANSWERS.values()]
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("verify") / "run"
-    scenario = Path(__file__).parents[3] / "examples" / "left_turn.scn"
-    cx.search(scenario, "ga", generations=4, population=30, seed=1, out=folder)
-    return folder
+def run(ga_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return shutil.copytree(ga_run, tmp_path_factory.mktemp("verify") / "run")
 
 
 def copied(run: Path, to: Path, *statements: str, chained: bool = True) -> Path:

@@ -44,5 +44,5 @@ def test_every_use_fills_every_field(path: Path) -> None:
 def test_every_problem_is_used() -> None:
     """No diagnostic that nothing says."""
     texts = [path.read_text() for path in MODULES if path.parent.name != "errors"]
-    named = {name for text in texts for name in PROBLEMS if re.search(rf"\b{name}\b", text)}
-    assert named == set(PROBLEMS)
+    named = {name for text in texts for name in re.findall(r"\w+", text)}
+    assert set(PROBLEMS) <= named

@@ -12,6 +12,7 @@ from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
+from cortex_dsl.semantics.model import limits
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.model.limits import CALL_LIMIT, EVALUATION_LIMIT
 from cortex_dsl.semantics.names.builtins import Kind, names_of
@@ -39,7 +40,7 @@ BLOCKS = [
 
 
 @pytest.mark.parametrize(("line", "kind", "code", "text"), BLOCKS)
-def test_block(line: int, kind: str, code: str, text: str) -> None:
+def test_block(line: int, kind: str, code: str, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A block is a piece of a program, a whole one, or has exactly the error that it is marked with."""
     source = Source(f"language.md:{line}", text)
     if code == "whole":
@@ -49,6 +50,7 @@ def test_block(line: int, kind: str, code: str, text: str) -> None:
         parse(source)
         return
     assert kind == "scn-error"
+    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)  # what would take too long is refused sooner here
     with pytest.raises(CompileError) as caught:
         compile_source(source) if code >= "SCN2" else parse(source)
     assert [d.code for d in caught.value.diagnostics if d.severity is Severity.ERROR] == [code]

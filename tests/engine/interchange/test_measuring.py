@@ -24,7 +24,7 @@ from engine.tables import A_BUILDING
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run
-from tests.laws import examples
+from tests.laws import examples, share
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
@@ -68,11 +68,15 @@ def differences(one: Outcomes, other: Outcomes, sliding: bool) -> dict[str, floa
     return {name: value for name, value in found.items() if not value <= TOLERANCE}
 
 
+LEAST = 5
+RUNS = max(LEAST, share(10))
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
     """Every column, the risk and every metric, with contact and without."""
     scenario, seen = load(path), 0
-    for ran, recording, bodies in islice(recordings(scenario, 100), 10):
+    for ran, recording, bodies in islice(recordings(scenario, 100), RUNS):
         measured = measure(recording)
         sliding = path.stem in SLIDING
         assert differences(ran.outcomes, measured.outcomes, sliding) == {}
@@ -85,7 +89,7 @@ def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
         assert measured.trajectory.contact_sample == ran.trajectory.contact_sample or "modular" in path.name
         assert set(np.unique(recording.states[:, :, State.PRESENT]).tolist()) <= {0.0, 1.0, 2.0}
         seen += 1
-    assert seen >= 5
+    assert seen >= LEAST
 
 
 def test_contacts_are_among_the_recorded_runs() -> None:
