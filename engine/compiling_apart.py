@@ -48,7 +48,7 @@ class Needed:
         return self.config.search.engine == "batch" and not self.program.settings.fair
 
     def own_kernels(self) -> set[Callable[..., object]]:
-        """Return the kernels that this program needs and others do not; none with a numba that stores them elsewhere."""
+        """Return the kernels that only some programs need; none with a numba that stores them elsewhere."""
         import numba
 
         from engine.host import deferred_kernels
@@ -138,9 +138,9 @@ def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts:
 
 
 def missing_kernels(needed: Needed, folder: Path) -> int:
-    """Return the number of kernels that are still to be compiled, as far as it is known; an interrupted call leaves some.
+    """Return the number of kernels that are still to be compiled, as far as it is known.
 
-    Counted are those of every program, unless an earlier call compiled them all, and those of this program's own.
+    Counted are those of every program, unless an earlier call compiled them all, and those that only some programs need.
     """
     of_every = (folder / MARKS[True]).exists() or (not needed.blamed and (folder / MARKS[False]).exists())
     own = [kernel for kernel in needed.own_kernels() if not is_stored(kernel, folder)]

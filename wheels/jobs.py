@@ -41,6 +41,7 @@ JOBS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("first.scn", "--ga", *SMALL, "--objective", "avoidable", "--out", "avoidable"),
         ("first.scn", "--ga", *SMALL, "--objective", "conflict", "--out", "conflict"),
     ),
+    "methods": (("first.scn", "--ga", *SMALL, "--method", "failure_kinds", "--out", "kinds"),),
     "after": (
         ("analyse", "first", "--budget", "200"),
         ("probability", "first.scn", "--samples", "200"),

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
+from engine.kernels.elimination import eliminate
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
 from engine.search.campaign import Campaign
@@ -23,7 +24,7 @@ from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.failure_kinds import FailureKinds, order
 from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.gaussian_process import eliminate, likelihood, predicted
+from engine.search.methods.gaussian_process import likelihood, predicted
 from engine.search.methods.niching import NichingSearch, gene_weights
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
