@@ -140,7 +140,7 @@ def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts:
 def missing_kernels(needed: Needed, folder: Path) -> int:
     """Return the number of kernels that are still to be compiled, as far as it is known.
 
-    Counted are those of every program, unless an earlier call compiled them all, and those that only some programs need.
+    Counted are the kernels of every program, unless an earlier call compiled them all, and those of this one alone.
     """
     of_every = (folder / MARKS[True]).exists() or (not needed.blamed and (folder / MARKS[False]).exists())
     own = [kernel for kernel in needed.own_kernels() if not is_stored(kernel, folder)]

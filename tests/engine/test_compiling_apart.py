@@ -100,6 +100,7 @@ def test_what_is_complete_for_runs_is_not_for_searches(program: Program, folder:
     for needed in (run, search):
         assert missing_kernels(needed, folder)
         assert compile_apart(needed, folder, lambda: None, (note_first,))
+        store_own_kernels(needed, folder)
         assert not missing_kernels(run, folder)
         assert bool(missing_kernels(search, folder)) == (needed is run)
 
@@ -108,10 +109,18 @@ def test_what_only_some_programs_need_is_missed_where_it_is_not_stored(program: 
     """A later scenario may need more than the first: its wait is announced, too."""
     sees = Needed(compile_text(SOURCE + "terminate when ego can see other\n").program, Config())
     assert compile_apart(Needed(program, Config()), folder, lambda: None, (note_first,))
+    store_own_kernels(Needed(program, Config()), folder)
     assert missing_kernels(sees, folder) == 1
-    (folder / "senses").mkdir()
-    (folder / "senses" / "senses.see.0123.nbc").write_text("")
+    store_own_kernels(sees, folder)
     assert not missing_kernels(sees, folder)
+
+
+def store_own_kernels(needed: Needed, folder: Path) -> None:
+    """Write empty files in place of the compiled kernels that only this program needs."""
+    for kernel in needed.own_kernels():
+        module = kernel.__module__.rpartition(".")[2]
+        (folder / module).mkdir(exist_ok=True)
+        (folder / module / f"{module}.{kernel.__name__}.0123.nbc").write_text("")
 
 
 def test_what_needs_scenes_is_not_divided(program: Program) -> None:
