@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.api.concrete import map_copies
+from engine.config import Config
 from engine.program import Program
 from engine.search.campaign import Campaign
 from engine.search.ranking import Case, lost_cases
@@ -27,6 +28,8 @@ class Writable(Protocol):
 
     @property
     def program(self) -> Program: ...
+    @property
+    def config(self) -> Config: ...
     def scene(self, case: Case) -> "Scenes": ...
     def driven_by(self, ego: object, /) -> "Writable": ...
     def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
@@ -44,7 +47,8 @@ def write_cases(scenario: Writable, folder: Path, campaign: Campaign, file: str)
     Raises:
         StoreError: a file cannot be written.
     """
-    undriven = scenario.driven_by(None)  # whoever drives again decides again
+    # whoever drives again decides again
+    undriven = scenario if scenario.config.driver is None else scenario.driven_by(None)
     _write(undriven, folder / FAILURE_FOLDER, lost_cases(campaign.evaluations), file)
     return _write(undriven, folder / WORST_FOLDER, campaign.worst, file)
 

@@ -19,7 +19,6 @@ from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
-from engine.config import Config
 from engine.maps import MapFile, digest_of
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
@@ -50,8 +49,6 @@ class Searchable(Writable, Protocol):
 
     @property
     def compiled(self) -> Compiled: ...
-    @property
-    def config(self) -> Config: ...
     @property
     def overrides(self) -> Mapping[str, str]: ...
     @property

@@ -88,13 +88,11 @@ class Scenario:
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
         if count > MOST_SCENES:
-            raise ArgumentError(
-                f"count: expected at most {MOST_SCENES:,}, got {count:,}", "draw fewer, by several seeds"
-            )
+            what = f"count: expected at most {MOST_SCENES:,}, got {count:,}"
+            raise ArgumentError(what, "draw fewer, by several seeds")
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
-        if genome is None:
-            return self._drawn(draw_genomes(self.program.space, keys), keys, jobs)
-        return self._drawn(np.tile(arguments.genome_of(self.program, genome), (count, 1)), keys, jobs)
+        given = None if genome is None else np.tile(arguments.genome_of(self.program, genome), (count, 1))
+        return self._drawn(draw_genomes(self.program.space, keys) if given is None else given, keys, jobs)
 
     def _drawn(self, genomes: "Floats", keys: "Ints", jobs: int = 1) -> "Scenes":
         """Draw scenes, and let whom the config names drive in them."""
@@ -119,11 +117,9 @@ class Scenario:
         Raises:
             ControllerError: nobody here is left to a controller, there is none of such a name, or it cannot be asked.
         """
-        block, observe = arguments.whole("block", block, 1), arguments.one_of("observe", observe, OBSERVABLE)
-        if ego is None:
-            return replace(self, config=replace(self.config, driver=None))
         from engine.driving.named import driver_for
 
+        block, observe = arguments.whole("block", block, 1), arguments.one_of("observe", observe, OBSERVABLE)
         return replace(self, config=replace(self.config, driver=driver_for(self.program, ego, block, observe)))
 
     def environment(
@@ -337,9 +333,8 @@ class Scenario:
         """
         row = arguments.row_of(self._own(scenes), row)
         if not scenes.valid[row]:
-            raise ArgumentError(
-                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` says which are"
-            )
+            what = f"scene {row} is not valid; only a valid one can be written"
+            raise ArgumentError(what, "`scenes.valid` says which are")
         return concrete_files(
             self.program,
             self.compiled.module,
