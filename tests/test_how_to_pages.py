@@ -61,6 +61,11 @@ def shell(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
 
 
+def fewer(word: str) -> str:
+    """Return 1,000 for a larger count of draws or simulations, which every command takes."""
+    return str(min(int(word), 1000)) if word.isdecimal() else word
+
+
 Follow = Callable[[list[str], Path], None]
 
 
@@ -76,7 +81,7 @@ def follow(tmp_path_factory: pytest.TempPathFactory, shell: dict[str, str]) -> I
                 if OF_A_SHELL.search(line) or not line.startswith("cortexc "):
                     in_shell(line, home, shell)
                 else:
-                    words = shlex.split(line)[1:]
+                    words = [fewer(word) for word in shlex.split(line)[1:]]
                     if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
                         words += BUDGET
                     ended = server.run("sys.exit(main(sys.argv[1:]))", *words, at=home)

@@ -17,10 +17,12 @@ from typing import Any
 
 import pyarrow.parquet
 
+from cortex_dsl import pipeline
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from cortex_dsl.semantics.model import limits
+from cortex_dsl.source import Source
 from engine.search.searchers import SEARCHERS
 
 ROOT = Path(__file__).parent.parent.parent
@@ -90,10 +92,28 @@ def _less_patience() -> Iterator[None]:
         limits.EVALUATION_LIMIT = before
 
 
+@contextlib.contextmanager
+def _compiled_once() -> Iterator[None]:
+    """All modes that look at a file see what one compilation of it gave."""
+    compile_source, known = pipeline.compile_source, dict[Any, Any]()
+
+    def once(source: Source, *arguments: Any, **options: Any) -> Any:
+        key = (source.name, source.text, repr(arguments), repr(options))
+        if key not in known:
+            known[key] = compile_source(source, *arguments, **options)
+        return known[key]
+
+    pipeline.compile_source = once
+    try:
+        yield
+    finally:
+        pipeline.compile_source = compile_source
+
+
 def files(paths: Sequence[str]) -> Subjects:
     """What `cortexc FILE --check` says of each file; where that finds no mistake, what the other modes say."""
     for path in paths:
-        with _less_patience():
+        with _less_patience(), _compiled_once():
             yield f"check {path}", (checked := command(path, "--check"))
             if checked.startswith("exit 0\n"):
                 for mode, words in MODES.items():
