@@ -25,7 +25,6 @@ from numba.extending import (
     typeof_impl,
     unbox,
 )
-from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
 from engine.handles import WORD, Field, Handle, Layout
@@ -119,14 +118,14 @@ def _read_field(context: Any, builder: Any, of: HandleType, value: Any, attribut
         return first
     if field.kind == "float":
         return builder.bitcast(first, ir.DoubleType())
-    array = make_array(kind)(context, builder)
+    array = context.make_array(kind)(context, builder)
     size = np.dtype(field.kind).itemsize
     shape = [_word(builder, value, field.word + 1 + axis) for axis in range(field.dimensions)]
     strides = [WORDS(size)]
     for extent in reversed(shape[1:]):
         strides.insert(0, builder.mul(strides[0], extent))
     data = builder.inttoptr(first, array.data.type)
-    populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
+    context.populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
     return impl_ret_borrowed(context, builder, kind, array._getvalue())
 
 

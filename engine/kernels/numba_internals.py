@@ -27,10 +27,12 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, cast
 
+from llvmlite.binding import parse_assembly  # pyright: ignore[reportMissingTypeStubs]
 from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 from numba.extending import typeof_impl
 
@@ -115,13 +117,26 @@ class _Reduced(CompileResultCacheImpl):
     """What is stored of compiled code: the cells that it names, and numba's own reduction."""
 
     def reduce(self, cres: Any) -> Any:
-        return all_uses(cres.library), super().reduce(cres)
+        library = cres.library
+        library._shared_module = _names_only(library)
+        return all_uses(library), super().reduce(cres)
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:
         uses, reduced = payload
         for use in uses:
             use.link()
         return super().rebuild(target_context, reduced)
+
+
+def _names_only(library: Any) -> Any:
+    """Return a module that defines the functions of a library without their code.
+
+    No other code links a finished kernel, and numba needs only the names of what it may call: an entry is half as long,
+    and loaded sooner.
+    """
+    names = [function.name for function in library._final_module.functions if not function.is_declaration]
+    stubs = "".join(f'\ndefine void @"{name}"() {{ ret void }}' for name in names)
+    return parse_assembly(f"{library.codegen._create_empty_module(library.name)}{stubs}")
 
 
 def cache_by_content(
@@ -195,6 +210,16 @@ class _KernelCache(FunctionCache):
         """Return a key without the bytes of a kernel's code, which vary with docstrings: the folder stands for it."""
         signature, target, (code, closure) = super()._index_key(sig, codegen)
         return signature, target, (self._function if self._kernel else code, closure)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what `_load_overload` finds.
+
+        numba would first import the declarations of all that it can compile, with scipy.linalg: a compiled kernel needs
+        none of them, and whatever has to be compiled imports them.
+        """
+        rtsys.initialize(target_context)
+        with cast("Any", self)._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled code of the package, else that of the user's cache, else None."""
