@@ -9,6 +9,7 @@ of a header that holds the address and the shape of each array, and the numbers.
 
 import struct
 from collections.abc import Iterator, Sequence
+from numbers import Integral, Real
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -91,7 +92,7 @@ class Handle:
         for name, value in zip(cast("Any", self)._fields, values, strict=True):
             kind, dimensions, inner, content = _words_of(value)
             if not content:
-                raise TypeError(f"{type(self).__name__}.{name}: kernels take contiguous arrays only, and this is none")
+                raise TypeError(f"{type(self).__name__}.{name}: the array is not contiguous and aligned")
             fields.append(Field(name, kind, dimensions, len(words), inner))
             words += content
         header = np.array(words, dtype=np.int64)
@@ -114,9 +115,11 @@ def _words_of(value: Any) -> tuple[str, int, Layout | None, list[int]]:
     if isinstance(value, Slots):
         headers = cast("Slots[Any]", value).headers
         return "slots", 0, None, [headers.ctypes.data, len(headers)]
-    if isinstance(value, float):
-        return "float", 0, None, [struct.unpack("<q", struct.pack("<d", value))[0]]
-    return "int", 0, None, [int(value)]
+    if isinstance(value, Integral):
+        return "int", 0, None, [int(value)]
+    if isinstance(value, Real):
+        return "float", 0, None, [struct.unpack("<q", struct.pack("<d", float(value)))[0]]
+    raise TypeError(f"kernels take arrays, numbers and handles, and this is {type(value).__name__}")
 
 
 def handle(tuple_class: type[Tuple]) -> type[Tuple]:
@@ -127,6 +130,10 @@ def handle(tuple_class: type[Tuple]) -> type[Tuple]:
         "__qualname__": tuple_class.__qualname__,
     }
     return cast("type[Tuple]", type(tuple_class.__name__, (Handle, tuple_class), names))
+
+
+def _slots_of(shared: Any, own: dict[str, NDArray[Any]]) -> "Slots[Any]":
+    return Slots(shared, **own)
 
 
 class Slots(Sequence[Tuple]):
@@ -147,6 +154,10 @@ class Slots(Sequence[Tuple]):
                 word, dimensions = places[name].word, places[name].dimensions
                 self.headers[:, word] = array.ctypes.data + array.strides[0] * np.arange(count)
                 self.headers[:, word + 1 : word + 1 + dimensions] = array.shape[1:]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle what the headers are made of: they are written anew."""
+        return _slots_of, (self._shared, self._own)
 
     @property
     def nbytes(self) -> int:

@@ -1,9 +1,10 @@
-"""Functions of arrays that return the same bits on every x86-64 processor.
+"""Functions of arrays whose results do not depend on the code that numpy and BLAS choose by processor.
 
 numpy and BLAS choose code by processor. With AVX-512 or AVX2, numpy rounds exp, log, powers, tan and inverse
 trigonometric functions differently; sin, cos, hypot, sqrt, squares, sums, means and `einsum` (without `optimize`) do
 not depend on it. Products of matrices (`@`, `dot`) and `numpy.linalg` do, as each BLAS kernel has its own order of
-additions. A value that decides a result uses the functions of this module instead.
+additions. A value that decides a result uses the functions of this module instead. They call `math`: bits are equal on
+machines whose libm rounds alike.
 """
 
 import math

@@ -118,9 +118,7 @@ NUMBERS = 25_000_000
 PRUNED_ROWS = 2048
 """Scenes whose bounds are worked out together under `prune`."""
 
-ANYWHERE = Confinement(
-    np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, dtype=np.int32)
-)
+ANYWHERE = Confinement(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, np.int32))
 """No pruning."""
 
 Tables = TypeVar("Tables", CodeTables, RoadTables)
@@ -138,8 +136,7 @@ def sample(
 
     `prune` is the program's pruner, for callers who sample often; without one it is made where the config asks for it.
     """
-    recipe = recipe_of(program)
-    limit = attempt_limit(program)
+    recipe, limit = recipe_of(program), attempt_limit(program)
     if not 1 <= config.max_attempts <= limit:
         raise ArgumentError(
             f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}", "take a number between these"

@@ -22,6 +22,7 @@ def test_kernels_import_nothing_but_numbers() -> None:
     kernels = {"engine.kernels", *graph.find_descendants("engine.kernels")}
     allowed = {
         "engine",
+        "engine.handles",
         "engine.named_results",
         "engine.opcodes",
         "engine.outcomes",

@@ -13,17 +13,10 @@ import numpy as np
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
+from cortex_dsl.console.kernels import announce_compilation, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import (
-    announce_compilation,
-    compile_kernels,
-    draw,
-    failure_of,
-    open_scenario,
-    perform_run,
-    show_misplaced,
-)
+from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perform_run, show_misplaced
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
@@ -54,7 +47,7 @@ def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> in
     if isinstance(compiled, Exit):
         return compiled
     scenario = open_scenario(request, run, compiled)
-    compile_kernels(scenario, terminal, blamed=False)
+    compile_kernels(scenario.program, scenario.config, terminal, blamed=False)
     _announce_crowd(scenario, terminal)
     return perform_run(request, run, scenario, terminal)
 

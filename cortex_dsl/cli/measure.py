@@ -100,7 +100,7 @@ def _similar(path: Path, reader: Reader) -> str:
 
 
 def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
-    from cortex_dsl.console.simulating import announce_compilation
+    from cortex_dsl.console.kernels import announce_compilation
     from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network

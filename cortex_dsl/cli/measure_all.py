@@ -74,7 +74,7 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
         InterchangeError: it cannot be read, or is too much.
         UsageError: a file stands in the way, or cannot be written.
     """
-    from cortex_dsl.console.simulating import announce_compilation
+    from cortex_dsl.console.kernels import announce_compilation
     from cortex_dsl.report.findings.ranking_report import RankedReport
     from engine.interchange.every_pair import NEAR, rank_pairs
     from engine.interchange.sources import read_traffic

@@ -103,10 +103,12 @@ def resume_study(
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
     from cortex_dsl.api.studies import carry_out
+    from cortex_dsl.console.kernels import compile_kernels
     from cortex_dsl.report.terminal.progress import StudyProgress
     from engine.study.run_records import Finished
 
-    _compile_kernels(plan, terminal)
+    for subject in plan.subjects:
+        compile_kernels(subject.program, subject.config, terminal)
     with StudyProgress(terminal.err, plan, job.workers.jobs, earlier, quiet=job.json) as progress:
 
         def on_run(finished: Finished) -> None:
@@ -161,20 +163,6 @@ def _over_the_file(evaluations: "Evaluations") -> bool:
     runs = evaluations.rollouts
     told = (runs.end_reason == EndReason.STUCK) | ((runs.end_reason == EndReason.BROKEN) & (runs.end_rule >= 0))
     return bool(told[runs.verdict == Verdict.ERROR].all())
-
-
-def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
-    """Compile now what every worker will need, so that they do not all do it."""
-    from cortex_dsl.console.simulating import announce_compilation
-
-    if announce_compilation(terminal):
-        from dataclasses import replace
-
-        from engine.study.execution import perform
-
-        task = plan.task(next(plan.addresses()))
-        search = replace(task.config.search, generations=1)
-        perform(replace(task, config=replace(task.config, search=search)))
 
 
 STUDY = Command(

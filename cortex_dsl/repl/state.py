@@ -117,7 +117,7 @@ ego = new Car on road, with speed V
 require V > 2 m/s
 terminate after 1 s
 """
-"""A scenario that needs every kernel."""
+"""A scenario that needs the kernels of every scenario."""
 
 
 PATIENCE = 0.6

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from engine.config import Config, ContactConfig, Drives, SimulationConfig
 from engine.driving.asking import Answer, Known, asked_patiently
 from engine.driving.controllers import Seat, fault_of, seats_of, settled
-from engine.driving.stepping import Lanes, observed
+from engine.driving.observations import observed
+from engine.driving.stepping import Lanes
 from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes

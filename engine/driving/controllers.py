@@ -18,8 +18,9 @@ from typing import Any, Protocol, cast, runtime_checkable
 import numpy as np
 
 from engine.control import Control, turns
+from engine.driving.observations import Named
 from engine.driving.stacks import VERSION, Stack
-from engine.driving.stepping import Named, names_of
+from engine.driving.stepping import names_of
 from engine.errors import ControllerError, CortexError, LostError, nearest
 from engine.kernels.orders import are_within
 from engine.program import Program

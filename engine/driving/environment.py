@@ -19,7 +19,8 @@ from engine.config import Config
 from engine.control import Action, Control
 from engine.driving.beside import number_of, seats_beside
 from engine.driving.controllers import checked, meant
-from engine.driving.stepping import Lanes, observed
+from engine.driving.observations import observed
+from engine.driving.stepping import Lanes
 from engine.errors import ArgumentError, CortexError
 from engine.outcomes import Outcomes
 from engine.program import Program

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
+from engine.driving.observations import REWARD, series
 from engine.driving.orders import Orders, command_columns
 from engine.errors import ArgumentError
 from engine.host import (
@@ -31,7 +32,7 @@ from engine.host import (
     plan,
     with_slots,
 )
-from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH, write_observation
+from engine.kernels.egocentric import WIDTH, write_observation
 from engine.kernels.orders import note_asked, note_running
 from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
@@ -39,7 +40,7 @@ from engine.kernels.rows import Requested, Results, judge_rows, simulate_rows, s
 from engine.kernels.run_state import Run, Status
 from engine.kernels.slots import COMMAND_COLUMNS, EMPTY
 from engine.outcomes import Outcomes
-from engine.program import Program, Record
+from engine.program import Program
 from engine.scenes import Scenes, actor_columns, weather_sight
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, Verdict
@@ -48,35 +49,6 @@ CONTACT = ContactConfig()
 AT_ONCE = 64
 """Runs that are judged by one call: what was decided in them stays in the cache."""
 
-
-# -- what is observed --------------------------------------------------------------------------------------------------
-
-REWARD = "reward"
-"""The record whose difference is the reward of a step; no controller observes it."""
-Named = tuple[tuple[str, str], ...]
-"""Names and their SI unit words."""
-
-
-def observed(program: Program, records: bool = True) -> Named:
-    """What a controller of this program observes: what the file records over time but the reward, or the egocentric
-    vector where it records nothing else, or `records` is False.
-    """
-    kept = tuple((record.name, record.unit) for record in _series(program) if record.name != REWARD)
-    return kept if kept and records else EGOCENTRIC
-
-
-def _series(program: Program) -> list[Record]:
-    return [record for record in program.records if record.when == "series"]
-
-
-def _egocentric() -> Named:
-    ahead = ((f"path {away:g} m ahead: {axis}", "m") for away in AHEAD for axis in "xy")
-    others = ((f"nearest {number + 1}: {name}", unit) for number in range(NEAREST) for name, unit in EACH)
-    return (*OWN, *ahead, *others)
-
-
-EGOCENTRIC = _egocentric()
-assert len(EGOCENTRIC) == WIDTH
 
 # -- lanes -------------------------------------------------------------------------------------------------------------
 
@@ -120,7 +92,7 @@ class Lanes:
         self._alone: Run | None = None
         self._paths = np.full((len(program.actors), count), -1, dtype=np.int32)
         self._reach = np.full(count, np.inf)
-        kept = {record.name: record.rule for record in _series(program)}
+        kept = {record.name: record.rule for record in series(program)}
         self._reward = kept.pop(REWARD, None)
         self._rules = list(kept.values()) if records else []
 
@@ -317,6 +289,7 @@ class Lanes:
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
         """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
         self._orders.decide(number, chosen, self.samples, actions, self._run.slot_actions)
+        self._renew_pages()
 
     def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
         """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""

@@ -12,7 +12,8 @@ def eliminate(rows: Floats) -> None:
     with U^T U = A, and the other columns B become X with U^T X = B.
 
     Unlike LAPACK, whose order of additions depends on the processor, each number is the result of one sequence of
-    roundings; only numbers beside one another are computed at the same time.
+    roundings; only numbers beside one another are computed at the same time. The lower triangle keeps what it held. A
+    matrix that is not positive definite gives NaN.
     """
     size, width = rows.shape
     for row in range(size):

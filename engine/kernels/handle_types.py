@@ -90,10 +90,14 @@ def _type_of_handle(value: Handle, _context: object) -> types.Type:
 
 @unbox(HandleType)
 def _unbox(_type: HandleType, value: Any, c: Any) -> NativeValue:
+    """Read the address; where a signal handler raises meanwhile, the call fails with its exception."""
     address = c.pyapi.object_getattr_string(value, "handle_address")
-    number = c.pyapi.long_as_voidptr(address)
-    c.pyapi.decref(address)
-    return NativeValue(number, is_error=cgutils.is_not_null(c.builder, c.pyapi.err_occurred()))
+    failed = cgutils.is_null(c.builder, address)
+    number = cgutils.alloca_once_value(c.builder, c.context.get_constant_null(types.voidptr))
+    with cgutils.if_likely(c.builder, c.builder.not_(failed)):
+        c.builder.store(c.pyapi.long_as_voidptr(address), number)
+        c.pyapi.decref(address)
+    return NativeValue(c.builder.load(number), is_error=failed)
 
 
 @infer_getattr

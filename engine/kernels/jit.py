@@ -1,21 +1,19 @@
 """The decorators of all compiled functions, and the cache of their machine code: `@kernel`, `@allocating`, `@inlined`,
 `@shared` and `@deferred`.
 
-A `@kernel` is compiled on Python's first call and kept on disk; another kernel contains it, so what many contain and
-takes long is `@shared`: compiled once, called by all others. An `@inlined` function is always copied into its caller
-and counts no references: numba passes each array as seven or more words and counts references to it with atomic
-instructions, so a call that hands on a `RoadTables` costs tens of nanoseconds, and reading a field of a nested tuple of
-arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. A kernel counts none either
-where another one contains it. Such functions may neither make arrays nor return them (numba refuses the former): they
-read and write what their caller owns. What does make some is `@allocating`. Each says so itself, since numba would have
-a callee do as the first caller does that has it compiled.
+A `@kernel` is compiled on the first call from Python and stored on disk; other kernels contain it. Code that many
+kernels would contain and that takes long to compile is `@shared`: compiled once, called by all others; `@deferred` code
+is compiled only for programs that need it. An `@inlined` function is always copied into its caller. None of these count
+references where another kernel contains them, since numba counts with atomic instructions: they may neither make arrays
+nor return them (numba refuses the former), and read and write arrays of their caller. A function that makes arrays is
+`@allocating`. Each function says so itself, since numba would compile a callee as its first caller is compiled.
 
 The cache is named by contents: one compilation for a user, however many clones and environments there are. Any edit of
 a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
 
-What inlines fast and caches by content touches private parts of numba and is in `numba_internals`. With a numba whose
-parts are untested (not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for
-longer, and once for each installation, with the same results.
+Private parts of numba are used in `numba_internals`, `shared` and `handle_types`. With a numba whose parts are untested
+(not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for longer, and once for each
+installation, with the same results. Only the type of handles is needed with any version.
 """
 
 import hashlib
@@ -160,7 +158,8 @@ def cache_folder() -> Path:
 @cache
 def content_key() -> str:
     """Return the hash of all that machine code depends on, but for the processor: numba adds it to each key."""
-    versions = numba.__version__, llvmlite.__version__, str(sys.implementation.cache_tag)
+    python = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
+    versions = numba.__version__, llvmlite.__version__, python
     return hashlib.sha256("\0".join([source_hash(), *versions]).encode()).hexdigest()[:16]
 
 

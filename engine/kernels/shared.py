@@ -157,4 +157,11 @@ def _uses_of(library: Any) -> set[_Use]:
 
 def all_uses(library: Any) -> set[_Use]:
     """Return the cells that the code of a library names, with those of all code that it contains."""
-    return _uses_of(library).union(*map(all_uses, library._linking_libraries))
+    uses: set[_Use] = set()
+    libraries, seen = [library], {id(library)}
+    while libraries:
+        uses |= _uses_of(each := libraries.pop())
+        new = [linked for linked in each._linking_libraries if id(linked) not in seen]
+        seen |= {id(linked) for linked in new}
+        libraries += new
+    return uses

@@ -17,7 +17,8 @@ from engine.driving import stepping
 from engine.driving.asking import HOPELESS
 from engine.driving.blocks import Driven, Driver
 from engine.driving.decisions import is_reproducible
-from engine.driving.stepping import EGOCENTRIC, Lanes
+from engine.driving.observations import EGOCENTRIC
+from engine.driving.stepping import Lanes
 from engine.errors import ControllerError
 from engine.kernels.rows import simulate_rows
 from engine.outcomes import Outcomes

@@ -9,7 +9,7 @@ import pytest
 
 import cortex_dsl as cx
 from engine.driving import environment as environments
-from engine.driving.stepping import EGOCENTRIC
+from engine.driving.observations import EGOCENTRIC
 from engine.errors import ControllerError
 from engine.program import Program
 from engine.sampling import draw_genomes, sample

@@ -1,5 +1,6 @@
 """Functions that are parts of kernels, and yet can be called from Python; code that kernels share."""
 
+import ast
 import importlib
 import inspect
 import itertools
@@ -13,10 +14,11 @@ import pytest
 
 import engine.kernels
 from engine import host
-from engine.kernels import evaluate, numba_internals, senses
+from engine.kernels import behaviour, evaluate, numba_internals, senses
 from engine.kernels.jit import deferred, inlined, is_known, kernel, need, shared
 from engine.kernels.numba_internals import Compiled
 from engine.kernels.shared import Shared
+from engine.opcodes import Op
 from engine.tables import Floats, Ints
 
 
@@ -156,6 +158,25 @@ def test_every_deferred_kernel_is_needed_by_some_program() -> None:
     }
     assert kernels
     assert {each.name for each in kernels - named} <= rule
+
+
+def test_the_tables_name_every_instruction_that_calls_a_deferred_kernel() -> None:
+    """A row that is missing would let a program without the others of its family fail."""
+    geometry = {op for op in Op if Op.PATH_POSE <= op < Op.STATE} - {Op.PATH_POSE, Op.REGION_DISTANCE}
+    assert set(evaluate.DEFERRED) == geometry
+    kernels = {kernel.name for row in senses.DEFERRED.values() for kernel in cast("Any", row)} | {"foresee"}
+    called: set[str] = set()
+    for node in ast.walk(ast.parse(inspect.getsource(cast("Any", behaviour.interpret).py_func))):
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Compare):
+            calls = {name for line in node.body for name in _names_called(line)}
+            if calls & kernels:
+                called.add(ast.unparse(node.test.comparators[0]))
+    assert called == {f"Op.{op.name}" for op in senses.DEFERRED}
+
+
+def _names_called(line: ast.AST) -> set[str]:
+    calls = (node.func for node in ast.walk(line) if isinstance(node, ast.Call))
+    return {function.id for function in calls if isinstance(function, ast.Name)}
 
 
 def test_numba_has_the_parts_that_are_used() -> None:

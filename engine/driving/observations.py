@@ -1,0 +1,31 @@
+"""What a controller observes: the records of the file, or the egocentric vector where it has none."""
+
+from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH
+from engine.program import Program, Record
+
+REWARD = "reward"
+"""The record whose difference is the reward of a step; no controller observes it."""
+Named = tuple[tuple[str, str], ...]
+"""Names and their SI unit words."""
+
+
+def observed(program: Program, records: bool = True) -> Named:
+    """What a controller of this program observes: what the file records over time but the reward, or the egocentric
+    vector where it records nothing else, or `records` is False.
+    """
+    kept = tuple((record.name, record.unit) for record in series(program) if record.name != REWARD)
+    return kept if kept and records else EGOCENTRIC
+
+
+def series(program: Program) -> list[Record]:
+    return [record for record in program.records if record.when == "series"]
+
+
+def _egocentric() -> Named:
+    ahead = ((f"path {away:g} m ahead: {axis}", "m") for away in AHEAD for axis in "xy")
+    others = ((f"nearest {number + 1}: {name}", unit) for number in range(NEAREST) for name, unit in EACH)
+    return (*OWN, *ahead, *others)
+
+
+EGOCENTRIC = _egocentric()
+assert len(EGOCENTRIC) == WIDTH
