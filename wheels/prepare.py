@@ -3,11 +3,12 @@
 import sys
 
 from cortex_dsl.api.loading import load
-from cortex_dsl.console.simulating import compile_kernels
+from cortex_dsl.console.kernels import compile_kernels
 from cortex_dsl.console.terminal import Terminal
 
 if __name__ == "__main__":
     try:
-        compile_kernels(load(sys.argv[1]), Terminal())
+        scenario = load(sys.argv[1])
+        compile_kernels(scenario.program, scenario.config, Terminal())
     except KeyboardInterrupt:
         sys.exit(130)
