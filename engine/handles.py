@@ -8,7 +8,7 @@ of a header that holds the address and the shape of each array, and the numbers.
 """
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Integral, Real
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -32,6 +32,8 @@ class Field(NamedTuple):
     """Number of its first word: an address, followed by the shape of an array or the number of slots; or the number."""
     layout: "Layout | None"
     """Of a handle in a handle."""
+    own: int = 0
+    """Of an array that each slot has to itself: number of the word before the header with its address; else 0."""
 
 
 class Layout:
@@ -40,28 +42,33 @@ class Layout:
     numba_type: Any = None
     """Filled by `engine.kernels.handle_types`."""
 
-    def __init__(self, name: str, fields: tuple[Field, ...], words: int) -> None:
+    def __init__(self, name: str, fields: tuple[Field, ...]) -> None:
         self.name = name
         self.fields = fields
-        self.words = words
+        own = sum(field.own > 0 for field in fields)
+        self.own_words = own + 1 if own else 0
+        """Words before the header: its address, then the addresses of the arrays that each slot has to itself."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _interned, (self.name, self.fields, self.words)
+        return _interned, (self.name, self.fields)
 
 
 _layouts: dict[tuple[str, tuple[Field, ...]], Layout] = {}
 
 
-def _interned(name: str, fields: tuple[Field, ...], words: int) -> Layout:
-    return _layouts.setdefault((name, fields), Layout(name, fields, words))
+def _interned(name: str, fields: tuple[Field, ...]) -> Layout:
+    return _layouts.setdefault((name, fields), Layout(name, fields))
 
 
 class Handle:
     """The header of a named tuple; made when a kernel first receives the tuple, and never changed."""
 
+    own_fields: tuple[str, ...] = ()
+    """Arrays that each slot has to itself (`slotted`)."""
+
     @property
     def handle_header(self) -> NDArray[np.int64]:
-        """(words,) addresses and shapes of arrays, and numbers; floats bit by bit.
+        """(words,) addresses and shapes of arrays, and numbers, floats bit by bit; before them `Layout.own_words`.
 
         Raises TypeError for an array that is not contiguous in memory: kernels are compiled for one layout.
         """
@@ -74,7 +81,7 @@ class Handle:
 
     @property
     def handle_address(self) -> int:
-        """The address of the header, which lives as long as the tuple."""
+        """The address of the first word, which is valid as long as the tuple exists."""
         return self._made[2]
 
     @property
@@ -93,10 +100,18 @@ class Handle:
             kind, dimensions, inner, content = _words_of(value)
             if not content:
                 raise TypeError(f"{type(self).__name__}.{name}: the array is not contiguous and aligned")
-            fields.append(Field(name, kind, dimensions, len(words), inner))
+            own = self.own_fields.index(name) + 1 if name in self.own_fields else 0
+            fields.append(Field(name, kind, dimensions, len(words), inner, own))
             words += content
-        header = np.array(words, dtype=np.int64)
-        return _interned(type(self).__name__, tuple(fields), len(words)), header, int(header.ctypes.data)
+        layout = _interned(type(self).__name__, tuple(fields))
+        header = np.array([0] * layout.own_words + words, dtype=np.int64)
+        address = int(header.ctypes.data)
+        if layout.own_words:
+            header[0] = address + WORD * layout.own_words
+            for field in fields:
+                if field.own:
+                    header[field.own] = words[field.word]
+        return layout, header, address
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the values alone: addresses have no meaning in another process."""
@@ -132,28 +147,44 @@ def handle(tuple_class: type[Tuple]) -> type[Tuple]:
     return cast("type[Tuple]", type(tuple_class.__name__, (Handle, tuple_class), names))
 
 
+def slotted(*own_fields: str) -> Callable[[type[Tuple]], type[Tuple]]:
+    """Return `handle` for a named tuple whose `Slots` share all fields but the arrays named here."""
+
+    def decorate(tuple_class: type[Tuple]) -> type[Tuple]:
+        made = handle(tuple_class)
+        cast("Any", made).own_fields = own_fields
+        return made
+
+    return decorate
+
+
 def _slots_of(shared: Any, own: dict[str, NDArray[Any]]) -> "Slots[Any]":
     return Slots(shared, **own)
 
 
 class Slots(Sequence[Tuple]):
-    """Handles of one type that share most of their fields: a header each, written for all of them at once."""
+    """Handles of one type that share a header: each has only the addresses of its own arrays."""
 
     def __init__(self, shared: Tuple | None = None, **own: NDArray[Any]) -> None:
-        """`shared` has the fields that all have in common; `own` the others, (slots, ...) of each a row for a slot."""
+        """`shared` has the common fields and the shapes of the others, whose rows are in `own`: (slots, ...) of each.
+
+        Raises TypeError for fields other than those that the class names (`slotted`), and for rows of another shape.
+        """
         self._shared = shared
         self._own = own
         self.headers = np.zeros((0, 0), dtype=np.int64)
-        """(slots, words)"""
+        """(slots, `Layout.own_words`)"""
         if shared is not None:
             common = cast("Handle", shared)
+            if set(own) != set(common.own_fields):
+                raise TypeError(f"slots of {type(shared).__name__} have {', '.join(common.own_fields)} of their own")
             count = len(next(iter(own.values())))
-            self.headers = np.repeat(common.handle_header[np.newaxis], count, axis=0)
-            places = {field.name: field for field in common.handle_layout.fields}
-            for name, array in own.items():
-                word, dimensions = places[name].word, places[name].dimensions
-                self.headers[:, word] = array.ctypes.data + array.strides[0] * np.arange(count)
-                self.headers[:, word + 1 : word + 1 + dimensions] = array.shape[1:]
+            self.headers = np.repeat(common.handle_header[np.newaxis, : common.handle_layout.own_words], count, axis=0)
+            for word, name in enumerate(common.own_fields, start=1):
+                rows, pattern = own[name], getattr(shared, name)
+                if (rows.shape[1:], rows.dtype, len(rows)) != (pattern.shape, pattern.dtype, count):
+                    raise TypeError(f"{name}: rows of {rows.shape[1:]} and {rows.dtype}, not {pattern.shape}")
+                self.headers[:, word] = rows.ctypes.data + rows.strides[0] * np.arange(count)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle what the headers are made of: they are written anew."""

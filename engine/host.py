@@ -235,7 +235,7 @@ def parallel_memory(program: Program, samples: int, count: int, back: int, comin
 
 def with_slots(run: Run) -> Run:
     """Return the memory with the states of its parallel runs, as its arrays are now."""
-    own = {name: getattr(run, f"slot_{name}") for name in ("registers", "actors", "end", "key", "resume", "status")}
+    own = {name: getattr(run, f"slot_{name}") for name in Run.own_fields}
     # Pages are read from the run that has the slots: those of the slots are empty, as addresses of pages do not last.
     shared = run._replace(slots=Slots(), command_pages=run.command_pages[:0], slot_pages=run.slot_pages[:0])
     return run._replace(slots=Slots(shared, **own))

@@ -251,15 +251,17 @@ class Lanes:
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
-            self._parts[first, last] = memory(self.program, self.turns)
-        return self._with_lanes(self._parts[first, last], first, last)
+            self._parts[first, last] = self._with_lanes(memory(self.program, self.turns), first, last)
+        return self._parts[first, last]._replace(
+            slot_pages=self._run.slot_pages[first:last], command_pages=self._run.command_pages
+        )
 
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
         """Memory to work in, before some lanes."""
         arrays = self._run._asdict()
         slots = {name: array[first:last] for name, array in arrays.items() if name.startswith("slot_")}
-        columns = self._run.command_columns
-        return with_slots(scratch._replace(command_pages=self._run.command_pages, command_columns=columns, **slots))
+        shared = {name: arrays[name] for name in ("command_pages", "command_columns")}
+        return with_slots(scratch._replace(**shared, **slots))
 
     def lose(self, chosen: Bools) -> None:
         """Let the chosen lanes rest: what their controller decides cannot be driven."""

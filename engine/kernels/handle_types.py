@@ -69,7 +69,7 @@ def handle_type(layout: Layout) -> HandleType:
 
 
 def _digest(layout: Layout) -> str:
-    fields = [(*field[:4], field.layout and _digest(field.layout)) for field in layout.fields]
+    fields = [(*field[:4], field.layout and _digest(field.layout), field.own) for field in layout.fields]
     return hashlib.sha256(repr(fields).encode()).hexdigest()[:12]
 
 
@@ -115,7 +115,8 @@ def _read_field(context: Any, builder: Any, of: HandleType, value: Any, attribut
     kind = cast("Any", of.type_of(field))
     if field.kind == "slots":
         return value
-    first = _word(builder, value, field.word)
+    header = _header(builder, of, value)
+    first = _word(builder, value, field.own) if field.own else _word(builder, header, field.word)
     if field.layout is not None:
         return builder.inttoptr(first, value.type)
     if field.kind == "int":
@@ -124,7 +125,7 @@ def _read_field(context: Any, builder: Any, of: HandleType, value: Any, attribut
         return builder.bitcast(first, ir.DoubleType())
     array = context.make_array(kind)(context, builder)
     size = np.dtype(field.kind).itemsize
-    shape = [_word(builder, value, field.word + 1 + axis) for axis in range(field.dimensions)]
+    shape = [_word(builder, header, field.word + 1 + axis) for axis in range(field.dimensions)]
     strides = [WORDS(size)]
     for extent in reversed(shape[1:]):
         strides.insert(0, builder.mul(strides[0], extent))
@@ -133,8 +134,13 @@ def _read_field(context: Any, builder: Any, of: HandleType, value: Any, attribut
     return impl_ret_borrowed(context, builder, kind, array._getvalue())
 
 
+def _header(builder: Any, of: HandleType, value: Any) -> Any:
+    """Return the address of the header, which slots share."""
+    return builder.inttoptr(_word(builder, value, 0), value.type) if of.layout.own_words else value
+
+
 def _word(builder: Any, header: Any, number: int) -> Any:
-    """Load a word of a header."""
+    """Load a word of a header, or of those before it."""
     words = builder.bitcast(header, WORDS.as_pointer())
     loaded = builder.load(builder.gep(words, [WORDS(number)]), align=WORD)
     loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
@@ -155,8 +161,9 @@ class _SlotOf(AbstractTemplate):
 
 @lower_builtin(operator.getitem, SlotsType, types.int64)
 def _slot_of(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    size = WORDS(WORD * sig.args[0].element.layout.words)
-    first = _word(builder, args[0], _slots_field(sig.args[0]).word)
+    element = sig.args[0].element
+    size = WORDS(WORD * element.layout.own_words)
+    first = _word(builder, _header(builder, element, args[0]), _slots_field(sig.args[0]).word)
     return builder.inttoptr(builder.add(first, builder.mul(args[1], size)), args[0].type)
 
 
@@ -168,4 +175,5 @@ class _NumberOfSlots(AbstractTemplate):
 
 @lower_builtin(len, SlotsType)
 def _number_of_slots(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _word(builder, args[0], _slots_field(sig.args[0]).word + 1)
+    header = _header(builder, sig.args[0].element, args[0])
+    return _word(builder, header, _slots_field(sig.args[0]).word + 1)

@@ -8,7 +8,7 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from engine.handles import Slots, handle
+from engine.handles import Slots, handle, slotted
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
@@ -201,7 +201,7 @@ NO_SPEED = -1e300
 """No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
 
 
-@handle
+@slotted("registers", "resume", "actors", "status", "end", "key")
 class Run(NamedTuple):
     """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
@@ -261,8 +261,8 @@ class Run(NamedTuple):
     command_pages: Floats
     """(pages, slots.PAGE, pause, columns): commands of each step (`slots.note_commands`)."""
     slots: "Slots[Run]" = Slots()
-    """The states of the parallel runs: handles that share all arrays but those of the first six `slot_` fields. Pages
-    are read from the run that has the slots: they may move in memory between calls."""
+    """The states of the parallel runs: handles with rows of the first six `slot_` fields, which share all other arrays.
+    Pages are read from the run that has the slots: they may move in memory between calls."""
 
 
 @inlined

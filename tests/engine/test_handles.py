@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.handles import Handle, Slots, handle
+from engine.handles import Handle, Slots, handle, slotted
 from engine.kernels.jit import kernel
 from engine.tables import Floats, Ints
 from tests.laws import examples
@@ -31,7 +31,7 @@ class Tables(NamedTuple):
     settings: Settings
 
 
-@handle
+@slotted("own")
 class Walker(NamedTuple):
     shared: Floats
     own: Floats

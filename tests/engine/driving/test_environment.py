@@ -195,7 +195,7 @@ def test_an_environment_tells_its_memory(scenario: cx.Scenario) -> None:
     seen = environment.reset(seed=1)
     for _ in range(200):
         seen = environment.step(cruising(seen)).observations
-    assert many < environment.nbytes < 256 * 8600
+    assert many < environment.nbytes < 256 * 8000
 
 
 HALF = """
