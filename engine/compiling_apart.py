@@ -4,14 +4,18 @@ The processes leave compiled kernels in the cache, from which this one loads the
 SIGTERM are answered at once: within a process, LLVM works for up to twenty seconds before Python hears of them.
 """
 
+import math
 import multiprocessing
 import os
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+import tempfile
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -25,70 +29,175 @@ from engine.vocabulary import Method, Verdict
 
 PULSE = 0.5
 """Time between two reports of progress [s]."""
-MARKS = {True: "compiled-searches", False: "compiled-runs"}
-"""Empty files that say for what the kernels beside them are complete."""
-KERNELS_OF_EVERY_PROGRAM = 9
-"""Number of kernels that a search of any program needs, one of them for the collisions; a test counts them."""
 GRACE = 5.0
 """Time that a stopped process has to end [s]."""
+UNFINISHED = "*.nbc.{}.*"
+"""Files that a process of this number is writing; `engine.kernels.numba_internals` names them."""
+ABANDONED = 3600.0
+"""Age at which a file that nobody finished is removed [s]."""
+CARS = (("ego", -20.0, 1.0, 0.0), ("other", 20.0, -1.0, math.pi))
+"""Name, x at the start [m], motion in a row [m] and heading [rad] of two cars on one line."""
+Kernel = Callable[..., object]
 
 
 @dataclass(frozen=True)
-class Needed:
-    """What the kernels are compiled for."""
+class KernelDemand:
+    """Which kernels a command calls: those of parts of its work, and what its program needs of each."""
 
-    program: Program
-    config: Config
-    blamed: bool = True
-    """Whether collisions are examined for who could have avoided them."""
+    parts: "tuple[Part, ...]"
+    """Rows of `PARTS`."""
+    program: Program | None = None
+    """None where recordings are judged."""
+    config: Config = field(default_factory=Config)
 
     @property
-    def is_divided(self) -> bool:
-        """True if sampling calls no kernel of the host, and the host needs no scene to compile its kernels."""
-        return self.config.search.engine == "batch" and not self.program.settings.fair
+    def groups(self) -> "list[tuple[Part, ...]]":
+        """The parts that each process compiles. Sampling calls kernels of the host for fair starts alone."""
+        together = tuple(part for part in self.parts if not part.beside)
+        beside = tuple(part for part in self.parts if part.beside)
+        divided = together and beside and cores() > 1 and not (self.program and self.program.settings.fair)
+        return [together, beside] if divided else [self.parts]
 
-    def own_kernels(self) -> set[Callable[..., object]]:
-        """Return the kernels that only some programs need; none with a numba that stores them elsewhere."""
+    def kernels(self) -> set[Kernel]:
+        """Return the kernels of all parts; none with a numba that stores them elsewhere."""
         import numba
 
-        from engine.host import deferred_kernels
-        from engine.kernels.evaluate import geometry_kernels
         from engine.kernels.jit import is_known
-        from engine.kernels.rows import judge_rows
 
-        if not is_known(numba.__version__):
-            return set()
-        own = {*deferred_kernels(self.program, pause=len(self.program.controls))}
-        own |= geometry_kernels(self.program.code.scene_code)
-        return own | {judge_rows} if len(self.program.judged) else own
+        return {each for part in self.parts for each in part.kernels(self) if is_known(numba.__version__)}
 
-    def sample(self) -> None:
-        """Call all kernels that draw scenes for genomes."""
-        from engine.sampling import sample
 
-        keys = key_rows(0, Method.SAMPLE, 0, 0, range(1))
-        sample(self.program, np.array([self.program.space.low]), keys, self.config.simulation)
+class Part(NamedTuple):
+    """Kernels that one call compiles."""
 
-    def simulate(self) -> None:
-        """Call all kernels that run scenes, with one that is not valid."""
-        from engine.avoidability import blame
-        from engine.batch import simulate
+    kernels: Callable[[KernelDemand], Iterable[Kernel]]
+    """Those that are stored, as far as a command waits long for them."""
+    compile: Callable[[KernelDemand], None]
+    beside: bool = False
+    """Whether a process of its own compiles them, as they contain no kernel of other parts."""
 
-        scene, config = undrawn(self.program), self.config
-        simulate(self.program, scene, config.simulation, 1, config.contact)
-        if self.program.controls:
-            self._step()
-        if self.blamed:
-            blame(self.program, scene, config.simulation, config.contact)
 
-    def _step(self) -> None:
-        """Call the kernels of parallel runs, with a slot in which no run goes on."""
-        from engine.driving.stepping import Lanes
+def _sampling_kernels(demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.kernels.attempts import sample_rows
+    from engine.kernels.evaluate import geometry_kernels
+    from engine.kernels.random_numbers import fill_uniform
 
-        lanes, slot = Lanes(self.program, 1, self.config.simulation, self.config.contact), np.zeros(1, dtype=np.int64)
-        lanes.place(slot, undrawn(self.program))
+    yield from (sample_rows, fill_uniform)
+    if demand.program is not None:
+        yield from geometry_kernels(demand.program.code.scene_code)
+
+
+def _sample(demand: KernelDemand) -> None:
+    from engine.sampling import draw_genomes, sample
+
+    program, keys = cast("Program", demand.program), key_rows(0, Method.SAMPLE, 0, 0, range(1))
+    draw_genomes(program.space, keys)
+    sample(program, np.array([program.space.low]), keys, demand.config.simulation)
+
+
+def _weighing_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.kernels.attempts import weigh_rows
+
+    yield weigh_rows
+
+
+def _weigh(demand: KernelDemand) -> None:
+    from engine.acceptance import weigh
+
+    weigh(cast("Program", demand.program), 1)
+
+
+def _simulating_kernels(demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.host import deferred_kernels
+    from engine.kernels.fault import fault_of
+    from engine.kernels.pair import measure_pair
+    from engine.kernels.rollout import advance, begin
+    from engine.kernels.rows import judge_rows, measure_run, simulate_rows
+
+    yield from (simulate_rows, begin, advance, measure_run, measure_pair, fault_of)
+    if demand.program is not None:
+        yield from deferred_kernels(demand.program, pause=len(demand.program.controls))
+        if len(demand.program.judged):
+            yield judge_rows
+
+
+def _simulate(demand: KernelDemand) -> None:
+    """Run one scene that is not valid, for which no kernel was called."""
+    from engine.batch import simulate
+    from engine.driving.stepping import Lanes
+
+    program, config = cast("Program", demand.program), demand.config
+    simulate(program, undrawn(program), config.simulation, 1, config.contact)
+    if program.controls:
+        lanes, slot = Lanes(program, 1, config.simulation, config.contact), np.zeros(1, dtype=np.int64)
+        lanes.place(slot, undrawn(program))
         lanes.observe(0, np.zeros(1, dtype=bool))
         lanes.step()
+
+
+def _blaming_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.kernels.avoidance import blame_rows
+
+    yield blame_rows
+
+
+def _blame(demand: KernelDemand) -> None:
+    from engine.avoidability import blame
+
+    program, config = cast("Program", demand.program), demand.config
+    blame(program, undrawn(program), config.simulation, config.contact)
+
+
+def _metric_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.kernels import approach, conflict, encroachment, evasion, pair, safe_distance
+
+    yield from (approach.search_contact_of, pair.measure_pair, safe_distance.is_dangerous)
+    yield from (conflict.snapshot, conflict.time_to_collision, conflict.required_deceleration, encroachment.stays)
+    yield from (evasion.braking_needed, evasion.swerving_needed, evasion.time_to_brake, evasion.time_to_steer)
+
+
+def _measure(_demand: KernelDemand) -> None:
+    from engine.interchange.measuring import measure
+    from engine.interchange.sources import read_recording
+
+    with _head_on() as path:
+        measure(read_recording(path).recording)
+
+
+def _pair_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+    from engine.kernels.every_pair import judge_windows, near_windows
+    from engine.kernels.pair import measure_pair
+
+    yield from (judge_windows, near_windows, measure_pair)
+
+
+def _rank(_demand: KernelDemand) -> None:
+    from engine.interchange.every_pair import rank_pairs
+    from engine.interchange.sources import read_traffic
+
+    with _head_on() as path:
+        rank_pairs(read_traffic(path))
+
+
+@contextmanager
+def _head_on() -> Generator[Path]:
+    """A table of two cars that drive at each other."""
+    places = ((k, car) for k in range(30) for car in CARS)
+    rows = (f"{k / 10},{name},{x + v * k},0,{10 * abs(v)},{turn}" for k, (name, x, v, turn) in places)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "head_on.csv"
+        path.write_text("\n".join(["time,actor,x,y,speed,heading", *rows]), encoding="utf-8")
+        yield path
+
+
+PARTS: dict[str, Part] = {
+    "sample": Part(_sampling_kernels, _sample, beside=True),
+    "weigh": Part(_weighing_kernels, _weigh),
+    "simulate": Part(_simulating_kernels, _simulate),
+    "blame": Part(_blaming_kernels, _blame),
+    "metrics": Part(_metric_kernels, _measure),
+    "pairs": Part(_pair_kernels, _rank),
+}
 
 
 def undrawn(program: Program) -> Scenes:
@@ -108,19 +217,14 @@ def undrawn(program: Program) -> Scenes:
     )
 
 
-Part = Callable[[Needed], None]
-PARTS: tuple[Part, ...] = (Needed.simulate, Needed.sample)
-
-
-def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts: tuple[Part, ...] = PARTS) -> bool:
-    """Compile the parts, reporting now and then; return True if every process ended well.
+def compile_apart(demand: KernelDemand, folder: Path, tell: Callable[[], None]) -> bool:
+    """Compile what is demanded, reporting now and then; return True if every process ended well.
 
     `folder`: the folder of this version's kernels.
     """
-    divided = needed.is_divided and len(parts) > 1 and cores() > 1
-    groups = [(part,) for part in parts] if divided else [parts]
     context = multiprocessing.get_context("spawn")
-    processes = [context.Process(target=_compile, args=(group, needed, str(folder.parent))) for group in groups]
+    processes = [context.Process(target=_compile, args=(g, demand, str(folder.parent))) for g in demand.groups]
+    _remove_parts(folder.rglob(UNFINISHED.format("*")), older_than=time.time() - ABANDONED)
     try:
         _start(processes)
         while running := [process.sentinel for process in processes if process.is_alive()]:
@@ -130,24 +234,15 @@ def compile_apart(needed: Needed, folder: Path, tell: Callable[[], None], parts:
         return False
     finally:
         _stop(processes, folder)
-    done = all(process.exitcode == 0 for process in processes)
-    with suppress(OSError):
-        if done:
-            (folder / MARKS[needed.blamed]).touch()
-    return done
+    return all(process.exitcode == 0 for process in processes)
 
 
-def missing_kernels(needed: Needed, folder: Path) -> int:
-    """Return the number of kernels that are still to be compiled, as far as it is known.
-
-    Counted are the kernels of every program, unless an earlier call compiled them all, and those of this one alone.
-    """
-    of_every = (folder / MARKS[True]).exists() or (not needed.blamed and (folder / MARKS[False]).exists())
-    own = [kernel for kernel in needed.own_kernels() if not is_stored(kernel, folder)]
-    return len(own) + (0 if of_every else KERNELS_OF_EVERY_PROGRAM - (not needed.blamed))
+def missing_kernels(demand: KernelDemand, folders: Sequence[Path]) -> int:
+    """Return the number of kernels that are stored in none of the folders."""
+    return sum(not any(is_stored(kernel, folder) for folder in folders) for kernel in demand.kernels())
 
 
-def is_stored(kernel: Callable[..., object], folder: Path) -> bool:
+def is_stored(kernel: Kernel, folder: Path) -> bool:
     """Return True if machine code of a kernel is in a folder."""
     module = kernel.__module__.rpartition(".")[2]
     return any(folder.glob(f"{module}/{module}.{kernel.__name__}.*.nbc"))
@@ -166,7 +261,7 @@ def _start(processes: list[SpawnProcess]) -> None:
             process.start()
 
 
-def _compile(parts: tuple[Part, ...], needed: Needed, root: str) -> None:
+def _compile(parts: tuple[Part, ...], demand: KernelDemand, root: str) -> None:
     """Compile parts in this process, into the cache of the process that started it."""
     from engine.search.workers import serve_parent
 
@@ -174,7 +269,7 @@ def _compile(parts: tuple[Part, ...], needed: Needed, root: str) -> None:
     serve_parent()
     try:
         for part in parts:
-            part(needed)
+            part.compile(demand)
     except Exception:  # whoever needs the kernel gets the same error, and shows it
         os._exit(1)
 
@@ -188,9 +283,15 @@ def _stop(processes: list[SpawnProcess], folder: Path) -> None:
         if stopped:
             process.kill()
         process.join(GRACE)
-        for unborn in folder.rglob(f"*.nbc.{process.pid}.*") if stopped else ():
-            with suppress(OSError):
-                unborn.unlink()
+        if stopped:
+            _remove_parts(folder.rglob(UNFINISHED.format(process.pid)))
+
+
+def _remove_parts(files: Iterable[Path], older_than: float = math.inf) -> None:
+    for file in files:
+        with suppress(OSError):
+            if file.stat().st_mtime < older_than:
+                file.unlink()
 
 
 def count_kernels(folder: Path) -> int:

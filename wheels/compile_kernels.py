@@ -10,10 +10,14 @@ import platform
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
+import engine.kernels
 from engine.kernels.jit import content_key
 from engine.kernels.packaged import process_triple, wheel_target, write_target
+from engine.kernels.shared import Shared
 
 ROOT = Path(__file__).parent.parent
 EVERY_KERNEL = ("-m", "wheels.jobs")
@@ -32,11 +36,23 @@ def compile_kernels(folder: Path, arguments: tuple[str, ...] = EVERY_KERNEL) -> 
     if done.returncode:
         return done.returncode
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(cache / f"numba-{key}", folder)
+    (compiled,) = cache.glob(f"numba-{key}-*")
+    shutil.copytree(compiled, folder, ignore=shutil.ignore_patterns("*.nbc.*"))
     write_target(folder, key, target)
+    if arguments == EVERY_KERNEL and (missing := [name for name in deferred_names() if not any(folder.glob(name))]):
+        print(f"no job of wheels.jobs calls {', '.join(missing)}", file=sys.stderr)
+        return 1
     files = list(folder.rglob("*.nbc"))
     print(f"{len(files)} kernels, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB", file=sys.stderr)
     return 0
+
+
+def deferred_names() -> list[str]:
+    """Return the pattern of the file of each kernel that only some programs need."""
+    modules = [import_module(f"engine.kernels.{each.name}") for each in iter_modules(engine.kernels.__path__)]
+    kernels = {each for module in modules for each in vars(module).values() if isinstance(each, Shared)}
+    parts = ((each.__module__.rpartition(".")[2], each.name) for each in kernels if not each.is_always_needed)
+    return sorted(f"{module}/{module}.{name}.*.nbc" for module, name in parts)
 
 
 if __name__ == "__main__":

@@ -3,12 +3,12 @@
 import sys
 
 from cortex_dsl.api.loading import load
-from cortex_dsl.console.kernels import compile_kernels
+from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.terminal import Terminal
 
 if __name__ == "__main__":
     try:
         scenario = load(sys.argv[1])
-        compile_kernels(scenario.program, scenario.config, Terminal())
+        compile_kernels(Terminal(), SEARCH, scenario.program, scenario.config)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -9,7 +9,7 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import checked_run, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options, flag_of
 from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.kernels import compile_kernels
+from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -23,7 +23,7 @@ from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PA
 
 def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
     run = checked_run(options.run, terminal, options.ego)
-    compile_kernels(run.scenario.program, run.scenario.config, terminal)
+    compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     analysis = _analysis(run, options)
     program = run.scenario.program
     if options.json:
@@ -111,7 +111,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
         return compiled
     run = RunRequest(seed=options.seed, jobs=options.jobs, **driver_options(options))
     scenario = open_scenario(request, run, compiled)
-    compile_kernels(scenario.program, scenario.config, terminal)
+    compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
     seed = options.seed or 0
     with usage_errors():
         found = estimate(
@@ -133,7 +133,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
             raise UsageError(f"{flag_of(name)} has no effect on a run: it was searched as it was", "leave it out")
     with usage_errors():
         run = open_run(options.file, options.ego)
-        compile_kernels(run.scenario.program, run.scenario.config, terminal)
+        compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
         program = run.scenario.program

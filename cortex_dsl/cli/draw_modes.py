@@ -13,7 +13,7 @@ import numpy as np
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
-from cortex_dsl.console.kernels import announce_compilation, compile_kernels
+from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perform_run, show_misplaced
@@ -47,7 +47,7 @@ def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> in
     if isinstance(compiled, Exit):
         return compiled
     scenario = open_scenario(request, run, compiled)
-    compile_kernels(scenario.program, scenario.config, terminal, blamed=False)
+    compile_kernels(terminal, RUN, scenario.program, scenario.config)
     _announce_crowd(scenario, terminal)
     return perform_run(request, run, scenario, terminal)
 
@@ -119,7 +119,7 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     if isinstance(compiled, Exit):
         return compiled
     program, scenario = compiled.program, open_scenario(request, run, compiled)
-    announce_compilation(terminal)
+    compile_kernels(terminal, SAMPLE, scenario.program, scenario.config)
     _announce_crowd(scenario, terminal)
     if not request.json and explain(program).infeasible:
         return _infeasible(compiled, request, run, terminal)

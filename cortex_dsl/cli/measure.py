@@ -100,14 +100,14 @@ def _similar(path: Path, reader: Reader) -> str:
 
 
 def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
-    from cortex_dsl.console.kernels import announce_compilation
+    from cortex_dsl.console.kernels import METRICS, compile_kernels
     from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network
     from engine.road.outline import outline
 
     read = _read(options)
-    announce_compilation(terminal)
+    compile_kernels(terminal, METRICS)
     measured = measure(read.recording, options.profile)
     own = read.recording.road
     return MeasuredReport(

@@ -74,13 +74,13 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
         InterchangeError: it cannot be read, or is too much.
         UsageError: a file stands in the way, or cannot be written.
     """
-    from cortex_dsl.console.kernels import announce_compilation
+    from cortex_dsl.console.kernels import PAIRS, compile_kernels
     from cortex_dsl.report.findings.ranking_report import RankedReport
     from engine.interchange.every_pair import NEAR, rank_pairs
     from engine.interchange.sources import read_traffic
 
     tracks = read_traffic(options.file, options.rate, esmini_of(options))
-    announce_compilation(terminal)
+    compile_kernels(terminal, PAIRS)
     near = NEAR if options.near is None else options.near
     ranked = rank_pairs(tracks, near=near, step=options.step, profile=options.profile)
     top = 20 if options.top is None else options.top

@@ -11,7 +11,7 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_ego, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.kernels import compile_kernels
+from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
 from cortex_dsl.console.searching import watched
 from cortex_dsl.console.simulating import open_scenario
@@ -38,7 +38,7 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
         aims = objectives(scenario.program, asked.objective)
         for method in asked.methods:  # what is missing is said before anything is made
             seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
-        compile_kernels(scenario.program, scenario.config, terminal)
+        compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
         found = _searches(scenario, run, asked, terminal)
     return show_found(found, scenario, request, terminal)
 
@@ -138,7 +138,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
         workers = chosen_workers(planned.engine, options.jobs, options.dask)
         with reopened(run, options.generations) as rest:
             _say(run, generations, terminal)
-            compile_kernels(run.scenario.program, run.scenario.config, terminal)
+            compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
     return show_found([found], run.scenario, CompileRequest(Path(manifest.file), json=options.json), terminal)

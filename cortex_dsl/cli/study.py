@@ -103,12 +103,12 @@ def resume_study(
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
     from cortex_dsl.api.studies import carry_out
-    from cortex_dsl.console.kernels import compile_kernels
+    from cortex_dsl.console.kernels import SEARCH, compile_kernels
     from cortex_dsl.report.terminal.progress import StudyProgress
     from engine.study.run_records import Finished
 
     for subject in plan.subjects:
-        compile_kernels(subject.program, subject.config, terminal)
+        compile_kernels(terminal, SEARCH, subject.program, subject.config)
     with StudyProgress(terminal.err, plan, job.workers.jobs, earlier, quiet=job.json) as progress:
 
         def on_run(finished: Finished) -> None:

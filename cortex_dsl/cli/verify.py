@@ -9,7 +9,7 @@ from cortex_dsl.api.proofs import SAMPLE, Proof, prove
 from cortex_dsl.api.runs import WORST, OpenedRun
 from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
-from cortex_dsl.console.kernels import compile_kernels
+from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document, plain
@@ -37,7 +37,7 @@ def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
         return _study(options, terminal)
     run = opened_run(options.run, options.ego)
     check_past(run, terminal)
-    compile_kernels(run.scenario.program, run.scenario.config, terminal)
+    compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
         proof = prove(run, SAMPLE if options.sample is None else options.sample, jobs=options.jobs)
     if options.json:
@@ -79,7 +79,7 @@ def _lines(run: OpenedRun, proof: Proof) -> list[str]:
 def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     """The worst cases, by another model."""
     run = checked_run(options.run, terminal, options.ego)
-    compile_kernels(run.scenario.program, run.scenario.config, terminal)
+    compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
         found = verify(run, WORST if options.worst is None else options.worst, model=options.model, jobs=options.jobs)
     program = run.scenario.program

@@ -31,7 +31,7 @@ import llvmlite  # pyright: ignore[reportMissingTypeStubs]  # only its version i
 import numba
 
 from engine.kernels.cache_key import KERNELS, syntax_digest, text_digest
-from engine.kernels.packaged import FOLDER, PackagedKernels, packaged_kernels
+from engine.kernels.packaged import FOLDER, PackagedKernels, packaged_kernels, processor
 from engine.user_cache import cache_roots, is_ours, is_writable, remove_old
 
 if not cast("Any", numba).config.DISABLE_JIT:
@@ -131,7 +131,7 @@ def _finished(function: Function, options: dict[str, Any] | None = None) -> Func
 
 
 def kernels_are_cached() -> bool:
-    """Return True if kernels of exactly this version are compiled: if not, the first calls take long."""
+    """Return True if kernels of this version and processor are compiled: if not, the first calls take long."""
     return packaged() is not None or any(cache_folder().rglob("*.nbc"))
 
 
@@ -143,8 +143,8 @@ def packaged() -> PackagedKernels | None:
 
 @cache
 def cache_folder() -> Path:
-    """Return the folder for compiled kernels of this version: existing, writable, ours."""
-    name = f"numba-{content_key()}"
+    """Return the folder for compiled kernels of this version and processor: existing, writable, ours."""
+    name = f"numba-{content_key()}-{hashlib.sha256(repr(processor()).encode()).hexdigest()[:8]}"
     for root in _roots():
         folder = root / name
         if is_writable(folder) and is_ours(folder) and (root != _temporary_root() or is_ours(root)):
@@ -157,7 +157,7 @@ def cache_folder() -> Path:
 
 @cache
 def content_key() -> str:
-    """Return the hash of all that machine code depends on, but for the processor: numba adds it to each key."""
+    """Return the hash of all that machine code depends on, but for the processor."""
     python = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
     versions = numba.__version__, llvmlite.__version__, python
     return hashlib.sha256("\0".join([source_hash(), *versions]).encode()).hexdigest()[:16]

@@ -71,6 +71,16 @@ def process_triple() -> str:
     return str(cast("Any", binding).get_process_triple())
 
 
+def processor() -> tuple[str, str]:
+    """Return LLVM's name of the processor that numba compiles for, and its features; empty where LLVM cannot tell."""
+    config, untyped = cast("Any", numba).config, cast("Any", binding)
+    try:
+        features = untyped.get_host_cpu_features().flatten() if config.CPU_FEATURES is None else config.CPU_FEATURES
+    except RuntimeError:
+        features = ""
+    return untyped.get_host_cpu_name() if config.CPU_NAME is None else config.CPU_NAME, features
+
+
 def _suits(target: Target) -> bool:
     """Return True if this machine can run the code, and the user has not chosen another processor for numba."""
     config = cast("Any", numba).config

@@ -13,8 +13,8 @@ import pytest
 
 from cortex_dsl.api.loading import compile_text
 from engine import compiling_apart
-from engine.compiling_apart import Needed, compile_apart, missing_kernels, undrawn
-from engine.config import Config, SearchConfig
+from engine.compiling_apart import PARTS, KernelDemand, Part, compile_apart, missing_kernels, undrawn
+from engine.kernels.jit import cache_folder
 from engine.program import Program
 
 SOURCE = """
@@ -27,24 +27,34 @@ STARTED = 30.0
 """Time in which two processes start on a busy machine [s]."""
 
 
-def note_first(needed: Needed) -> None:
+def note_first(demand: KernelDemand) -> None:
     _note("first")
 
 
-def note_second(needed: Needed) -> None:
+def note_second(demand: KernelDemand) -> None:
     _note("second")
 
 
-def fail(needed: Needed) -> None:
+def fail(demand: KernelDemand) -> None:
     raise ValueError("as a kernel that cannot be compiled")
 
 
-def write_slowly(needed: Needed) -> None:
+def write_slowly(demand: KernelDemand) -> None:
     """A process amid writing an entry, which ignores what it can."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     _note(f"entry.nbc.{os.getpid()}.0123456789ab")
     time.sleep(LONG)
+
+
+def no_kernels(demand: KernelDemand) -> tuple[()]:
+    return ()
+
+
+FIRST, SECOND = Part(no_kernels, note_first), Part(no_kernels, note_second, beside=True)
+SLOW, SLOW_BESIDE = Part(no_kernels, write_slowly), Part(no_kernels, write_slowly, beside=True)
+FAILING = Part(no_kernels, fail)
+SEARCH = tuple(PARTS[name] for name in ("sample", "simulate", "blame"))
 
 
 def _note(name: str) -> None:
@@ -55,19 +65,15 @@ def _note(name: str) -> None:
 WAITING = """
 import sys
 from pathlib import Path
-from engine.compiling_apart import Needed, compile_apart
-from engine.config import Config
-from tests.engine.test_compiling_apart import SOURCE, write_slowly
-from cortex_dsl import compile_text
+from engine.compiling_apart import KernelDemand, compile_apart
+from tests.engine.test_compiling_apart import SLOW, SLOW_BESIDE
 
 if __name__ == "__main__":
     import signal
     def stop(number, frame):
         raise KeyboardInterrupt
     signal.signal(signal.SIGTERM, stop)
-    program = compile_text(SOURCE).program
-    parts = (write_slowly, write_slowly)
-    compile_apart(Needed(program, Config()), Path(sys.argv[1]), lambda: None, parts)
+    compile_apart(KernelDemand((SLOW, SLOW_BESIDE)), Path(sys.argv[1]), lambda: None)
 """
 
 
@@ -84,68 +90,79 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(("free", "processes"), [(1, 1), (2, 2)])
 def test_parts_are_compiled_side_by_side_where_two_cores_are_free(
-    program: Program, folder: Path, monkeypatch: pytest.MonkeyPatch, free: int, processes: int
+    folder: Path, monkeypatch: pytest.MonkeyPatch, free: int, processes: int
 ) -> None:
     """In the cache of the process that waits, whatever the environment names."""
     monkeypatch.setattr(compiling_apart, "cores", lambda: free)
     monkeypatch.setenv("CORTEXC_CACHE", str(folder / "elsewhere"))
-    assert compile_apart(Needed(program, Config()), folder, lambda: None, (note_first, note_second))
+    assert compile_apart(KernelDemand((SECOND, FIRST)), folder, lambda: None)
     assert len({(folder / name).read_text() for name in ("first", "second")}) == processes
     assert str(os.getpid()) not in {path.read_text() for path in folder.iterdir()}
 
 
-def test_what_is_complete_for_runs_is_not_for_searches(program: Program, folder: Path) -> None:
-    """An interrupted compilation leaves kernels, but no mark: the next command goes on with it, and says so."""
-    run, search = Needed(program, Config(), blamed=False), Needed(program, Config())
-    for needed in (run, search):
-        assert missing_kernels(needed, folder)
-        assert compile_apart(needed, folder, lambda: None, (note_first,))
-        store_own_kernels(needed, folder)
-        assert not missing_kernels(run, folder)
-        assert bool(missing_kernels(search, folder)) == (needed is run)
+def test_what_is_missing_is_what_is_stored_nowhere(program: Program, folder: Path, tmp_path: Path) -> None:
+    """In the user's cache or in the package; a later scenario may need more than the first."""
+    sees = compile_text(SOURCE + "terminate when ego can see other\n").program
+    search, further = KernelDemand(SEARCH, program), KernelDemand(SEARCH, sees)
+    few = len(search.kernels())
+    assert missing_kernels(search, [folder]) == few
+    store_kernels(search, folder)
+    assert not missing_kernels(search, [folder])
+    assert not missing_kernels(search, [tmp_path, folder])
+    assert missing_kernels(further, [folder]) == 1
+    store_kernels(further, folder)
+    assert not missing_kernels(further, [folder])
 
 
-def test_what_only_some_programs_need_is_missed_where_it_is_not_stored(program: Program, folder: Path) -> None:
-    """A later scenario may need more than the first: its wait is announced, too."""
-    sees = Needed(compile_text(SOURCE + "terminate when ego can see other\n").program, Config())
-    assert compile_apart(Needed(program, Config()), folder, lambda: None, (note_first,))
-    store_own_kernels(Needed(program, Config()), folder)
-    assert missing_kernels(sees, folder) == 1
-    store_own_kernels(sees, folder)
-    assert not missing_kernels(sees, folder)
-
-
-def store_own_kernels(needed: Needed, folder: Path) -> None:
-    """Write empty files in place of the compiled kernels that only this program needs."""
-    for kernel in needed.own_kernels():
+def store_kernels(demand: KernelDemand, folder: Path) -> None:
+    """Write empty files in place of compiled kernels."""
+    for kernel in demand.kernels():
         module = kernel.__module__.rpartition(".")[2]
         (folder / module).mkdir(exist_ok=True)
         (folder / module / f"{module}.{kernel.__name__}.0123.nbc").write_text("")
 
 
-def test_what_needs_scenes_is_not_divided(program: Program) -> None:
-    """The world's host steps drawn scenes, and fair starts are driven while they are drawn."""
-    assert Needed(program, Config()).is_divided
-    assert not Needed(program, Config(search=SearchConfig(engine="world"))).is_divided
+def test_what_samplers_and_hosts_share_is_not_compiled_twice(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fair starts are driven while they are drawn."""
+    monkeypatch.setattr(compiling_apart, "cores", lambda: 2)
+    fair = compile_text("simulation(fair=True)\n" + SOURCE).program
+    assert KernelDemand(SEARCH, program).groups == [SEARCH[1:], SEARCH[:1]]
+    assert KernelDemand(SEARCH, fair).groups == [SEARCH]
+    assert KernelDemand(SEARCH[:1], program).groups == [SEARCH[:1]]
 
 
-def test_a_failure_is_left_to_the_process_that_waits(
-    program: Program, folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize("name", PARTS)
+def test_each_part_calls_its_kernels(program: Program, name: str) -> None:
+    """So those that are announced are stored afterwards."""
+    demand = KernelDemand((PARTS[name],), program)
+    PARTS[name].compile(demand)
+    assert not missing_kernels(demand, [cache_folder()])
+
+
+def test_what_nobody_finished_is_removed(folder: Path) -> None:
+    """Files of a process that was killed; those of one that may still write stay."""
+    old, new = folder / "one.nbc.7.0123456789ab", folder / "two.nbc.8.0123456789ab"
+    for file in (old, new):
+        file.write_text("")
+    os.utime(old, (0, 0))
+    assert compile_apart(KernelDemand((FIRST,)), folder, lambda: None)
+    assert (old.exists(), new.exists()) == (False, True)
+
+
+def test_a_failure_is_left_to_the_process_that_waits(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """It meets the same error where the kernel is needed, and shows it once."""
-    assert not compile_apart(Needed(program, Config()), folder, lambda: None, (fail, note_second))
+    assert not compile_apart(KernelDemand((FAILING, SECOND)), folder, lambda: None)
     assert "Traceback" not in capfd.readouterr().err
-    assert missing_kernels(Needed(program, Config(), blamed=False), folder)
 
 
-def test_no_process_is_no_error(program: Program, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_process_is_no_error(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where none can be started, kernels are compiled where they are needed."""
 
     def refuse(processes: object) -> None:
         raise OSError("as a limit of processes does")
 
     monkeypatch.setattr(compiling_apart, "_start", refuse)
-    assert not compile_apart(Needed(program, Config()), folder, lambda: None, (note_first,))
+    assert not compile_apart(KernelDemand((FIRST,)), folder, lambda: None)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
