@@ -30,6 +30,8 @@ from cortex_dsl.syntax import nodes
 
 DEEPEST = 50
 """How deep lists may lie in one another."""
+PASSES = 4
+"""How often the items of a list are read that is spread in another."""
 
 
 def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
@@ -37,7 +39,7 @@ def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Valu
     for item in node.items:
         if isinstance(item, nodes.Starred):
             items = items_of(ev.evaluate(item.value), item.span)
-            ev.file.budget.copy(item.span, len(items))
+            ev.file.budget.copy(item.span, PASSES * len(items))
             values += items
         else:
             values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))

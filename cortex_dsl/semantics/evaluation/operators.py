@@ -206,7 +206,7 @@ def _same(ev: Evaluator, left: Value, right: Value) -> Term:
         return equal(left.expr, right.expr)
     if isinstance(left, tuple) and isinstance(right, tuple) and len(left) == len(right):
         result: Term = ev.algebra.truth(True)
-        ev.file.budget.spend(ev.algebra.span, len(left))
+        ev.file.budget.spend(ev.algebra.span, len(left) + len(right))
         for one, other in zip(left, right, strict=True):
             result = result & _same(ev, one, other)
         return result

@@ -13,6 +13,8 @@ from cortex_dsl.source import Span
 
 EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
+REPETITION_LIMIT = 250_000
+"""How many of them in loops, lists and calls, where a short text may demand any number: one second of work."""
 COPIES = 64
 """Items or characters that are copied for what evaluating an expression costs."""
 MUCH = 20
@@ -27,27 +29,41 @@ class Budget:
     """
 
     evaluations: int = 0
+    repetitions: int = 0
+    """Those that loops, lists and calls evaluated, copies of items left out: they are counted as work, and are fast."""
+    _reported: bool = False
+    """Whether it was said that it has become too much."""
     _under_way: dict[Span, int] = field(default_factory=dict)
     """What repeats other work and is being worked out, from the outside in, with the count at which it began."""
     _most: dict[Span, int] = field(default_factory=dict)
     """The most that one such place took at once."""
 
     def spend(self, span: Span, evaluations: int = 1) -> None:
-        """Count work.
+        """Count work. More than one evaluation at once is the work of a loop.
 
         Raises:
             Mistake: it has become too much, which is said once.
         """
-        reported = self.evaluations >= EVALUATION_LIMIT
-        self.evaluations += evaluations
-        if reported:
-            raise Mistake
-        if self.evaluations >= EVALUATION_LIMIT:
-            raise TOO_MUCH_WORK.mistake(self._heaviest(span), limit=EVALUATION_LIMIT)
+        self.repetitions += evaluations if self._under_way or evaluations > 1 else 0
+        self._count(span, evaluations)
 
     def copy(self, span: Span, count: int) -> None:
         """`spend` for so many items or characters that are copied, before they are."""
-        self.spend(span, count // COPIES)
+        self._count(span, count // COPIES)
+
+    def _count(self, span: Span, evaluations: int) -> None:
+        self.evaluations += evaluations
+        if self._reported:
+            raise Mistake
+        if (limit := self._exceeded) is not None:
+            self._reported = True
+            raise TOO_MUCH_WORK.mistake(self._heaviest(span), limit=f"{limit:,}")
+
+    @property
+    def _exceeded(self) -> int | None:
+        if self.repetitions >= REPETITION_LIMIT:
+            return REPETITION_LIMIT
+        return EVALUATION_LIMIT if self.evaluations >= EVALUATION_LIMIT else None
 
     @contextmanager
     def repeating(self, span: Span) -> Iterator[None]:

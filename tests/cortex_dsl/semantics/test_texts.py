@@ -34,6 +34,7 @@ def test_what_multiplies_ends(lines: str, code: str, said: Said, monkeypatch: py
     assert code in said(lines)
 
 
+@pytest.mark.parametrize("limit", ["EVALUATION_LIMIT", "REPETITION_LIMIT"])
 @pytest.mark.parametrize(
     ("text", "place"),
     [
@@ -49,9 +50,11 @@ def test_what_multiplies_ends(lines: str, code: str, said: Said, monkeypatch: py
     ],
     ids=["outer loop", "inner loop", "list", "condition", "map", "loop of calls"],
 )
-def test_what_is_too_much_is_pointed_at(text: str, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The loop, list or call to be shortened, and not where in it the last of the work happened to be."""
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
+def test_what_is_too_much_is_pointed_at(text: str, place: str, limit: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop, list or call to be shortened, and not where in it the last of the work happened to be. All work of a
+    loop counts as repetition.
+    """
+    monkeypatch.setattr(limits, limit, 20_000)
     with pytest.raises(CompileError) as caught:
         compile_source(Source("m.scn", f"map intersection()\nego = new Car on road\n{text}"))
     (found,) = [each for each in caught.value.diagnostics if each.code == "SCN434"]
