@@ -2,8 +2,10 @@
 
 Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
 Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
-pairs; ties go to the lower pair. It follows that a collision, whose MD is 0, scores at least 14, that 13 cannot occur,
-and that a score of 14 or more is a collision.
+pairs; of pairs with the same score the one with a moving partner decides, then the larger continuous score, then the
+smaller MD, so that the order of actors in a file does not say whom a report names. A standing partner with a larger
+score decides all the same, as the score and its parts are those of one pair. It follows that a collision, whose MD is
+0, scores at least 14, that 13 cannot occur, and that a score of 14 or more is a collision.
 
 The printed table contradicts itself once (the row "[3780, 4255[" of D_MS overlaps the next; the widths say 4020) and
 names no units; `PAPER` is the reading that fits the paper's own numbers, `PAPER_MM` its rival. Thresholds are data.
@@ -24,6 +26,8 @@ COLLISION_POINTS = 10
 BANDS = 4
 HIGHEST_RISK = COLLISION_POINTS + 3 * BANDS
 INVALID = -1
+STANDING = 0.1
+"""Speed up to which a partner stands [m/s]."""
 
 Edges = tuple[float, float, float, float]
 """Upper ends of the bands that score 4, 3, 2 and 1, ascending; two equal ends leave the later band empty."""
@@ -126,7 +130,8 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     metrics = _metrics(outcomes, profile)
     continuous = parts[..., 0] + sum(continuous_score(values, edges) for values, edges in metrics)
     per_pair = parts.sum(axis=-1)
-    deciding = per_pair.argmax(axis=1)
+    moving = outcomes.other_speed > STANDING
+    deciding = _first_largest(per_pair, moving, continuous, -outcomes.min_distance)
     every = np.arange(rows)
     return Risk(
         score=np.where(valid, per_pair[every, deciding], INVALID).astype(np.int32),
@@ -134,6 +139,15 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
         parts=np.where(valid[:, None], parts[every, deciding], 0).astype(np.int32),
         pair=np.where(valid, deciding, -1).astype(np.int32),
     )
+
+
+def _first_largest(*keys: np.ndarray) -> Ints:
+    """(n,) the column with the largest first key (n, pairs), of several the one with the largest second, and so on."""
+    left = np.ones(keys[0].shape, dtype=bool)
+    for key in keys:
+        values = np.where(left & ~np.isnan(key), key, -np.inf)
+        left &= values == values.max(axis=1, keepdims=True)
+    return left.argmax(axis=1)
 
 
 def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Edges], ...]:

@@ -1,10 +1,14 @@
-"""The worst cases of a campaign: by risk, those that a competent driver would have avoided before others of the same
-risk, then by continuous risk, then age, and of many kinds.
+"""The worst cases of a campaign, of many kinds.
 
-Of the collisions in that order (of all valid simulations, where there are fewer than asked for) the worst is taken,
-then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that a
-competent driver would have avoided goes before one that it would not. Where something else than the risk is sought, it
-stands for the risk, and its finds for the collisions: of a search for failures of a controller these are cases, too.
+In a search for risk: by risk, those that a competent driver would have avoided before others of the same risk, then by
+continuous risk, then by age. In a search for any other objective: collisions that a competent driver would have
+avoided, then other collisions and whatever else such a search is for, then all others; each by the objective, then by
+age. So a near miss is never above a collision, whatever an objective says of the two.
+
+Of the collisions and finds in that order (of all valid simulations, where there are fewer than asked for) the worst is
+taken, then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that
+a competent driver would have avoided goes before one that it would not. In a search for failures of a controller these
+are finds, too.
 """
 
 from dataclasses import dataclass
@@ -14,7 +18,7 @@ import numpy as np
 from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.kinds import codes
 from engine.streams import StreamKey
-from engine.tables import Ints
+from engine.tables import Bools, Ints
 from engine.vocabulary import Blame, Verdict
 
 
@@ -45,15 +49,21 @@ class Case:
 
 
 def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
-    """Return the simulated rows that have a fitness, worst first: integer risk, or what else is sought; then those
-    that a competent driver would have avoided, where `blame` (n, k) tells; then continuous risk, then birth.
+    """Return the simulated rows that have a fitness, worst first; `blame` (n, k) tells which collisions a competent
+    driver would have avoided.
     """
     rows = np.flatnonzero(evaluations.scored & evaluations.simulated)
-    first = -evaluations.continuous if is_aimed(evaluations.rollouts) else -evaluations.score
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
         avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first[rows]))]
+    first = ~_is_find(evaluations)[rows] if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
+    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first))]
+
+
+def _is_find(evaluations: Evaluations) -> Bools:
+    """(n,) a collision, or what else the search is for."""
+    collided = evaluations.rollouts.collided[np.arange(len(evaluations)), evaluations.worst_rollout]
+    return np.asarray(evaluations.found | collided)
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
@@ -88,7 +98,7 @@ def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
 
 def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Ints:
     """Up to `count` of the rows, in their order."""
-    finds = rows[evaluations.found[rows]]
+    finds = rows[_is_find(evaluations)[rows]]
     pool = finds if len(finds) >= count else rows
     kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")

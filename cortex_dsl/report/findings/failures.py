@@ -20,24 +20,31 @@ BLAMES = {
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
 SUCCESSION = "(n + 1) / (N + 2)"
 """How shares of rare events are computed."""
-APART = "worst first, avoidable ones before others of the same risk; each partner and kind once before any twice"
-"""How the worst are chosen; see `engine.search.ranking`."""
+ORDER_OF_RISK = "worst first, avoidable ones before others of the same risk"
+ORDER_OF_OBJECTIVE = "avoidable collisions first, then other collisions, then near misses"
+APART = "each partner and kind once before any twice"
 LOST = "the driver failed"
 """How a scene over which it did ended."""
 
 
 def lead_text(came: Failures) -> str:
-    """`6 avoidable collisions of 5 kinds`, or what else there is to say first."""
-    if came.avoidable:
-        return f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
+    """`6 avoidable collisions of 5 kinds; 9 collisions of 7 kinds in all`, or what else there is to say first."""
     if came.collisions > came.unknown:
-        return "no avoidable collision"
+        lead = "no avoidable collision"
+        if came.avoidable:
+            lead = f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
+        return lead if came.collisions == came.avoidable else f"{lead}; {collisions_text(came)} in all"
     return collisions_text(came) if came.collisions else "no collision"
 
 
 def collisions_text(came: Failures) -> str:
     """`2,170 collisions of 48 kinds`"""
     return f"{counted(came.collisions, 'collision')} of {counted(came.kinds, 'kind')}"
+
+
+def order_text(objective: Sequence[str]) -> str:
+    """How the worst cases are chosen, as `engine.search.ranking` does."""
+    return f"{ORDER_OF_OBJECTIVE if tuple(objective) != SOUGHT else ORDER_OF_RISK}; {APART}"
 
 
 def driver_text(came: Failures, objective: Sequence[str]) -> str:

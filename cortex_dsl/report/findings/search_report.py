@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.failures import LOST, collisions_text, driver_text, lead_text
+from cortex_dsl.report.findings.failures import LOST, driver_text, lead_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
@@ -147,8 +147,7 @@ def headline(record: Record, came: Failures) -> str:
         return f"{failed} in {tried}."
     if came.collisions:
         lead = lead_text(came)
-        more = f"; {collisions_text(came)} in all" if came.collisions > came.unknown else ""
-        return f"{lead[0].upper()}{lead[1:]}{more}, among {tried}."
+        return f"{lead[0].upper()}{lead[1:]}, among {tried}."
     if worst and not isfinite(worst[0].min_distance):
         return f"Nothing to come near to in {tried}: the ego was alone in the scene."
     if worst:

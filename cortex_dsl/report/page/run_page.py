@@ -9,7 +9,7 @@ from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
-from cortex_dsl.report.findings.failures import APART, finds_of
+from cortex_dsl.report.findings.failures import finds_of, order_text
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, where_it_fails
@@ -200,7 +200,7 @@ def _cases(found: RunPage) -> Node:
     if not found.replays:
         return None
     note = (
-        f"{_lost_words(found)}{APART.capitalize()}. {_numbers_words(found)} "
+        f"{_lost_words(found)}{order_text(found.record.manifest.objective).capitalize()}. {_numbers_words(found)} "
         "Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "

@@ -11,10 +11,10 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.driven_runs import DRIVEN
 from cortex_dsl.report.findings.failures import (
-    APART,
     driver_failed_text,
     driver_text,
     lead_text,
+    order_text,
     others_text,
     rate_texts,
 )
@@ -236,7 +236,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
         title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
         below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
         table = worst_table(program, campaign, width - 2)
-        body = Group(table, Text(), Text(APART, "quiet"), *below)
+        body = Group(table, Text(), Text(order_text(campaign.objective), "quiet"), *below)
         parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
     if campaign.worst and len(program.space):
         parts.append(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine.config import Config, SearchConfig
@@ -26,11 +26,11 @@ from engine.search.evaluations import (
 )
 from engine.search.probability.estimates import Count
 from engine.search.protocol import Box
-from engine.search.ranking import worst_cases
+from engine.search.ranking import order_of_risk, worst_cases
 from engine.search.run import run_campaign
 from engine.search.searchers import build_searcher
 from engine.tables import Floats, Ints
-from engine.vocabulary import GeneKind, Verdict
+from engine.vocabulary import Blame, GeneKind, Verdict
 from tests.engine.search.conftest import evaluated
 
 Rows = Callable[[Ints, Floats], Assessment]
@@ -136,6 +136,34 @@ def test_worst_cases_are_ordered_and_distinct(table: Callable[..., Evaluations])
     reused = replace(found, reused=np.array([False, False, False, True, False, False, False]))
     assert [case.row for case in worst_cases(reused, 2)] == [1, 4]
     assert distinct_collisions(found) == 2
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 9.0), st.booleans()), min_size=1, max_size=9),
+    st.sampled_from([None, Blame.AVOIDABLE, Blame.UNAVOIDABLE]),
+    st.integers(1, 9),
+)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_near_miss_is_above_a_collision_whatever_is_sought(
+    table: Callable[..., Evaluations], runs: list[tuple[float, bool]], blamed: Blame | None, count: int
+) -> None:
+    """First avoidable collisions, then others, then near misses; among each by the objective."""
+    distances = [[0.5 if collides else 9.0] for _, collides in runs]
+    found = table([[VALID]] * len(runs), distances)
+    collided = found.rollouts.collided[:, 0]
+    aims = np.array([value for value, _ in runs])
+    rollouts = replace(found.rollouts, sought=aims[:, None, None], continuous=aims[:, None])
+    found = replace(found, rollouts=rollouts, fitness=aims)
+    blame = np.full((len(runs), 1), int(Blame.NONE))
+    if blamed is not None:
+        blame[np.flatnonzero(collided)[::2], 0] = blamed
+    groups = np.where(blame[:, 0] == Blame.AVOIDABLE, 0, np.where(collided, 1, 2))
+    rows = order_of_risk(found, blame)
+    keys = [(groups[row], -aims[row]) for row in rows]
+    assert keys == sorted(keys)
+    shown = [int(groups[case.row]) for case in worst_cases(found, count, blame)]
+    assert shown == sorted(shown)
+    assert min(shown[-1:], default=0) < 2 or sum(each < 2 for each in shown) == min(count, int(collided.sum()))
 
 
 def test_worst_case_names_its_rollout(table: Callable[..., Evaluations]) -> None:
