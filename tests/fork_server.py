@@ -97,6 +97,10 @@ class Running:
     pid: int
     server: "ForkServer"
 
+    def is_running(self) -> bool:
+        """Return whether the process has neither stopped nor ended."""
+        return not self.server.has_answer()
+
     def wait_until_stopped(self) -> None:
         """Return once the process has stopped itself; fail if it ends before."""
         status = self.server.answer(self.pid)
@@ -168,6 +172,11 @@ class ForkServer:
             self.heard += part
         line, _, self.heard = self.heard.partition(b"\n")
         return int(line)
+
+    def has_answer(self) -> bool:
+        """Return whether there is an answer that nobody has read."""
+        assert self.process.stdout is not None
+        return b"\n" in self.heard or bool(select.select([self.process.stdout], [], [], 0.0)[0])
 
     def ended(self, status: int) -> Ended:
         """Return what a process left, by its status as `waitpid` tells it."""
