@@ -5,6 +5,7 @@ import pickle
 import re
 import sqlite3
 import sys
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -52,15 +53,17 @@ class Driver:
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a scenario and a planner, in which commands run."""
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder with a scenario and a planner, in which commands run; its modules are forgotten with it."""
     (tmp_path / "mine.scn").write_text(TEXT, encoding="utf-8")
     (tmp_path / "planner_of_mine.py").write_text(PLANNER, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    for module in ("planner_of_mine", "slow_of_mine", "planner", "fuzz"):
-        monkeypatch.delitem(sys.modules, module, raising=False)
-    return tmp_path
+    before = {*sys.modules}
+    yield tmp_path
+    for name in {*sys.modules} - before:
+        if Path(getattr(sys.modules[name], "__file__", None) or "/").is_relative_to(tmp_path):
+            del sys.modules[name]
 
 
 OWN_DRIVER = Path(__file__).parents[3] / "examples" / "own_driver"
