@@ -22,7 +22,7 @@ from hypothesis.database import DirectoryBasedExampleDatabase
 from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 from engine.user_cache import ENVIRONMENT_VARIABLE
 from tests.fork_server import COMMAND, ForkServer
-from tests.runs import LEFT_TURN, SEARCH, shared
+from tests.runs import LEFT_TURN, SEARCH, shared, small_designs
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -55,6 +55,13 @@ def command_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkSer
 def ga_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished search of the example by the genetic algorithm; whoever writes into it takes a copy."""
     return shared(tmp_path_factory, "ga", LEFT_TURN, *SEARCH)
+
+
+@pytest.fixture(scope="module")
+def small_design() -> Iterator[None]:
+    """As `small_designs`, for all tests of a module."""
+    with small_designs():
+        yield
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

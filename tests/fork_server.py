@@ -5,6 +5,8 @@ What Python, numba and the kernels need to start is then paid once, not for each
 
 import json
 import os
+import select
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -75,6 +77,8 @@ with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.Stri
 """.format(example=str(ROOT / "examples" / "left_turn.scn"))
 """Loads what the command and its session need; `process()` then is `cortexc` with the words of `sys.argv`."""
 RUN = "sys.exit(process())"
+PATIENCE = 600.0
+"""Longest wait for an answer [s]; before the first one the prelude may compile kernels."""
 
 
 @dataclass(frozen=True)
@@ -93,16 +97,20 @@ class Running:
     pid: int
     server: "ForkServer"
 
+    def is_running(self) -> bool:
+        """Return whether the process has neither stopped nor ended."""
+        return not self.server.has_answer()
+
     def wait_until_stopped(self) -> None:
         """Return once the process has stopped itself; fail if it ends before."""
-        status = self.server.answer()
+        status = self.server.answer(self.pid)
         assert os.WIFSTOPPED(status), self.server.ended(status)
 
     def end(self) -> Ended:
         """Wait until the process has ended."""
-        status = self.server.answer()
+        status = self.server.answer(self.pid)
         while os.WIFSTOPPED(status):
-            status = self.server.answer()
+            status = self.server.answer(self.pid)
         return self.server.ended(status)
 
 
@@ -115,6 +123,7 @@ class ForkServer:
         command = [sys.executable, *flags, "-c", SERVING, prelude]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=folder, env=environment, stdin=pipe, stdout=pipe, text=True)
+        self.heard = b""
 
     def start(
         self,
@@ -138,18 +147,36 @@ class ForkServer:
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
-        return Running(self.answer(), self)
+        return Running(self.answer(self.process.pid), self)
 
     def run(self, code: str, *words: object, **options: Any) -> Ended:
         """As `start`, and wait until the process has ended."""
         return self.start(code, *words, **options).end()
 
-    def answer(self) -> int:
-        """Return the next number that the server tells: of a process, or how it stopped or ended."""
+    def answer(self, pid: int) -> int:
+        """Return the next number that the server tells: of a process, or how it stopped or ended.
+
+        If there is none within `PATIENCE`, kill the process `pid` and raise TimeoutError with what it said.
+        """
         assert self.process.stdout is not None
-        answer = self.process.stdout.readline()
-        assert answer, "the server has ended"
-        return int(answer)
+        pipe, patience = self.process.stdout.fileno(), PATIENCE
+        while b"\n" not in self.heard:
+            if not select.select([pipe], [], [], patience)[0]:
+                os.kill(pid, signal.SIGKILL)
+                if pid != self.process.pid:
+                    self.answer(self.process.pid)  # its status, so that the next answer is that of the next process
+                said = "".join(file.read_text(encoding="utf-8", errors="replace") for file in self.said)
+                raise TimeoutError(f"process {pid} did nothing for {patience:g} s, and was killed; it said {said!r}")
+            part = os.read(pipe, 4096)
+            assert part, "the server has ended"
+            self.heard += part
+        line, _, self.heard = self.heard.partition(b"\n")
+        return int(line)
+
+    def has_answer(self) -> bool:
+        """Return whether there is an answer that nobody has read."""
+        assert self.process.stdout is not None
+        return b"\n" in self.heard or bool(select.select([self.process.stdout], [], [], 0.0)[0])
 
     def ended(self, status: int) -> Ended:
         """Return what a process left, by its status as `waitpid` tells it."""

@@ -1,9 +1,11 @@
 """Folders of runs that many tests read: made once a session, whoever of its workers comes first."""
 
 import os
-from contextlib import redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 from filelock import FileLock
@@ -13,6 +15,21 @@ from cortex_dsl.cli import main
 LEFT_TURN = Path(__file__).parents[1] / "examples" / "left_turn.scn"
 GENERATIONS, POPULATION = 4, 30
 SEARCH = ("--ga", "--generations", GENERATIONS, "--population", POPULATION, "--seed", 1, "--jobs", 1, "--json")
+
+
+@contextmanager
+def small_designs() -> Iterator[None]:
+    """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
+    from cortex_dsl.report.page import run_page
+
+    analyse = run_page.analyse
+
+    def small(program: Any, found: Any, config: Any, profile: str, budget: int, *others: Any) -> Any:
+        return analyse(program, found, config, profile, min(budget, 500), *others)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_page, "analyse", small)
+        yield
 
 
 def shared(factory: pytest.TempPathFactory, name: str, *words: object) -> Path:

@@ -6,15 +6,16 @@ import shlex
 import shutil
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from cortex_dsl.cli import main
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH
-from tests.fork_server import ForkServer
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -33,20 +34,6 @@ def test_the_landing_page_shows_the_scenario_of_the_readme() -> None:
     assert scenario in blocks(ROOT / "README.md", "")
 
 
-STARTED = """
-import contextlib, io, sys
-from cortex_dsl.cli import main
-from cortex_dsl.report.page import run_page
-
-def small(program, found, config, profile, budget, *rest, analyse=run_page.analyse):
-    return analyse(program, found, config, profile, min(budget, 500), *rest)
-
-run_page.analyse = small
-
-with contextlib.redirect_stdout(io.StringIO()):
-    main({search})
-"""
-"""What a command needs has been read when it starts; a page finds out by 500 simulations which params matter."""
 BUDGET = ["--generations", "4", "--population", "20"]
 """Of a search whose page leaves it at the default."""
 
@@ -69,25 +56,32 @@ def fewer(word: str) -> str:
 Follow = Callable[[list[str], Path], None]
 
 
-@pytest.fixture(scope="module")
-def follow(tmp_path_factory: pytest.TempPathFactory, shell: dict[str, str]) -> Iterator[Follow]:
-    """Run lines as in a shell that stands in a folder; every command ends well. A plain `cortexc` needs no shell."""
-    folder = tmp_path_factory.mktemp("started")
-    search = [str(ROOT / "examples" / "left_turn.scn"), "--ga", "--generations", "1", "--out", str(folder / "run")]
-    with ForkServer(STARTED.format(search=search), folder, environment=shell) as server:
+@pytest.fixture
+def follow(
+    shell: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], small_design: None
+) -> Iterator[Follow]:
+    """Run lines as in a shell that stands in a folder; every command ends well. A plain `cortexc` runs in this process,
+    a study too, by one worker.
+    """
 
-        def run(lines: list[str], home: Path) -> None:
-            for line in lines:
-                if OF_A_SHELL.search(line) or not line.startswith("cortexc "):
-                    in_shell(line, home, shell)
-                else:
-                    words = [fewer(word) for word in shlex.split(line)[1:]]
-                    if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
-                        words += BUDGET
-                    ended = server.run("sys.exit(main(sys.argv[1:]))", *words, at=home)
-                    assert ended.status == 0, f"{line}\n{ended.out}\n{ended.err}"
+    def run(lines: list[str], home: Path) -> None:
+        monkeypatch.chdir(home)
+        monkeypatch.syspath_prepend(home)
+        monkeypatch.setenv("PATH", shell["PATH"])
+        for line in lines:
+            if OF_A_SHELL.search(line) or not line.startswith("cortexc "):
+                in_shell(line, home, shell)
+            else:
+                words = [fewer(word) for word in shlex.split(line)[1:]]
+                if {"--ga", "--method"} & {*words} and words[0] != "probability" and "--generations" not in words:
+                    words += BUDGET
+                words += ["--jobs", "1"] if words[0] == "study" else []
+                code = main(words)
+                assert code == 0, f"{line}\n{capfd.readouterr()}"
 
-        yield run
+    monkeypatch.delitem(sys.modules, "planner", raising=False)
+    yield run
+    sys.modules.pop("planner", None)
 
 
 def in_shell(text: str, home: Path, shell: dict[str, str]) -> None:
@@ -100,12 +94,13 @@ def lines_of(page: Path) -> list[str]:
 
 
 def test_a_driver_of_ones_own(tmp_path: Path, shell: dict[str, str], follow: Follow) -> None:
-    """The page from top to bottom in one folder: its commands in a shell, its Python as one script."""
+    """The page from top to bottom in one folder: its commands as in a shell, its Python as one script."""
     shutil.copytree(ROOT / "examples", tmp_path / "home" / "examples")
     page = DOCS / "how-to" / "test-your-own-driver.md"
     assert len(lines_of(page)) > 5
     follow(lines_of(page), tmp_path / "home")
-    in_shell(f"python - <<'PYTHON'\n{''.join(blocks(page, 'python'))}\nPYTHON", tmp_path / "home", shell)
+    with warnings.catch_warnings(action="ignore", category=ResourceWarning):  # of files that a script leaves open
+        exec(compile("".join(blocks(page, "python")), str(page), "exec"), {"__name__": "__main__"})
 
 
 def test_the_page_names_the_columns_that_are_observed() -> None:

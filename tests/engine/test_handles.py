@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -133,13 +134,23 @@ def test_an_array_that_is_not_contiguous_is_refused_by_name() -> None:
         weighted_sum(tables()._replace(values=values))
 
 
-def test_threads_share_one_header() -> None:
-    """Two that ask at the same time get the same: the other one would be lost while a kernel reads it."""
-    for _ in range(50):
-        one = tables()
-        with ThreadPoolExecutor(4) as pool:
-            addresses = set(pool.map(lambda each: handle_of(each).handle_address, [one] * 16))
-        assert addresses == {handle_of(one).handle_address}
+def test_threads_share_one_header(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two that ask at the same time get the same: the other one would be lost while a kernel reads it.
+
+    Each thread waits with its header until both have made one.
+    """
+    make_header, both = Handle._make_header, Barrier(2, timeout=60.0)
+
+    def make_and_wait(self: Handle) -> Any:
+        made = make_header(self)
+        both.wait()
+        return made
+
+    monkeypatch.setattr(Handle, "_make_header", make_and_wait)
+    one = tables()
+    with ThreadPoolExecutor(2) as pool:
+        addresses = list(pool.map(lambda each: handle_of(each).handle_address, [one] * 2))
+    assert addresses == [handle_of(one).handle_address] * 2
 
 
 def test_slots_share_fields_and_have_rows_of_their_own() -> None:

@@ -1,19 +1,32 @@
 """A saved program is the program: it loads equal, runs equal, and is refused when damaged or foreign."""
 
 from dataclasses import fields, replace
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cortex_dsl import compile_text, load
-from engine import batch
+from engine import batch, opcodes, vocabulary
 from engine.program import ArchiveError, Program, load_program, save_program
 from engine.sampling import draw_genomes, sample
 from engine.streams import key_rows
 from engine.vocabulary import Method
 
+VALUES = {
+    name: each
+    for module in (opcodes, vocabulary)
+    for name, each in vars(module).items()
+    if isinstance(each, type) and issubclass(each, Enum) and each.__module__ == module.__name__
+}
 EXAMPLE = Path(__file__).parents[2] / "examples" / "crossing_left_turn.scn"
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_no_two_values_are_one(name: str) -> None:
+    """Two names of one number would be one value to kernels and to archives."""
+    assert len(VALUES[name]) == len(VALUES[name].__members__)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""`python -m tests.identity.digests NAME` prints digests of subjects as JSON, made in a process of its own."""
+"""`python -m tests.identity.digests` prints digests of `ON_THE_OLDEST` as JSON, made in a process of its own."""
 
 import hashlib
 import json
@@ -16,5 +16,8 @@ def digests(subjects: Iterable[tuple[str, str]]) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as scratch:
-        sys.stdout.write(json.dumps(digests(ON_THE_OLDEST[sys.argv[1]](Path(scratch)))))
+    found: dict[str, dict[str, str]] = {}
+    for name, make in ON_THE_OLDEST.items():
+        with tempfile.TemporaryDirectory() as scratch:
+            found[name] = digests(make(Path(scratch)))
+    json.dump(found, sys.stdout)

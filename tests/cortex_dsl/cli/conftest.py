@@ -1,7 +1,7 @@
 """The scenario that commands are tried on, and a short way to run them."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,6 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.report.page import run_page
-from engine.config import Config
-from engine.program import Program
-from engine.search.evaluations import Evaluations
-from engine.search.insight.analysis import Analysis, analyse
-from engine.tables import Ints
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
@@ -56,20 +50,6 @@ def cortexc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch)
         return Result(code, captured.out, captured.err)
 
     return run
-
-
-@pytest.fixture(scope="module")
-def small_design() -> Iterator[None]:
-    """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
-
-    def small(
-        program: Program, found: Evaluations, config: Config, profile: str, budget: int, worst: int, blame: Ints
-    ) -> Analysis:
-        return analyse(program, found, config, profile, min(budget, 500), worst, blame)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_page, "analyse", small)
-        yield
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,12 +22,10 @@ from engine.search.campaign import Progress
 from engine.search.journal import WITHOUT_CHAIN
 from engine.search.journal_reader import read_journal
 from engine.search.store import RemovedError
-from tests.children import hear_interrupts
-from tests.fork_server import ForkServer
+from tests.fork_server import RUN, Ended, ForkServer
 from tests.journals import unchain
 
 pytestmark = pytest.mark.usefixtures("small_design")
-CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 RESULTS = ("generation", "individual", "simulation")
 GENERATIONS = 24
 SEARCH = ("--ga", "--generations", GENERATIONS, "--population", 40, "--seed", 3, "--jobs", 1)
@@ -51,9 +49,6 @@ KILLS = (
 """Before which statement or file `resume` is killed, the how many-th, and the generations that are written by then."""
 IN_NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-ec"]
 
-PATIENCE = 300
-"""Seconds that a process may take to end, however busy the machine is."""
-
 Command = Callable[..., Any]
 
 
@@ -72,26 +67,27 @@ def written(run: Path) -> int:
         return -1
 
 
-def start(*arguments: object) -> "subprocess.Popen[bytes]":
-    command = [*CORTEXC, *map(str, arguments)]
-    null = subprocess.DEVNULL
-    return subprocess.Popen(command, stdout=null, stderr=null, preexec_fn=hear_interrupts)
-
-
 @contextmanager
-def killed_in_the_end(*arguments: object) -> "Iterator[subprocess.Popen[bytes]]":
-    """A command that would go on for hours, and does not outlive a test that fails."""
-    with start(*arguments) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
+def begun(
+    server: ForkServer, *arguments: object, begins: Callable[[], bool], number: int = signal.SIGKILL
+) -> Iterator[list[Ended]]:
+    """A command that would go on for hours, once something is so; it ends by a signal, and what it left is listed."""
+    process, left = server.start(RUN, *arguments), list[Ended]()
+    try:
+        while not begins():
+            assert process.is_running(), server.said[1].read_text(encoding="utf-8")
+            time.sleep(0.005)
+        yield left
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, number)
+        left.append(process.end())
 
 
-PRELUDE = """
+DYING = """
 import os, signal, sqlite3, sys
 
-moment, left = "", 0
+moment, left = sys.argv[1], int(sys.argv[2])
 
 def reached(it_is):
     global left
@@ -108,36 +104,21 @@ sqlite3.connect = connect
 sys.addaudithook(
     lambda event, values: reached(left > 0 and event == "open" and str(values[0]).endswith(moment))
 )
-
-def die(at, count, words):
-    global moment, left
-    moment, left = at, count
-    sys.exit(main(words))
-
-from contextlib import redirect_stderr, redirect_stdout
-from cortex_dsl.cli import main
-with open(os.devnull, "w") as null, redirect_stdout(null), redirect_stderr(null):
-    assert main({warm!r}) == 0
+sys.exit(main(sys.argv[3:]))
 """
-"""Loads what a search needs; `die` runs a command that is killed just before its n-th statement of a kind, or before it
-opens a file for the n-th time.
-"""
-DYING = "die(sys.argv[1], int(sys.argv[2]), sys.argv[3:])"
+"""A command that is killed just before its n-th statement of a kind, or before it opens a file for the n-th time."""
 Kill = Callable[..., None]
 
 
 @pytest.fixture(scope="module")
-def kill(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
+def kill(command_server: ForkServer) -> Kill:
     """Run a command to a moment that the journal or the folder of its run knows, and no further."""
-    folder = tmp_path_factory.mktemp("server")
-    warm = [str(left_turn), "--ga", *map(str, SMALL), "--out", str(folder / "warm")]
-    with ForkServer(PRELUDE.format(warm=warm), folder) as server:
 
-        def run(moment: str, count: int, *arguments: object) -> None:
-            done = server.run(DYING, moment, count, *arguments)
-            assert done.status == -signal.SIGKILL, (moment, count, done.err)
+    def run(moment: str, count: int, *arguments: object) -> None:
+        done = command_server.run(DYING, moment, count, *arguments)
+        assert done.status == -signal.SIGKILL, (moment, count, done.err)
 
-        yield run
+    return run
 
 
 def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -198,15 +179,13 @@ def test_killed_before_there_is_a_journal(cortexc: Command, left_turn: Path, tmp
     assert not list(run.glob("*.new*"))
 
 
-def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, tmp_path: Path) -> None:
+def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, command_server: ForkServer, tmp_path: Path) -> None:
     """Ctrl-C, then `resume`: the same journal as without."""
     run, size = tmp_path / "stopped", ("--ga", "--population", 40, "--seed", 3, "--jobs", 1)
-    process = start(left_turn, *size, "--generations", 60000, "--out", run)
-    while written(run) < 2:
-        assert process.poll() is None
-        time.sleep(0.002)
-    process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=PATIENCE) == 130
+    words = (left_turn, *size, "--generations", 60000, "--out", run)
+    with begun(command_server, *words, begins=lambda: written(run) >= 2, number=signal.SIGINT) as left:
+        pass
+    assert left[0].status == 130
     assert read_journal(run / "journal.sqlite").status == "stopped"
     longer = ("--generations", written(run) + 3)
     result = cortexc("resume", run, "--jobs", 2, *longer)
@@ -307,21 +286,19 @@ def test_a_folder_that_can_only_be_read(killed: Path, cortexc: Command) -> None:
     assert "finished already" in shown.stderr
 
 
-def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_two_processes_on_one_run(
+    killed: Path, cortexc: Command, command_server: ForkServer, left_turn: Path, tmp_path: Path
+) -> None:
     """While a search writes its run, or a resume does, nobody else may."""
-    with killed_in_the_end(left_turn, "--ga", "--generations", 60000, "--out", tmp_path / "busy") as process:
-        while written(tmp_path / "busy") < 1:
-            assert process.poll() is None
-            time.sleep(0.01)
-        refused = cortexc("resume", tmp_path / "busy")
-        assert refused.code == 2
-        assert "being written by another process" in refused.said
-        assert "going on" not in refused.said
-    with killed_in_the_end("resume", killed, "--generations", 60000) as process:
-        before = written(killed)
-        while written(killed) <= before:
-            assert process.poll() is None
-            time.sleep(0.01)
+    busy, before = tmp_path / "busy", written(killed)
+    words = (left_turn, "--ga", "--generations", 60000, "--out", busy)
+    with begun(command_server, *words, begins=lambda: written(busy) >= 1):
+        refused = cortexc("resume", busy)
+    assert refused.code == 2
+    assert "being written by another process" in refused.said
+    assert "going on" not in refused.said
+    words = ("resume", killed, "--generations", 60000)
+    with begun(command_server, *words, begins=lambda: written(killed) > before):
         assert cortexc("resume", killed).code == 2
 
 
@@ -389,24 +366,19 @@ def test_a_folder_that_is_removed_is_reported_at_once(cortexc: Command, left_tur
     assert not run.exists()
 
 
-def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> None:
+def test_a_process_whose_folder_is_removed(command_server: ForkServer, left_turn: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
-    options = ("--ga", "--generations", 60000, "--population", 20, "--jobs", 1, "--out", run)
-    command = [*CORTEXC, str(left_turn), *map(str, options)]
-    pipe = subprocess.PIPE
-    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, preexec_fn=hear_interrupts)
-    while written(run) < 2:
-        assert process.poll() is None
-        time.sleep(0.01)
-    (run / "journal.sqlite").rename(tmp_path / "elsewhere")
-    assert process.stderr is not None
-    assert "was removed" in process.stderr.readline()
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2
-    assert "interrupted" in out
-    assert "was removed" in err
-    assert "Traceback" not in err
+    words = (left_turn, "--ga", "--generations", 60000, "--population", 20, "--jobs", 1, "--out", run)
+    with begun(command_server, *words, begins=lambda: written(run) >= 2, number=signal.SIGINT) as left:
+        (run / "journal.sqlite").rename(tmp_path / "elsewhere")
+        deadline = time.monotonic() + 300.0
+        while "was removed" not in command_server.said[1].read_text(encoding="utf-8"):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    assert left[0].status == 2
+    assert "interrupted" in left[0].out
+    assert "was removed" in left[0].err
+    assert "Traceback" not in left[0].err
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,8 @@ def test_closed_streams(left_turn: Path) -> None:
 def test_ctrl_c_on_a_cluster_of_our_own(left_turn: Path, tmp_path: Path, study: bool) -> None:
     """A terminal sends it to every process: nobody but this one answers, and not with a traceback."""
     pytest.importorskip("distributed")
-    what = ("study", left_turn, "--runs", 60000) if study else (left_turn, "--ga", "--generations", 60000)
+    small = ("--generations", 2, "--population", 20)
+    what = ("study", left_turn, "--runs", 60000, *small) if study else (left_turn, "--ga", "--generations", 60000)
     process = start(*what, "--jobs", 2, "--dask", "local", "--out", tmp_path / "run", start_new_session=True)
     deadline = time.monotonic() + 300
     while not begun(tmp_path / "run"):

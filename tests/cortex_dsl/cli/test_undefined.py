@@ -4,7 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+
+from cortex_dsl import open_run
+from cortex_dsl.report.findings.readable import significant
+from engine.vocabulary import EndReason
 
 Command = Callable[..., Any]
 
@@ -82,3 +87,19 @@ def test_a_search_without_a_number(tmp_path: Path, cortexc: Command) -> None:
     assert "a.scn:4:46: error[SCN691]" in result.said
     assert "report it" not in result.said + result.out
     assert (tmp_path / "run" / "evaluations.csv").exists()
+
+
+def test_a_search_by_an_objective_without_a_number(tmp_path: Path, cortexc: Command) -> None:
+    """The message gives the params of the first run in which the objective is NaN."""
+    ego = "ego = new Car in lane.centerline, with speed 20 m/s * W\n"
+    text = f'{ego}expect always sqrt((ego.speed - 10 m/s) / (1 m/s)) < 9 as "root"\nterminate after 1 s\n'
+    path = written(tmp_path / "a.scn", text)
+    small = ("--generations", 2, "--population", 10, "--out", tmp_path / "run")
+    result = cortexc(path, "--random", "--objective", "root", *small)
+    assert result.code == 1
+    assert "a.scn:5:1: error[SCN496]" in result.said
+    evaluations = open_run(tmp_path / "run").record.evaluations
+    broken = (evaluations.rollouts.end_reason == EndReason.BROKEN).any(axis=1)
+    assert (evaluations.genomes[broken, 0] < 0.5).all()
+    assert np.count_nonzero(broken) > 1
+    assert f"it happened with W = {significant(float(evaluations.genomes[broken][0, 0]))} = help" in result.said

@@ -9,7 +9,7 @@ import pytest
 
 import cortex_dsl as cx
 from cortex_dsl.cli import main
-from cortex_dsl.interchange.recorded_scn import write_recorded
+from cortex_dsl.interchange.recorded_scn import LANE, write_recorded
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.formatting import format_source
 from engine import batch
@@ -22,7 +22,9 @@ SEEN: dict[str, Any] = {"EGO_AHEAD": 0, "EGO_PACE": 1, "TRUCK_9_AHEAD": 0, "TRUC
 
 
 def near_miss(path: Path, step: float = 0.04, radius: float = 40.0) -> Path:
-    """A car in a bend, one that brakes across its way, who leaves, who comes later, who stands, and a thing."""
+    """A car in a bend, one that brakes across its way, who leaves, who stands, a thing; and two who come, one of them a
+    sample late.
+    """
     rows = ["time [s],id,x [m],y [m],heading [rad],speed [m/s],length [m],width [m],type"]
     for k in range(120):
         t = k * step
@@ -34,6 +36,8 @@ def near_miss(path: Path, step: float = 0.04, radius: float = 40.0) -> Path:
         rows.append(f"{t},31,990,488,0.3,0,1,1,obstacle")
         if t <= 3.0:
             rows.append(f"{t},12,{970 + 1.2 * t},510,0,1.2,0.5,0.5,pedestrian")
+        if k > 0:
+            rows.append(f"{t},13,{960 + 1.2 * t},520,0,1.2,0.5,0.5,pedestrian")
         if t >= 1.0:
             rows.append(f"{t},11,{980 + 1.2 * t},505,0,1.2,0.5,0.5,pedestrian")
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
@@ -59,7 +63,9 @@ def text(table: Path) -> str:
 
 @pytest.mark.parametrize("window", [None, (1.2, 4.0)])
 def test_a_run_with_what_was_seen_is_the_recording(table: Path, window: tuple[float, float] | None) -> None:
-    """Distances, times, risk: to 1e-6; positions are turned and moved as one."""
+    """Distances, times, risk: to 1e-6. Poses are turned and moved as one, the ego's first one to the right lane of a
+    road along x.
+    """
     recording = read_recording(table, ego="7", window=window).recording
     scenario = cx.compile_text(scenario_of(table, window)[0], **SEEN)
     scenes = scenario.scene_of_seed(0)
@@ -68,6 +74,10 @@ def test_a_run_with_what_was_seen_is_the_recording(table: Path, window: tuple[fl
     run = scenario.watch(scenes)
     assert len(run.trajectory.time) == len(recording.time)
     names = [actor.name for actor in recording.actors]
+    begin = recording.states[0, 0, State.X : State.HEADING + 1]
+    turn = np.array([[math.cos(begin[2]), -math.sin(begin[2])], [math.sin(begin[2]), math.cos(begin[2])]])
+    start = run.trajectory.states[0, 0, State.X : State.HEADING + 1]
+    assert start == pytest.approx((0.0, -0.5 * LANE, 0.0), abs=1e-6)
     for number, name in enumerate(scenario.program.actors[1:], 1):
         pair = names.index(name.rpartition("_")[2]) - 1
         for what in ("min_distance", "min_distance_time", "max_closing", "ttc", "distance_at_ms", "ttc_at_ms"):
@@ -80,6 +90,8 @@ def test_a_run_with_what_was_seen_is_the_recording(table: Path, window: tuple[fl
         apart = run.trajectory.states[there, number, :2] - run.trajectory.states[there, 0, :2]
         seen_apart = recording.states[there, pair + 1, :2] - recording.states[there, 0, :2]
         assert np.hypot(*apart.T) == pytest.approx(np.hypot(*seen_apart.T), abs=1e-7)
+        moved = (recording.states[there, pair + 1, :2] - begin[:2]) @ turn + start[:2]
+        assert run.trajectory.states[there, number, :2] == pytest.approx(moved, abs=1e-6)
 
 
 def test_it_is_laid_out_and_says_how_to_see_what_was_recorded(text: str) -> None:
@@ -104,7 +116,7 @@ def test_params_lie_around_what_was_seen(text: str) -> None:
 def test_who_cannot_be_carried_is_told(table: Path) -> None:
     """Who comes later, by name; and that there is no road."""
     remarks = scenario_of(table)[1]
-    assert "not there at the beginning, and left out of the scenario: 11" in remarks
+    assert "not there at the beginning, and left out of the scenario: 13, 11" in remarks
     assert any("no road was recorded" in remark for remark in remarks)
 
 

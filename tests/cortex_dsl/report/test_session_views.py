@@ -119,6 +119,8 @@ def test_what_a_plot_says(scenario: Scenario) -> None:
     assert "median 225" in text
     assert "80 of 400 collided" in text
     assert "1 run without such a number" in text
+    lanes = shown(values_view(_shown(Plotted("lanes", "", np.arange(400.0) % 7)), 80), 80)
+    assert "median 3, nine tenths in 0 .. 6" in lanes
     assert "of them collide" in shown(_truth(scenario, 80, False), 80)
     text = shown(_scattered(scenario, 80, False), 80)
     assert "rank correlation +0.00" in text

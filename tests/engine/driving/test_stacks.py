@@ -237,8 +237,9 @@ def test_a_stack_that_died_is_told_though_a_child_holds_its_pipes(scenario: cx.S
     stack = stack_of(client(tmp_path, "os._exit(7) if os.fork() else time.sleep(60)").removeprefix("process:"))
     stack.meet({"version": 1, "lanes": 4, "observations": [{}], "actions": [{}] * 3})
     started = time.monotonic()
-    with pytest.raises(LostError, match="ended with exit code 7"):
+    with pytest.raises(LostError, match="ended with exit code 7") as told:
         stack.act(np.zeros((4, 1)), np.ones(4, dtype=bool))
+    assert told.value.cure == "look for what ends it, or run it by itself"
     assert time.monotonic() - started < stacks.LATE / 2
     launched = driven(scenario, client(tmp_path, "number == 0 and os.fork() and os._exit(0); time.sleep(0.5)"), 1)
     assert (launched.remarks, launched.outcomes.verdict.tolist()) == ((), [Verdict.VALID])

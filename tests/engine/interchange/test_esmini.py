@@ -215,5 +215,10 @@ def test_a_file_that_has_to_be_played_is_recorded(tmp_path: Path, monkeypatch: p
     assert [actor.kind for actor in found.recording.actors] == [ActorKind.CAR, ActorKind.TRUCK]
     wanted = states_at(shown, found.recording.time)
     assert found.recording.states[:, :, [State.X, State.Y]] == pytest.approx(wanted[:, :, [State.X, State.Y]])
+    job = {"file": "a.xosc", "step": 0.05, "until": 1.0}
+    rows = np.array([[row[0], *row[2:5]] for row in child.record(Stub(shown), job)["rows"]])
+    at = states_at(shown, rows[:: len(NAMES), 0])[..., : State.HEADING + 1].reshape(-1, 3)
+    assert rows[:, 1:] == pytest.approx(at)
+    assert rows[0, 0] == 0.0
     assert len(read_traffic(file, esmini=Path("lib")).tracks) == 2
     assert child.record(Stub(shown, opens=False), {"file": "a.xosc"}) == {"refused": True}

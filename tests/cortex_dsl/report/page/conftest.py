@@ -14,6 +14,7 @@ import pytest
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.cli import main
 from cortex_dsl.report.page.run_page import run_page
+from tests.runs import small_designs
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 """The stem of the scenario's file, and so its name."""
@@ -61,7 +62,8 @@ def opened(folder: Path) -> OpenedRun:
 
 @pytest.fixture(scope="session")
 def page_text(opened: OpenedRun) -> str:
-    return run_page(opened, 3)
+    with small_designs():
+        return run_page(opened, 3)
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,10 @@
 
 import io
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -13,6 +15,7 @@ from cortex_dsl.report.page.run_page import replay_of_case
 from cortex_dsl.report.terminal import replay_view
 from cortex_dsl.report.terminal.replay_view import Film
 from cortex_dsl.report.terminal.theme import THEME
+from engine.vocabulary import State
 
 LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 
@@ -39,6 +42,26 @@ def test_frames_move(opened: OpenedRun) -> None:
     assert text(0) != text(replay.key_sample + 1)
     assert "X" not in text(0).split(" s  ")[0]
     assert "X" in text(replay.key_sample + 1)
+
+
+def test_a_frame_shows_everybody_at_their_place(opened: OpenedRun) -> None:
+    """At a sample as it was recorded; between two, between these; nobody who is not in the scene."""
+    replay = replay_of_case(opened, every_case(opened)[0])
+    states = replay.trajectory.states.copy()
+    states[3:6, 1, State.PRESENT] = 0.0
+    states[8, 1, State.HEADING] = np.nan
+    film = Film.of(replace(replay, trajectory=replace(replay.trajectory, states=states)), 80, 40, ascii_only=True)
+    poses = states[:, :, State.X : State.HEADING + 1]
+    there = (states[:, :, State.PRESENT] > 0.0) & np.isfinite(poses).all(axis=2)
+    for sample, actor in np.ndindex(*there.shape):
+        pose, between = film._pose(actor, sample), film._pose(actor, sample + 0.5)
+        assert (pose is None) == (between is None) == (not there[sample, actor])
+        after = min(sample + 1, len(states) - 1)
+        if pose is not None and between is not None:
+            assert pose == tuple(poses[sample, actor])
+            middle = poses[[sample, after if there[after, actor] else sample], actor].mean(axis=0)
+            assert between[:2] == pytest.approx(middle[:2], abs=1e-9)
+    assert not there.all()
 
 
 def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,8 @@ from engine.vocabulary import State
 
 from .conftest import missing_numbers
 
+pytestmark = pytest.mark.usefixtures("small_design")
+
 
 def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     """Each number with a name has the value that the journal gives under that name."""

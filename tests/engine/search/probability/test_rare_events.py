@@ -25,10 +25,10 @@ from engine.search.probability.importance import (
     together,
     widened,
 )
-from engine.search.probability.levels import Chains, climb
+from engine.search.probability.levels import Chains, Climb, climb
 from engine.search.probability.monte_carlo import METHODS, RARE
 from engine.search.probability.scores import DISTANCE, Score
-from engine.search.probability.subset_simulation import subset_simulation
+from engine.search.probability.subset_simulation import _withheld, subset_simulation
 from tests.laws import examples
 
 CORNER = next(case for case in CASES if case.name == "corner")
@@ -59,6 +59,13 @@ def test_a_score_that_misleads_is_seen_by_its_repetitions() -> None:
     misleading = next(case for case in CASES if case.name == "near miss, sloping")
     reasons = {estimated(misleading, "subset", 2_000, seed).withheld for seed in range(6)}
     assert reasons <= {Withheld.PARTLY, Withheld.SCATTERED, Withheld.PLATEAU, Withheld.UNREACHED}
+
+
+@pytest.mark.parametrize(("apart", "reason"), [(0.94, Withheld.NOTHING), (0.96, Withheld.SCATTERED)])
+def test_repetitions_that_differ_by_more_than_their_mean_are_no_sample(apart: float, reason: Withheld) -> None:
+    """The standard deviation is that of a sample: half of ten at 1 - d and half at 1 + d have d * sqrt(10 / 9)."""
+    climbs = [Climb(0.01 * (1.0 + side * apart), (), None) for side in (-1.0, 1.0) for _ in range(5)]
+    assert _withheld(climbs) == reason
 
 
 def test_a_chain_that_stays_is_no_plateau() -> None:
