@@ -18,8 +18,9 @@ from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.opendrive.speeds import limit_at
 from engine.road.network import Lines
 from engine.road.opendrive.fitting import Stretch, centre_line, stretches
-from engine.road.opendrive.linking import THROUGH, FileLane, Links, Part, Way
-from engine.road.opendrive.surfaces import LEAST_WIDTH, NoSurface, border, overlap, ring_of, strip_between, union
+from engine.road.opendrive.lanes import THROUGH, FileLane, Part
+from engine.road.opendrive.linking import Links, Way
+from engine.road.opendrive.surfaces import LEAST_WIDTH, NoSurface, border, lies_in, overlap, ring_of, strip_between, union
 from engine.road.paths import Primitive
 from engine.road.regions import Shape
 from engine.tables import Floats
@@ -95,9 +96,8 @@ def plan_of(path: str, digest: str) -> Plan:
         inside[network.roads[lane.road].junction].append(ring)
     try:
         surface, kerbs = union(rings)
-    except NoSurface:
-        cure = "give its lanes a <width> above 0 m"
-        raise InterchangeError("no lane in it has a width", cure, Path(path).name) from None
+    except NoSurface as lost:
+        raise _without_surface(links, rings, lost, Path(path).name) from None
     areas = {junction: _area(inside[junction]) for junction in junctions}
     left_hand = any(road.left_hand for road in network.roads.values())
     return Plan(
@@ -133,6 +133,16 @@ def _refuse_wide(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> None
             road = links.sections[lane.road].road
             message = f"lane {lane.parts[0].lane} of road `{road.id[:40]}` is {width:.4g} m wide"
             raise InterchangeError(message, f"write widths of at most {WIDEST:g} m", road.place)
+
+
+def _without_surface(links: Links, rings: Sequence[Floats], lost: NoSurface, file: str) -> InterchangeError:
+    """Return the error about lanes whose surface is missing: it names one of them, unless no lane has any."""
+    if lost.part is None:
+        return InterchangeError("no lane in it has a width", "give its lanes a <width> above 0 m", file)
+    lane = links.lanes[next((index for index, ring in enumerate(rings) if lies_in(ring, lost.part)), 0)]
+    road = links.sections[lane.road].road
+    what = f"the surface of lane {lane.parts[0].lane} of road `{road.id[:40]}` cannot be computed"
+    return InterchangeError(what, "correct the widths and the reference line of that road", road.place)
 
 
 def _area(rings: Sequence[Floats]) -> Shape | None:
