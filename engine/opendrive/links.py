@@ -40,7 +40,7 @@ class OdrConnection(NamedTuple):
 def road_end(road: Node, name: str) -> OdrEnd | None:
     """Return what the `predecessor` or `successor` of a road names; None where it names nothing."""
     end = road.find("link", name)
-    if end is None or "elementId" not in end.attributes:
+    if end is None or not end.has("elementId"):
         return None
     kind = end.text("elementType", "road")
     return OdrEnd(kind, end.text("elementId"), _contact(end) if kind == "road" else None)
@@ -53,7 +53,7 @@ def _contact(node: Node) -> bool | None:
 def lane_end(lane: Node, name: str) -> int | None:
     """Return the lane that a lane goes on to by its `predecessor` or `successor`; None where it names none."""
     end = lane.find("link", name)
-    return None if end is None or "id" not in end.attributes else end.integer("id")
+    return None if end is None or not end.has("id") else end.integer("id")
 
 
 def junction_type(junction: Node) -> str:
@@ -66,7 +66,7 @@ def connections(root: Node) -> Iterator[OdrConnection]:
         kind = junction_type(junction)
         through = "linkedRoad" if kind == DIRECT else "connectingRoad"
         for node in junction.every("connection") if kind in (COMMON, DIRECT) else ():
-            if through in node.attributes and "incomingRoad" in node.attributes:
+            if node.has(through, "incomingRoad"):
                 yield OdrConnection(
                     junction.text("id"),
                     node.text("incomingRoad"),
@@ -75,7 +75,7 @@ def connections(root: Node) -> Iterator[OdrConnection]:
                     {
                         link.integer("from"): link.integer("to")
                         for link in node.every("laneLink")
-                        if {"from", "to"} <= link.attributes.keys()
+                        if link.has("from", "to")
                     },
                     kind == DIRECT,
                 )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from engine.frozen import frozen
 from engine.opendrive.curves import Pose
-from engine.opendrive.read import OdrNetwork, OdrRoad, OdrSection
+from engine.opendrive.roads import OdrNetwork, OdrRoad, OdrSection
 
 DRIVABLE = frozenset({"driving", "entry", "exit", "offRamp", "onRamp", "connectingRamp"})
 """Types of lanes that vehicles drive on, as Scenic has them."""

@@ -55,7 +55,7 @@ class Links(Lanes):
         beyond = self.stated(end)
         if beyond is not None and beyond.kind == "junction":
             return None
-        said = [] if beyond is None else ends_of(beyond.id, beyond.at_start)
+        said = () if beyond is None else ends_of(beyond.id, beyond.at_start)
         choices = [each for each in (*said, *self._claims(end)) if each.road in self.sections]
         return next((each for each in choices if self._meet(end, each)), choices[0] if choices else None)
 
@@ -105,6 +105,18 @@ class Links(Lanes):
             onward[before][following] = None
         return {index: tuple(following) for index, following in onward.items() if following}
 
+    @cached_property
+    def contradicted(self) -> list[int]:
+        """Lanes whose own link names another lane than the one beyond them that they go on to."""
+        return [
+            index
+            for end, joint in self.joints.items()
+            for number, index in self.leaving.get(end, {}).items()
+            if (said := self.says(end, number)) is not None
+            and (onward := self.successors.get(index))
+            and self.entering.get(joint, {}).get(said) not in onward
+        ]
+
     # -- through junctions
 
     def _direct(self) -> Iterator[tuple[int, int]]:
@@ -144,8 +156,9 @@ class Links(Lanes):
             for number, index in self.leaving.get(end, {}).items():
                 said = connection.lanes.get(number) if connection.lanes else number
                 through = self._across(index, entered, said)
-                for after in () if through is None else self.successors.get(through, ()):
-                    yield Way(connection.junction, index, through, after)
+                if through is not None:
+                    for after in self.successors.get(through, ()):
+                        yield Way(connection.junction, index, through, after)
 
     def _incoming(self, connection: OdrConnection) -> list[End]:
         """Return the ends by which a road leads into a junction: those that state it, else one that lies there."""

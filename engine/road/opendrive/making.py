@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from engine.maps import MapFile
-from engine.opendrive.read import OdrRoad
+from engine.opendrive.roads import OdrRoad
 from engine.opendrive.signals import OdrSignal
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
@@ -41,7 +41,8 @@ class _Builder:
 
     def __init__(self, spec: MapFile, plan: Plan) -> None:
         self.plan = plan
-        self.network = Network(spec, plan.left_hand, PathBook(NEAR, ALIKE), drawn=plan.drawn, remarks=plan.remarks)
+        self.network = Network(spec, plan.left_hand, PathBook(NEAR, ALIKE), drawn=plan.drawn)
+        self.network.remarks, self.network.levels, self.network.unread = plan.remarks, plan.levels, plan.unread
         self.starts = {way.start for way in plan.links.ways}
         self.ends = {way.end for way in plan.links.ways}
 

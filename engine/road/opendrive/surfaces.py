@@ -4,12 +4,12 @@ Unions need shapely, which is imported here and in `levels` alone; what is made 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import shapely
+import shapely as shapely_with_types
 
 from engine.errors import Signal
 from engine.road.junction import CHORD_TOLERANCE
@@ -18,6 +18,8 @@ from engine.road.paths import Primitive, chord_count
 from engine.road.regions import Shape, area, ring_edges, shape_of_parts, triangle_areas
 from engine.tables import Floats
 
+shapely: Any = shapely_with_types
+"""Its own types leave most results unknown."""
 APART = 2.0
 """Between two points of a border that is neither straight nor an arc [m]."""
 GAP = 0.05
@@ -155,7 +157,7 @@ def lies_in(ring: Floats, part: Any) -> bool:
 
 
 @contextmanager
-def _named(parts: Sequence[Any]) -> Iterator[None]:
+def _named(parts: Sequence[Any]) -> Generator[None]:
     """Raise NoSurface with the first of some parts where rounding defeats GEOS."""
     try:
         yield
@@ -167,7 +169,7 @@ def _triangles(polygons: Sequence[Any]) -> Floats:
     """(n, 6) tiles of polygons."""
     with _named(polygons):
         tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
-    triangles = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms]).reshape(-1, 6)
+    triangles: Floats = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms]).reshape(-1, 6)
     areas = triangle_areas(triangles)
     if abs(areas.sum() - sum(each.area for each in polygons)) > TILED * areas.sum():
         raise NoSurface(polygons[0])
