@@ -42,7 +42,7 @@ def road_end(road: Node, name: str) -> OdrEnd | None:
     end = road.find("link", name)
     if end is None or not end.has("elementId"):
         return None
-    kind = end.text("elementType", "road")
+    kind = end.text("elementType", "road" if end.has("contactPoint") else "junction")
     return OdrEnd(kind, end.text("elementId"), _contact(end) if kind == "road" else None)
 
 

@@ -24,8 +24,6 @@ SHORTEST = 0.05
 """A stretch that is not cut further [m]: files have corners, which no arc meets."""
 WELD = 20.0
 """Over which a lateral jump between two sections is evened out [m]."""
-UNROUNDED = 0.01
-"""A piece that ends by more before the next one leaves out a part of its road [m]."""
 NOTHING = 1e-9
 STEP = 1e-4
 """Of differences by which headings are found [m]."""
@@ -134,22 +132,14 @@ def _stretches(road: OdrRoad, section: OdrSection, end: float, lane: int) -> Ite
     cuts = {section.start, end}
     cuts |= {piece.s for piece in road.pieces} | {each.start for each in road.offsets}
     cuts |= {each.start for row in rows for each in (*row.widths, *row.borders)}
-    cuts |= {one.s + one.length for one, two in pairwise(road.pieces) if hole(one, two.s)}
     within = sorted(s for s in cuts if section.start - NOTHING <= s <= end + NOTHING)
     for first, last in pairwise(within):
-        middle = 0.5 * (first + last)
-        piece = _piece(road, middle)
-        if last - first > NOTHING and not hole(piece, middle):
+        if last - first > NOTHING:
+            middle = 0.5 * (first + last)
             offset = in_effect(road.offsets, middle)
             base = () if offset is None else (Term(1.0, offset, False),)
             inner, outer = _borders(base, rows, side, middle)
-            yield Stretch(first, last, piece, inner, outer)
-
-
-def hole(piece: Piece, s: float) -> float:
-    """Return by how much a piece of a reference line ends before a place [m]; 0 where that is rounding."""
-    missing = s - piece.s - piece.length
-    return missing if missing > UNROUNDED else 0.0
+            yield Stretch(first, last, _piece(road, middle), inner, outer)
 
 
 def _piece(road: OdrRoad, s: float) -> Piece:

@@ -56,16 +56,17 @@ class Links(Lanes):
         if beyond is not None and beyond.kind == "junction":
             return None
         said = () if beyond is None else ends_of(beyond.id, beyond.at_start)
-        choices = [each for each in (*said, *self._claims(end)) if each.road in self.sections]
-        return next((each for each in choices if self._meet(end, each)), choices[0] if choices else None)
+        claims = self._claims(end)
+        exact = [each for each in claims if self.stated(each) == OdrEnd("road", end.road, end.at_start)]
+        choices = [each for each in (*said, *claims) if each.road in self.sections]
+        believed = [each for each in (*said[:1], *exact) if each.road in self.sections]
+        return next((each for each in choices if self._meet(end, each)), believed[0] if believed else None)
 
     def _claims(self, end: End) -> list[End]:
-        """Return the ends that state this one: first those that name it, then those that name the far end."""
+        """Return the ends that state a road to lie beyond them, whichever end of it they name."""
         junctions = {road: each.junction for road, each in self.network.roads.items()}
-        here = junctions[end.road]
         # a connecting road states the road it comes from, which goes on by the junction
-        fitting = [each for each in self._stating[end.road] if junctions[each.road] in {here, THROUGH}]
-        return sorted(fitting, key=lambda each: self.stated(each).at_start is not end.at_start)  # type: ignore[union-attr]
+        return [each for each in self._stating[end.road] if junctions[each.road] in {junctions[end.road], THROUGH}]
 
     def _meet(self, one: End, other: End) -> bool:
         """Return True if a lane of either end begins where one of the other ends."""

@@ -32,8 +32,17 @@ def read(path: str, digest: str) -> Contents:
     Raises:
         InterchangeError: it is no OpenDRIVE file that can be driven on.
     """
+    return packed(built(path, digest), NEAR, ALIKE)
+
+
+def built(path: str, digest: str) -> Network:
+    """Return the network of that file, which no cache keeps.
+
+    Raises:
+        InterchangeError: it is no OpenDRIVE file that can be driven on.
+    """
     plan = plan_of(path, digest)
-    return packed(_Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build(), NEAR, ALIKE)
+    return _Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build()
 
 
 class _Builder:

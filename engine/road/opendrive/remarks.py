@@ -9,10 +9,9 @@ import numpy as np
 
 from engine.interchange.contract import cited, quoted
 from engine.interchange.unread import Unread
-from engine.opendrive.curves import Pose
+from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.roads import OdrNetwork
 from engine.road.opendrive.drawing import DrawnLane
-from engine.road.opendrive.fitting import hole
 from engine.road.opendrive.lanes import DRIVABLE, THROUGH, FileLane
 from engine.road.opendrive.linking import Links, Way
 from engine.road.opendrive.surfaces import LEAST_WIDTH, overlap
@@ -21,6 +20,8 @@ from engine.tables import Floats
 
 WORTH_A_REMARK = 0.005
 """A jump from here on is told [m]."""
+UNROUNDED = 0.01
+"""Files round lengths by less [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
 """So near one another, and so nearly in one direction, a lane ends where another begins [m, rad]."""
 OVERLAP = 5.0
@@ -69,10 +70,7 @@ def on_gaps(network: OdrNetwork) -> Iterator[str]:
     """On pieces of reference lines that do not begin where the ones before them end."""
     gaps = {
         road.id: max(
-            (
-                max(math.dist(one.pose(two.s)[:2], two.start[:2]), hole(one, two.s))
-                for one, two in pairwise(road.pieces)
-            ),
+            (max(math.dist(one.pose(two.s)[:2], two.start[:2]), _hole(one, two)) for one, two in pairwise(road.pieces)),
             default=0.0,
         )
         for road in network.roads.values()
@@ -81,6 +79,12 @@ def on_gaps(network: OdrNetwork) -> Iterator[str]:
     if broken:
         first = max(broken, key=lambda road: gaps[road])
         yield f"the reference line {_of(first, broken)} is broken, by up to {gaps[first]:.3g} m"
+
+
+def _hole(one: Piece, two: Piece) -> float:
+    """Return by how much a piece ends before the next one begins along the road [m]; 0 where that is rounding."""
+    missing = two.s - one.s - one.length
+    return missing if missing > UNROUNDED else 0.0
 
 
 def on_lengths(links: Links) -> Iterator[str]:
