@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,7 @@ from engine.road.opendrive.linking import Links, Way
 from engine.road.opendrive.remarks import remarks_on, unread_lanes
 from engine.road.opendrive.surfaces import (
     NoSurface,
-    lies_in,
-    ring_of,
+    outline,
     strip_between,
     union,
 )
@@ -89,15 +89,16 @@ def plan_of(path: str, digest: str) -> Plan:
     junctions: dict[str, list[Way]] = defaultdict(list)
     for way in links.ways:
         junctions[way.junction].append(way)
-    rings = [ring_of(*each) for each in borders]
-    inside: dict[str, list[Floats]] = defaultdict(list)
-    for lane, ring in zip(links.lanes, rings, strict=True):
-        inside[network.roads[lane.road].junction].append(ring)
+    inside: dict[str, list[Any]] = defaultdict(list)
+    outlines: list[Any] = []
     try:
-        surface, kerbs = union(rings)
+        outlines += (outline(*each) for each in borders)
+        for lane, each in zip(links.lanes, outlines, strict=True):
+            inside[network.roads[lane.road].junction].append(each)
+        surface, kerbs = union(outlines)
         areas = {junction: _area(inside[junction]) for junction in junctions}
     except NoSurface as lost:
-        raise _without_surface(links, rings, lost, Path(path).name) from None
+        raise _without_surface(links, outlines, lost, Path(path).name) from None
     left_hand = any(road.left_hand for road in network.roads.values())
     return Plan(
         links,
@@ -113,20 +114,20 @@ def plan_of(path: str, digest: str) -> Plan:
     )
 
 
-def _without_surface(links: Links, rings: Sequence[Floats], lost: NoSurface, file: str) -> InterchangeError:
+def _without_surface(links: Links, outlines: Sequence[Any], lost: NoSurface, file: str) -> InterchangeError:
     """Return the error about lanes whose surface is missing: it names one of them, unless no lane has any."""
     if lost.part is None:
         return InterchangeError("no lane in it has a width", "give its lanes a <width> above 0 m", file)
-    lane = links.lanes[next((index for index, ring in enumerate(rings) if lies_in(ring, lost.part)), 0)]
+    lane = links.lanes[next((i for i, each in enumerate(outlines) if each.intersects(lost.part)), 0)]
     road = links.sections[lane.road].road
     what = f"the surface of lane {lane.parts[0].lane} of road `{road.id[:40]}` cannot be computed"
     return InterchangeError(what, "correct the widths and the reference line of that road", road.place)
 
 
-def _area(rings: Sequence[Floats]) -> Shape | None:
+def _area(outlines: Sequence[Any]) -> Shape | None:
     """What the lanes of a junction cover; None where they have no width."""
     try:
-        return union(rings)[0]
+        return union(outlines)[0]
     except NoSurface as lost:
         if lost.part is not None:
             raise

@@ -64,14 +64,17 @@ def border(rows: Sequence[Stretch], *, outer: bool) -> Floats:
 
 def strip_between(inner: Floats, outer: Floats) -> Shape:
     """The region between two borders with as many points each."""
-    across = outer - inner
-    if float(np.hypot(across[:, 0], across[:, 1]).max()) < LEAST_WIDTH:
+    if _is_thread(inner, outer):
         outer = inner + _normals(inner) * LEAST_WIDTH
     lower = np.hstack([inner[:-1], inner[1:], outer[1:]])
     upper = np.hstack([inner[:-1], outer[1:], outer[:-1]])
     triangles = np.vstack([lower, upper])
     ring = ring_of(inner, outer)
     return shape_of_parts(ring_edges(ring), triangles[triangle_areas(triangles) > NOTHING])
+
+
+def _is_thread(inner: Floats, outer: Floats) -> bool:
+    return float(np.hypot(*(outer - inner).T).max()) < LEAST_WIDTH
 
 
 def _normals(line: Floats) -> Floats:
@@ -88,13 +91,24 @@ def ring_of(inner: Floats, outer: Floats) -> Floats:
     return ring if area(ring) > 0.0 else ring[::-1]
 
 
-def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
+def outline(inner: Floats, outer: Floats) -> Any:
+    """Return the polygon between two borders; one that meets itself, as in a tight curve, is the union of its tiles."""
+    ring = ring_of(inner, outer)
+    polygon = shapely.Polygon(ring if len(ring) > 2 else None)
+    if polygon.is_valid or _is_thread(inner, outer):
+        return polygon
+    tiles = shapely.polygons(strip_between(inner, outer).triangles.reshape(-1, 3, 2))
+    with _named([polygon]):
+        return shapely.union_all(tiles, grid_size=PRECISION)
+
+
+def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
     """Return everything that these outlines cover, and its closed outlines, each (n, 2) [m].
 
     Raises:
         NoSurface: no outline has an area, or the union of some cannot be computed.
     """
-    grown = [_grown(each) for ring in rings if len(ring) > 2 and (each := _valid(ring)).area > 0.0]
+    grown = [_grown(each) for each in outlines if each.area > 0.0]
     # what the union leaves apart goes on one by one, as GEOS would compare each with all others; in an order of its own
     with _named(grown):
         whole = sorted(_parts(shapely.disjoint_subset_union_all(grown)), key=lambda each: each.bounds)
@@ -106,12 +120,6 @@ def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
     edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
     return shape_of_parts(edges, _triangles(polygons)), tuple(lines)
-
-
-def _valid(ring: Floats) -> Any:
-    """Return the polygon of an outline, also where it crosses itself: a lane may be wider than its curve allows."""
-    polygon = shapely.Polygon(ring)
-    return polygon if polygon.is_valid else shapely.make_valid(polygon)
 
 
 def _grown(polygon: Any) -> Any:
@@ -149,11 +157,6 @@ def _check_loss(before: Any, after: Any, most: float) -> None:
 
 def _holes(part: Any) -> int:
     return sum(len(each.interiors) for each in _parts(part))
-
-
-def lies_in(ring: Floats, part: Any) -> bool:
-    """Return True if an outline has points in common with a part of the union."""
-    return len(ring) > 2 and bool(shapely.intersects(_valid(ring), part))
 
 
 @contextmanager

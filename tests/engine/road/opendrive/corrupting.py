@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Iterator
 from copy import deepcopy
+from functools import partial
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from engine.frozen import frozen
 
+Change = Callable[[Element, Element], None]
 FLIPPED = {"start": "end", "end": "start"}
 
 
@@ -47,17 +49,25 @@ def _links(root: Element) -> Iterator[tuple[Element, set[str]]]:
                 yield element, names | {junction.get("id", "")}
 
 
-def _changes(element: Element) -> Iterator[tuple[str, Callable[[Element, Element], None]]]:
+def _changes(element: Element) -> Iterator[tuple[str, Change]]:
     yield "all", _remove
     for name in [each for each, _ in element.items() if (element.tag, each) != ("connection", "id")]:
-        yield f"no {name}", lambda _, place, name=name: place.attrib.pop(name)
+        yield f"no {name}", partial(_drop, name)
         if name == "contactPoint":
-            yield "the far end", lambda _, place: place.set("contactPoint", FLIPPED[place.get("contactPoint", "")])
+            yield "the far end", partial(_put, name, FLIPPED[element.get(name, "")])
         elif name in {"id", "from", "to"}:
-            yield f"another {name}", lambda _, place, name=name: place.set(name, str(-int(place.get(name, "1"))))
-            yield f"no such {name}", lambda _, place, name=name: place.set(name, "9")
+            yield f"another {name}", partial(_put, name, str(-int(element.get(name, "1"))))
+            yield f"no such {name}", partial(_put, name, "9")
         elif name in {"elementId", "incomingRoad", "connectingRoad", "linkedRoad"}:
-            yield f"no such {name}", lambda _, place, name=name: place.set(name, "977")
+            yield f"no such {name}", partial(_put, name, "977")
+
+
+def _drop(name: str, _: Element, element: Element) -> None:
+    del element.attrib[name]
+
+
+def _put(name: str, value: str, _: Element, element: Element) -> None:
+    element.set(name, value)
 
 
 def _remove(root: Element, element: Element) -> None:

@@ -2,8 +2,9 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from engine.maps import digest_of
 from engine.road.network import Network
@@ -28,7 +29,13 @@ def section(left: Sequence[str] = (), right: Sequence[str] = (), s: float = 0.0,
 
 
 def road(
-    name: str, sections: str, link: str = "", *, length: float = 50.0, junction: str = "-1", **place: float
+    name: str,
+    sections: str,
+    link: str = "",
+    *,
+    length: float = 50.0,
+    junction: str = "-1",
+    place: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Return a straight road, or an arc of a `curvature`, from `x`, `y` in the direction `hdg`; `height` raises it."""
     curve = f'<arc curvature="{place["curvature"]}"/>' if "curvature" in place else "<line/>"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from engine.opendrive.read import read_opendrive
 from engine.road.opendrive.linking import Links
 from engine.road.opendrive.remarks import on_ends, on_links
-from tests.engine.road.opendrive.corrupting import corruptions
+from tests.engine.road.opendrive.corrupting import Corrupted, corruptions
 from tests.engine.road.opendrive.files import EXAMPLES, graph, lane, link, network, plan, road, section, written
 from tests.laws import examples
 
@@ -21,17 +21,17 @@ def two_roads(first: str = NEXT[0], second: str = NEXT[1], links: tuple[bool, bo
     there, here = (1 if linked else None for linked in links)
     one = section([lane(1, after=there)], [lane(-1, after=there and -1)])
     other = section([lane(1, here)], [lane(-1, here and -1)])
-    return road("1", one, first), road("2", other, second, x=50.0)
+    return road("1", one, first), road("2", other, second, place={"x": 50.0})
 
 
 DIRECT = (
     '<junction id="5" type="direct"><connection id="0" incomingRoad="1" linkedRoad="2" contactPoint="start">'
     '<laneLink from="-1" to="-1"/><laneLink from="1" to="1"/></connection></junction>'
 )
-TO_JUNCTION = (f'<{name} elementType="junction" elementId="5"/>' for name in ("successor", "predecessor"))
+TO_JUNCTION = '<{} elementType="junction" elementId="5"/>'
 COMPLETE = {
     "two roads": two_roads(),
-    "direct junction": (*two_roads(*TO_JUNCTION), DIRECT),
+    "direct junction": (*two_roads(TO_JUNCTION.format("successor"), TO_JUNCTION.format("predecessor")), DIRECT),
     "sections": (road("1", section(right=[lane(-1, after=-1)]) + section(right=[lane(-1, before=-1)], s=20.0)),),
     "village": ((EXAMPLES / "village.xodr").read_text(),),
     "on-ramp": ((EXAMPLES / "on_ramp.xodr").read_text(),),
@@ -63,7 +63,7 @@ def test_links_that_are_there_are_not_remarked(tmp_path: Path) -> None:
 
 @settings(examples(150), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(case=st.sampled_from(CORRUPTED))
-def test_a_corrupted_link_changes_nothing_or_is_named(case: tuple, tmp_path: Path) -> None:
+def test_a_corrupted_link_changes_nothing_or_is_named(case: tuple[str, Corrupted], tmp_path: Path) -> None:
     """Any link of a complete map, left out or leading elsewhere: the same graph, or a note that names the road."""
     name, corrupted = case
     edges, remarks = judged(corrupted.text, tmp_path)
@@ -123,7 +123,9 @@ def test_a_lane_that_splits_in_a_direct_junction_leads_both_ways(tmp_path: Path)
     """An exit begins beside the lane that goes on; a driver without a plan takes the first."""
     exit_link = '<connection id="1" incomingRoad="1" linkedRoad="3" contactPoint="start"><laneLink from="-1" to="-1"/>'
     elements = COMPLETE["direct junction"]
-    ramp = road("3", section(right=[lane(-1)]), '<predecessor elementType="junction" elementId="5"/>', x=50.0)
+    ramp = road(
+        "3", section(right=[lane(-1)]), '<predecessor elementType="junction" elementId="5"/>', place={"x": 50.0}
+    )
     both = elements[2].replace("</junction>", f"{exit_link}</connection></junction>")
     path = written(tmp_path, *elements[:2], ramp, both)
     assert graph(plan(path).links) == {*FULL, (("1", -1), ("3", -1))}

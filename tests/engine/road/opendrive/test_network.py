@@ -285,11 +285,11 @@ def test_a_surface_whose_outline_meets_itself() -> None:
 def test_surfaces_that_lie_apart_stand_in_the_order_of_their_places() -> None:
     """Each is made by itself, whatever the order of the roads; those that overlap are one."""
     square = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
-    rings = [square + np.array([x, 0.0]) for x in (30.0, 0.0, 60.0, 62.0)]
-    shape, lines = union(rings)
+    squares = [shapely.Polygon(square + np.array([x, 0.0])) for x in (30.0, 0.0, 60.0, 62.0)]
+    shape, lines = union(squares)
     assert [float(line[:, 0].min()) for line in lines] == [0.0, 30.0, 60.0]
     assert triangle_areas(shape.triangles).sum() == pytest.approx(16.0 + 16.0 + 24.0)
-    for other in permutations(rings):
+    for other in permutations(squares):
         assert np.array_equal(union(other)[0].edges, shape.edges)
 
 

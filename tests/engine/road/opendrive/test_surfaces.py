@@ -16,10 +16,8 @@ from engine.vocabulary import Column
 from tests.engine.road.opendrive.files import EXAMPLES, graph, lane, moved, network, plan, road, section, written
 from tests.laws import examples
 
-TAPER = road(
-    "1", section([lane(1), lane(2, a=3.5, b=-0.035)], [lane(-1), lane(-2)]), length=100.0, x=0.0, y=0.0, hdg=0.0
-)
-ARC = road("1", section([lane(1)], [lane(-1), lane(-2, a=0.0, b=0.05)]), length=70.0, curvature=0.02)
+TAPER = road("1", section([lane(1), lane(2, a=3.5, b=-0.035)], [lane(-1), lane(-2)]), length=100.0)
+ARC = road("1", section([lane(1)], [lane(-1), lane(-2, a=0.0, b=0.05)]), length=70.0, place={"curvature": 0.02})
 MAPS = {
     "taper": f"<OpenDRIVE>{TAPER}</OpenDRIVE>",
     "taper to nothing": f"<OpenDRIVE>{road('1', section(right=[lane(-1, a=3.0, b=-0.06)]))}</OpenDRIVE>",
@@ -58,7 +56,7 @@ LOST = (-60.998669341058786, -123.55418389902934, -1.4003907527669615)
 def test_cars_on_the_road_are_on_every_lane(tmp_path: Path) -> None:
     """Also of a road whose surface once vanished in its place, beside another one."""
     first = moved(TAPER, *LOST)
-    path = written(tmp_path, first, road("2", section(right=[lane(-1)]), x=200.0))
+    path = written(tmp_path, first, road("2", section(right=[lane(-1)]), place={"x": 200.0}))
     scenario = compile_text(f'map opendrive("{path}")\nego = new Car on road\n')
     lanes = network(path)
     scenes = scenario.sample(60, seed=3)
@@ -69,13 +67,13 @@ def test_cars_on_the_road_are_on_every_lane(tmp_path: Path) -> None:
 
 def tight(width: float) -> str:
     """Return a road in a bend of 8 m to the right, whose lane is so wide."""
-    return road("1", section(right=[lane(-1, a=width)]), length=12.0, curvature=-0.125)
+    return road("1", section(right=[lane(-1, a=width)]), length=12.0, place={"curvature": -0.125})
 
 
 def test_a_lane_beyond_the_middle_of_its_curve_is_left_out(tmp_path: Path) -> None:
     """Up to twice the radius its middle runs on; then it runs backwards. Other roads stay."""
     for width, lanes in ((3.5, 2), (15.0, 2), (17.0, 1), (25.0, 1)):
-        found = network(written(tmp_path, tight(width), road("2", section(right=[lane(-1)]), x=100.0)))
+        found = network(written(tmp_path, tight(width), road("2", section(right=[lane(-1)]), place={"x": 100.0})))
         assert len(found.lanes) == lanes
         left_out = "lane -1 of road `1` is left out: its middle has no length, or runs backwards"
         assert [each.startswith(left_out) for each in found.remarks] == [True] * (2 - lanes)
@@ -84,7 +82,7 @@ def test_a_lane_beyond_the_middle_of_its_curve_is_left_out(tmp_path: Path) -> No
 @pytest.mark.parametrize("length", ["0", "1e-9"])
 def test_a_road_of_no_length_is_left_out(length: str, tmp_path: Path) -> None:
     short = road("1", section(right=[lane(-1)])).replace('length="50.0"', f'length="{length}"')
-    both = written(tmp_path, short, road("2", section(right=[lane(-1)]), x=100.0))
+    both = written(tmp_path, short, road("2", section(right=[lane(-1)]), place={"x": 100.0}))
     assert network(both).remarks == ("road `1` has no length: it is left out",)
     with pytest.raises(InterchangeError, match="no lane to drive on"):
         network(written(tmp_path, short))
@@ -108,7 +106,7 @@ def test_a_hole_in_a_reference_line_is_driven_over_and_named(tmp_path: Path) -> 
     assert found.remarks == ("the reference line of road `1` is broken, by up to 10 m",)
 
 
-LOW, HIGH = (road(name, section(right=[lane(-1)]), length=100.0, **place) for name, place in (
+LOW, HIGH = (road(name, section(right=[lane(-1)]), length=100.0, place=place) for name, place in (
     ("1", {"x": -50.0}), ("2", {"y": -50.0, "hdg": math.pi / 2.0, "height": 8.0})
 ))  # fmt: skip
 
