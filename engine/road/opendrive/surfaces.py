@@ -92,10 +92,13 @@ def ring_of(inner: Floats, outer: Floats) -> Floats:
 
 
 def outline(inner: Floats, outer: Floats) -> Any:
-    """Return the polygon between two borders; one that meets itself, as in a tight curve, is the union of its tiles."""
+    """Return the polygon between two borders, empty without a width.
+
+    One that meets itself, as in a tight curve, is the union of its tiles.
+    """
     ring = ring_of(inner, outer)
-    polygon = shapely.Polygon(ring if len(ring) > 2 else None)
-    if polygon.is_valid or _is_thread(inner, outer):
+    polygon = shapely.Polygon(None if len(ring) < 3 or _is_thread(inner, outer) else ring)
+    if polygon.is_valid:
         return polygon
     tiles = shapely.polygons(strip_between(inner, outer).triangles.reshape(-1, 3, 2))
     with _named([polygon]):
