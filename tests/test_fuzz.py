@@ -3,12 +3,14 @@
 import random
 import time
 
-from benchmarks import fuzz
+from benchmarks.fuzz import maps
+from benchmarks.fuzz import texts as fuzz
 from benchmarks.torture import texts
 from benchmarks.torture.commands import FILE
 from tests.laws import share
 
 INPUTS = share(600)
+MAPS = share(120)
 SECONDS = 300.0
 """Of work for one text, however busy the machine is: only what never ends takes as long."""
 
@@ -35,3 +37,14 @@ def test_a_run_that_a_drawn_value_makes_invalid_runs_again_from_its_concrete_cop
     never = "require (eventually gap > 5) and not (always gap > 3)"
     text = f"ego = new Car\ngap = Range(3, 9)\n{never}\nterminate after 9 s\n"
     assert texts.run_to_the_end(text.encode()) == "run to the end"
+
+
+def test_no_road_file_breaks_a_command() -> None:
+    """Every changed file ends in a run, a run with a note, or a refusal that says where in the file."""
+    stream, outcomes = maps.files(random.Random(5)), set()
+    with maps.judging() as judged:
+        for _ in range(MAPS):
+            text, start = next(stream), time.thread_time()
+            outcomes.add(judged(text))
+            assert time.thread_time() - start < SECONDS, text
+    assert {"run", "refused"} <= outcomes

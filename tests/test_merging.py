@@ -22,7 +22,6 @@ FULL_WIDTH, NARROWS = 180.0, 60.0
 
 @pytest.fixture(scope="module")
 def network() -> Network:
-    pytest.importorskip("shapely")
     return build_network(map_file(RAMP, RAMP.name))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from engine.maps import digest_of
 from engine.road import build_network
-from engine.road.opendrive.linking import THROUGH
+from engine.road.opendrive.lanes import THROUGH
 from engine.road.opendrive.network import map_file
 from engine.road.opendrive.planning import plan_of
 

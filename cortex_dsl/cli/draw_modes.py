@@ -12,7 +12,7 @@ import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
-from cortex_dsl.console.compiling import compile_request, show
+from cortex_dsl.console.compiling import compile_request, diagnostics_content, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
@@ -185,7 +185,11 @@ def _show(
     program, driver, tally = scenario.program, scenario.config.driver, sampled.tally
     blame = _account(program, run) if tally.scenes and not tally.always else None
     if request.json:
-        content = {"file": request.file, **_content(program, run, tally, blame)}
+        content = {
+            "file": request.file,
+            **_content(program, run, tally, blame),
+            **diagnostics_content(scenario.compiled),
+        }
         content |= {} if driver is None else {"driven": runs_content(sampled.runs, driver.name)}
         terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": sampled.interrupted}))
     elif driver is not None and tally.scenes:

@@ -14,7 +14,7 @@ from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
-from cortex_dsl.console.compiling import show
+from cortex_dsl.console.compiling import diagnostics_content, show
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -75,7 +75,7 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
     campaigns = [each.campaign for each in found]
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
-        terminal.write(_document(request, found))
+        terminal.write(_document(request, found, scenario))
     else:
         _show(scenario.program, found, terminal, ours=mistake is None)
         for each in found:
@@ -128,7 +128,7 @@ def _settings(found: Sequence[Found]) -> str:
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 
-def _document(request: CompileRequest, found: Sequence[Found]) -> str:
+def _document(request: CompileRequest, found: Sequence[Found], scenario: Scenario) -> str:
     searches = [
         {
             "method": each.manifest.method,
@@ -139,7 +139,7 @@ def _document(request: CompileRequest, found: Sequence[Found]) -> str:
         }
         for each in found
     ]
-    return document("search", {"file": request.file, "searches": searches})
+    return document("search", {"file": request.file, "searches": searches, **diagnostics_content(scenario.compiled)})
 
 
 def _exit_code(campaigns: Sequence[Campaign]) -> Exit:

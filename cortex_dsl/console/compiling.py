@@ -84,6 +84,13 @@ def diagnostics_document(
     return document("diagnostics", content)
 
 
+def diagnostics_content(compiled: "Compiled") -> dict[str, Any]:
+    """Return what the compiler says of a file, for the document of a command that runs the file."""
+    from cortex_dsl.report.findings.snippet import as_json
+
+    return {"diagnostics": as_json(compiled.source, compiled.diagnostics)}
+
+
 def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Workflow commands that GitHub shows beside the line."""
     lines = []

@@ -77,6 +77,8 @@ class Node:
     line: int
     children: list["Node"] = field(default_factory=list)
     content: str = ""
+    read: set[str] | None = None
+    """Names of the attributes that a reader asked for; None if it never asked for the element itself."""
 
     @property
     def place(self) -> str:
@@ -88,14 +90,29 @@ class Node:
 
     def every(self, *tags: str) -> list["Node"]:
         """Children of these names, in the order of the file."""
-        return [node for node in self.children if node.tag in tags]
+        return [node._asked() for node in self.children if node.tag in tags]
 
     def find(self, *path: str) -> "Node | None":
         """The first element down a path of names."""
         node: Node | None = self
         for tag in path:
-            node = next((child for child in node.children if child.tag == tag), None) if node else None
+            node = next((child._asked() for child in node.children if child.tag == tag), None) if node else None
         return node
+
+    def has(self, *names: str) -> bool:
+        """Return True if it has all of these attributes."""
+        self._asked().read.update(names)  # type: ignore[union-attr]
+        return all(name in self.attributes for name in names)
+
+    def leave_out(self) -> None:
+        """Record that the element is not read after all."""
+        self.read = None
+
+    def _asked(self) -> "Node":
+        """Record that a reader knows this element."""
+        if self.read is None:
+            self.read = set()
+        return self
 
     def need(self, *path: str) -> "Node":
         """As `find`.
@@ -129,6 +146,7 @@ class Node:
             InterchangeError: it is missing and there is no default.
         """
         value = self.attributes.get(name, default)
+        self._asked().read.add(name)  # type: ignore[union-attr]
         if value is None:
             near = near_name(name, self.attributes)
             cure = f"did you mean `{near}`?" if near else f'write {name}="…"'

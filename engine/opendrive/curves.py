@@ -58,7 +58,7 @@ def read_piece(node: Node) -> Piece:
     """
     start = Pose(node.number("x"), node.number("y"), node.number("hdg", high=1e4, low=-1e4))
     length = node.number("length", low=0.0)
-    shapes = [child for child in node.children if child.tag in CURVES]
+    shapes = node.every(*CURVES)
     if len(shapes) != 1:
         raise node.error(f"<geometry> needs one curve and has {len(shapes)}", f"write one of {', '.join(CURVES)}")
     (shape,) = shapes

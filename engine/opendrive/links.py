@@ -1,12 +1,16 @@
 """How roads and lanes of a file go on: links between roads, and the connections of junctions.
 
-Source: ASAM OpenDRIVE 1.7.0, sections 10.3 (road linkage), 11.6 (lane linkage) and 12 (junctions).
+Source: ASAM OpenDRIVE 1.8.0, sections 10.3 (road linkage), 11.6 (lane linkage) and 12 (junctions).
 """
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from engine.interchange.xml import Node
+
+COMMON, DIRECT = "default", "direct"
+"""Types of junctions whose roads are joined. `virtual` ones leave the main road uncut; `crossing` ones join nothing."""
+CONTACTS: Mapping[str, bool] = {"start": True, "end": False}
 
 
 class OdrEnd(NamedTuple):
@@ -15,8 +19,8 @@ class OdrEnd(NamedTuple):
     kind: str
     """`road` or `junction`."""
     id: str
-    at_start: bool
-    """Of a road: whether its start is what lies here."""
+    at_start: bool | None
+    """Of a road: whether its start is what lies here; None where the file does not say."""
 
 
 class OdrConnection(NamedTuple):
@@ -25,37 +29,53 @@ class OdrConnection(NamedTuple):
     junction: str
     incoming: str
     connecting: str
-    at_start: bool
-    """Whether the connecting road is entered at its start."""
+    """The road that leads through the junction; of a direct one the road beyond, for no road lies in it."""
+    at_start: bool | None
+    """Whether that road is entered at its start; None where the file does not say."""
     lanes: Mapping[int, int]
     """From lanes of the incoming road to those of the connecting one; without any, each leads to that of its number."""
+    direct: bool = False
 
 
 def road_end(road: Node, name: str) -> OdrEnd | None:
-    """The `predecessor` or `successor` of a road."""
+    """Return what the `predecessor` or `successor` of a road names; None where it names nothing."""
     end = road.find("link", name)
-    if end is None:
+    if end is None or not end.has("elementId"):
         return None
-    kind = end.text("elementType", "road")
-    return OdrEnd(kind, end.text("elementId"), kind == "road" and end.text("contactPoint", "start") == "start")
+    kind = end.text("elementType", "road" if end.has("contactPoint") else "junction")
+    return OdrEnd(kind, end.text("elementId"), _contact(end) if kind == "road" else None)
+
+
+def _contact(node: Node) -> bool | None:
+    return CONTACTS.get(node.text("contactPoint", ""))
 
 
 def lane_end(lane: Node, name: str) -> int | None:
-    """The lane that a lane goes on to by its `predecessor` or `successor`."""
+    """Return the lane that a lane goes on to by its `predecessor` or `successor`; None where it names none."""
     end = lane.find("link", name)
-    return None if end is None else end.integer("id")
+    return None if end is None or not end.has("id") else end.integer("id")
+
+
+def junction_type(junction: Node) -> str:
+    return junction.text("type", COMMON)
 
 
 def connections(root: Node) -> Iterator[OdrConnection]:
-    """Those of all junctions, in the order of the file."""
+    """Yield those of all junctions that join roads end to end, in the order of the file."""
     for junction in root.every("junction"):
-        for node in junction.every("connection"):
-            if "connectingRoad" not in node.attributes or "incomingRoad" not in node.attributes:
-                continue  # of a direct or virtual junction, in which no road lies
-            yield OdrConnection(
-                junction.text("id"),
-                node.text("incomingRoad"),
-                node.text("connectingRoad"),
-                node.text("contactPoint", "start") == "start",
-                {link.integer("from"): link.integer("to") for link in node.every("laneLink")},
-            )
+        kind = junction_type(junction)
+        through = "linkedRoad" if kind == DIRECT else "connectingRoad"
+        for node in junction.every("connection") if kind in (COMMON, DIRECT) else ():
+            if node.has(through, "incomingRoad"):
+                yield OdrConnection(
+                    junction.text("id"),
+                    node.text("incomingRoad"),
+                    node.text(through),
+                    _contact(node),
+                    {
+                        link.integer("from"): link.integer("to")
+                        for link in node.every("laneLink")
+                        if link.has("from", "to")
+                    },
+                    kind == DIRECT,
+                )

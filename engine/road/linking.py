@@ -20,6 +20,8 @@ from engine.vocabulary import ManeuverType
 
 Beside = Mapping[int, tuple[int | None, int | None]]
 """Per lane those to its left and right."""
+Successors = Mapping[int, tuple[int, ...]]
+"""Per lane those that it goes on to without an intersection; drivers without a plan take the first."""
 
 
 def link(network: Network, junction: Junction) -> Links:
@@ -114,8 +116,8 @@ def maneuver_type(start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
     return ManeuverType.LEFT_TURN if turn > 0.0 else ManeuverType.RIGHT_TURN
 
 
-def link_by_ways(network: Network, successors: Mapping[int, int], beside: Beside | None = None) -> float:
-    """Link lanes by the maneuvers of a network, and by which lane goes on in which one without an intersection.
+def link_by_ways(network: Network, successors: Successors, beside: Beside | None = None) -> float:
+    """Link lanes by the maneuvers of a network, and by which lane goes on in which ones without an intersection.
 
     Return how far apart ends lie that nobody drives on over [m].
     """
@@ -133,8 +135,9 @@ def link_by_ways(network: Network, successors: Mapping[int, int], beside: Beside
         links.maneuvers[maneuver.start] += (maneuver.id,)
         links.intersection[maneuver.start] = links.intersection[maneuver.connecting] = maneuver.intersection_id
         _follow(links, maneuver.start, maneuver.connecting)
-    for before, after in successors.items():
-        _follow(links, before, after)
+    for before, following in successors.items():
+        for after in following:
+            _follow(links, before, after)
     apart = [0.0]
     for lane in network.lanes:
         route = _route(lane, successors, apart)
@@ -148,7 +151,7 @@ def _follow(links: Links, before: int, after: int) -> None:
         links.predecessors[after] += (before,)
 
 
-def _route(lane: Lane, successors: Mapping[int, int], apart: list[float]) -> list[int]:
+def _route(lane: Lane, successors: Successors, apart: list[float]) -> list[int]:
     """The lanes that a driver without a plan takes: straight on where that can be."""
     network, route, length = lane.network, [lane.id], lane.length
     while length < ROUTE:
@@ -171,14 +174,13 @@ def _gap(before: Lane, after: Lane) -> float:
     return math.hypot(end.x - start.x, end.y - start.y)
 
 
-def _onward(lane: Lane, successors: Mapping[int, int]) -> list[int]:
+def _onward(lane: Lane, successors: Successors) -> list[int]:
     near = ManeuverType.LEFT_TURN if lane.network.left_hand else ManeuverType.RIGHT_TURN
     ranking = {ManeuverType.STRAIGHT: 0, near: 1}
     if lane.maneuvers:
         chosen = min(lane.maneuvers, key=lambda maneuver: ranking.get(maneuver.type, 2))
         return [chosen.connecting, chosen.end]
-    following = successors.get(lane.id)
-    return [] if following is None else [following]
+    return list(successors.get(lane.id, ())[:1])
 
 
 def conflicts_of(network: Network) -> list[tuple[int, ...]]:

@@ -328,6 +328,10 @@ class Network:
     """What to draw of lanes that do not keep their width; None: their borders are drawn."""
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
+    levels: tuple[str, ...] = ()
+    """On roads of a file that pass over others; all lanes lie in one plane."""
+    unread: str = ""
+    """What a file states and nothing here reads, kind by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])
     """Left and right border of the lanes of a file, by id: (n, 2) each, as traffic runs. Others keep their width."""
     speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])

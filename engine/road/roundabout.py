@@ -250,7 +250,7 @@ class _Builder:
             self.intersection(arm, areas[arm], inward[arm], outward[arm], before[arm], ring[arm]) for arm in self.arms
         )
         network.kerbs = tuple(kerb for arm in self.arms for kerb in plan.kerbs(arm))
-        link_by_ways(network, {each.connecting: each.end for each in network.maneuvers})
+        link_by_ways(network, {each.connecting: (each.end,) for each in network.maneuvers})
         network.links.gives_way = [self.gives_way(maneuver) for maneuver in network.maneuvers]
         return network
 

@@ -12,7 +12,7 @@ from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics
 from cortex_dsl.report.findings.story import Moment, end_of, story_of
 from engine.interchange.measuring import Measured
 from engine.interchange.recording import Recording
-from engine.opendrive.read import OdrNetwork, OdrRoad
+from engine.opendrive.roads import OdrNetwork, OdrRoad
 from engine.program import Rule
 from engine.road.outline import Outline
 from engine.tables import Floats, Ints

@@ -106,6 +106,30 @@ MAP_REMARK = note(
         shown="while the map is read",
     ),
 )
+MAP_LEVELS = warning(
+    "SCN459",
+    "map `{file}`: {message}; lanes at different heights are treated as one plane",
+    "heights are not simulated: actors on both roads see, obstruct and strike one another where the roads cross",
+    "place actors on one of these roads only, or remove the other from the file",
+    page=Page(
+        "roads that pass over one another",
+        "Lanes, outlines and views lie in one plane. Where a road of a file passes over another one, actors of both "
+        "roads see, obstruct and strike each other, which is not true of a bridge.",
+        shown="while the map is read",
+    ),
+)
+MAP_UNREAD = note(
+    "SCN466",
+    "map `{file}`: {message}",
+    cure="rely on nothing that these parts of the file state",
+    page=Page(
+        "parts of a map file that are not read",
+        "A road file states more than a simulation uses: road marks, slopes, surfaces, objects. Each kind of element, "
+        "and of attributes of one element, that is not read is listed with its count and its first line in the file. "
+        "Names, dates and data of other programs are not listed.",
+        shown="while the map is read",
+    ),
+)
 MAP_SIGNS = note(
     "SCN458",
     "map `{file}`: {what}",

@@ -9,8 +9,10 @@ from collections.abc import Callable, Iterator, Mapping
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.roads import (
     BAD_MAP,
+    MAP_LEVELS,
     MAP_REMARK,
     MAP_SIGNS,
+    MAP_UNREAD,
     MAP_VARIES,
     MAP_WITHOUT_INTERSECTION,
     NO_SINGLE_INTERSECTION,
@@ -57,12 +59,22 @@ def network_for(ev: Evaluator, spec: MapSpec, span: Span) -> Network:
         raise MAP_VARIES.mistake(span)
     if spec not in networks:
         networks[spec] = build_network(spec)
-        if isinstance(spec, MapFile) and (remarks := (*networks[spec].remarks, *_on_lights(networks[spec]))):
-            # A place is told each code once, so that all stand in one note.
-            ev.report(MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks)))
-        if isinstance(spec, MapFile) and (unheeded := _unheeded(ev, networks[spec])):
-            ev.report(MAP_SIGNS.at(span, file=spec.file, what=unheeded[0], cure=unheeded[1]))
+        if isinstance(spec, MapFile):
+            for diagnostic in _on_file(ev, spec, networks[spec], span):
+                ev.report(diagnostic)
     return networks[spec]
+
+
+def _on_file(ev: Evaluator, spec: MapFile, network: Network, span: Span) -> Iterator[Diagnostic]:
+    """Yield what is to be said of a file of roads: one diagnostic for each code, as a place is told each code once."""
+    if remarks := (*network.remarks, *_on_lights(network)):
+        yield MAP_REMARK.at(span, file=spec.file, message="; ".join(remarks))
+    if network.levels:
+        yield MAP_LEVELS.at(span, file=spec.file, message="; ".join(network.levels))
+    if network.unread:
+        yield MAP_UNREAD.at(span, file=spec.file, message=network.unread)
+    if unheeded := _unheeded(ev, network):
+        yield MAP_SIGNS.at(span, file=spec.file, what=unheeded[0], cure=unheeded[1])
 
 
 def _on_lights(network: Network) -> Iterator[str]:

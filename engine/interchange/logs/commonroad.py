@@ -17,7 +17,7 @@ from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.tracks import Tracks
 from engine.interchange.xml import Limits, Node, read_xml
-from engine.opendrive.read import LARGEST_BUILDING
+from engine.opendrive.buildings import LARGEST_BUILDING
 from engine.vocabulary import ActorKind
 
 LIMITS = Limits(megabytes=200.0, elements=12_000_000)

@@ -17,8 +17,9 @@ import numpy as np
 
 from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Network, Road, build_network
+from engine.road.opendrive.drawing import lane_stretches
 from engine.road.opendrive.linking import Links
-from engine.road.opendrive.planning import LanePlan, lane_stretches, plan_of
+from engine.road.opendrive.planning import LanePlan, plan_of
 from engine.road.opendrive.surfaces import places
 from engine.road.paths import PathBook
 

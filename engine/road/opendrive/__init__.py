@@ -1,3 +1,6 @@
-"""The maker of roads that an OpenDRIVE file describes: linking (which lanes there are, and how they go on), fitting
-(their centre lines as lines and arcs), surfaces (what they cover), and the network of it all.
+"""The maker of roads that an OpenDRIVE file describes.
+
+lanes (which there are), linking (how they go on), fitting and drawing (their centre lines as lines and arcs, and their
+borders), surfaces (what they cover), levels (which roads pass over others), remarks (what is odd about the file),
+planning (all of that) and making (the network of it).
 """

@@ -31,6 +31,7 @@ ONE_SIGN = ("id", "name", "country", "type", "subtype", "value", "road", "x", "y
 LINKED = ("maneuvers", "intersection", "successors", "predecessors", "default_route", "conflicts")
 SHAPED = (("edges", 4), ("hull", 8), ("triangles", 6), ("cores", 4))
 """Arrays of a shape, and their columns."""
+SAID = ("remarks", "levels", "unread")
 DRAWN = ("kerbs", "middle", "between")
 
 
@@ -55,7 +56,7 @@ def packed(network: Network, gap: float, turn: float) -> Contents:
     joined = {path: parts for path in range(len(paths)) if (parts := paths.parts(path)) != (path,)}
     text = {
         "left_hand": network.left_hand,
-        "remarks": network.remarks,
+        **{name: getattr(network, name) for name in SAID},
         "joints": (gap, turn),
         "joined": [(path, *parts) for path, parts in joined.items()],
         "lanes": [(each.role.value, *(getattr(each, name) for name in ONE_LANE)) for each in network.lanes],
@@ -110,7 +111,8 @@ def _leg_row(leg: Leg) -> tuple[Any, ...]:
 def unpacked(contents: Contents, spec: MapFile) -> Network:
     """A new network of these contents: a scenario joins paths of its own."""
     text = contents.text
-    network = Network(spec, text["left_hand"], _paths(contents), remarks=tuple(text["remarks"]))
+    said = {name: _tuple_of(text[name]) for name in SAID}
+    network = Network(spec, text["left_hand"], _paths(contents), **said)
     for shape in zip(*(_parts(contents, name) for name, _ in SHAPED), strict=True):
         network.regions.add(Shape(*shape))
     network.lanes = tuple(

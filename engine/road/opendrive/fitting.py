@@ -15,7 +15,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.opendrive.curves import Piece, Pose
-from engine.opendrive.read import Cubic, OdrLane, OdrRoad, OdrSection, in_effect
+from engine.opendrive.roads import Cubic, OdrLane, OdrRoad, OdrSection, in_effect
 from engine.road.paths import PathBook, Primitive
 
 TOLERANCE = 0.005

@@ -1,52 +1,17 @@
-"""Which lanes a file has, and how they go on: by the links of its roads, sections, lanes and junctions.
+"""How the lanes of a file go on: by the links of its roads, sections and lanes, and the connections of its junctions.
 
-The rules are Scenic's (`scenic.formats.opendrive.xodr_parser`, version 3.1): a lane is what is linked from section to
-section of one road; a way through a junction leads from a lane by a lane of a connecting road into the one after that.
+The rules are Scenic's (`scenic.formats.opendrive.xodr_parser`, version 3.1): a way through a junction leads from a lane
+by a lane of a connecting road into the one after that. A file states most links twice, and each may be missing or wrong
+on one side. What one side states holds for both; of two statements, that one counts which fits the places of the lanes.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
-from engine.frozen import frozen
 from engine.opendrive.links import OdrConnection, OdrEnd
-from engine.opendrive.read import OdrNetwork, OdrRoad, OdrSection
-
-DRIVABLE = frozenset({"driving", "entry", "exit", "offRamp", "onRamp", "connectingRamp"})
-"""Types of lanes that vehicles drive on, as Scenic has them."""
-THROUGH = "-1"
-"""The junction of a road that is none's."""
-SHORTEST = 1e-6
-"""A section shorter than this is passed over [m]."""
-
-
-class Part(NamedTuple):
-    """A lane in one section of its road."""
-
-    section: int
-    """Index in `Sections.rows`."""
-    lane: int
-
-
-@frozen
-class FileLane:
-    """A lane of one road, through all the sections in which it is linked."""
-
-    road: str
-    parts: tuple[Part, ...]
-    """In the direction of the reference line."""
-    forward: bool
-    """Whether traffic runs that way."""
-
-    @property
-    def last(self) -> Part:
-        """Where traffic leaves it."""
-        return self.parts[-1] if self.forward else self.parts[0]
-
-    @property
-    def first(self) -> Part:
-        """Where traffic enters it."""
-        return self.parts[0] if self.forward else self.parts[-1]
+from engine.road.opendrive.lanes import THROUGH, End, Lanes, Part, linked_part
 
 
 class Way(NamedTuple):
@@ -58,124 +23,123 @@ class Way(NamedTuple):
     end: int
 
 
-@frozen
-class Sections:
-    """The sections of a road that have a length."""
-
-    road: OdrRoad
-
-    @cached_property
-    def rows(self) -> tuple[tuple[OdrSection, float], ...]:
-        """Each with the place at which it ends [m]."""
-        sections, length = self.road.sections, self.road.length
-        ends = [*(each.start for each in sections[1:]), length]
-        held = [(each, min(end, length)) for each, end in zip(sections, ends, strict=True)]
-        return tuple((each, end) for each, end in held if end - each.start >= SHORTEST)
-
-    def drivable(self, section: int) -> list[int]:
-        """Lanes right of the reference line first, from the middle outwards."""
-        lanes = self.rows[section][0].lanes
-        ids = [number for number, lane in lanes.items() if number and lane.type in DRIVABLE]
-        return sorted(ids, key=lambda number: (number > 0, abs(number)))
-
-    def goes_on(self, part: Part, step: int) -> int | None:
-        """The number by which a lane goes on in the section after it (step 1) or before it (-1), or beyond the road."""
-        row = self.rows[part.section][0]
-        lane = row.lanes[part.lane]
-        number = lane.successor if step > 0 else lane.predecessor
-        for passed in self._between(row, part.section + step, step):
-            if number is None or number not in passed.lanes:
-                return None
-            number = passed.lanes[number].successor if step > 0 else passed.lanes[number].predecessor
-        return number
-
-    def _between(self, row: OdrSection, other: int, step: int) -> Sequence[OdrSection]:
-        """The sections without a length from one to the next one, or to the end of the road."""
-        every, place = self.road.sections, self.road.sections.index(row)
-        further = every[place + 1 :] if step > 0 else every[:place][::-1]
-        if not 0 <= other < len(self.rows):
-            return further
-        return further[: further.index(self.rows[other][0])]
-
-
-class Links:
+class Links(Lanes):
     """The lanes of a file and what leads into what."""
-
-    def __init__(self, network: OdrNetwork) -> None:
-        self.network = network
-        self.sections = {road.id: Sections(road) for road in network.roads.values() if road.length > SHORTEST}
-        self.lanes: list[FileLane] = []
-        self.lane_of: dict[tuple[str, Part], int] = {}
-        """By road and part, the index of the lane."""
-        self.merges: dict[int, int] = {}
-        """Lanes that run into another one of their road."""
-        for road in [*self._roads(through=True), *self._roads(through=False)]:
-            self._gather(road)
-
-    def _roads(self, *, through: bool) -> Iterator[Sections]:
-        return (each for each in self.sections.values() if (each.road.junction == THROUGH) is through)
-
-    def _gather(self, sections: Sections) -> None:
-        """All lanes of a road: forward ones first."""
-        road = sections.road
-        found: list[FileLane] = []
-        seen: dict[Part, int] = {}
-        merged: dict[int, Part] = {}
-        for section in range(len(sections.rows)):
-            for number in sections.drivable(section):
-                part: Part | None = Part(section, number)
-                if part in seen:
-                    continue
-                parts: list[Part] = []
-                while part is not None and part not in seen:
-                    parts.append(part)
-                    seen[part] = len(found)
-                    part = self._next_part(sections, part)
-                if part is not None:
-                    merged[len(found)] = part
-                found.append(FileLane(road.id, tuple(parts), not road.against(number)))
-        order = sorted(range(len(found)), key=lambda i: not found[i].forward)
-        place = {old: len(self.lanes) + new for new, old in enumerate(order)}
-        self.lanes += [found[i] for i in order]
-        self.lane_of |= {(road.id, part): place[index] for part, index in seen.items()}
-        self.merges |= {place[index]: place[seen[part]] for index, part in merged.items()}
-
-    def _next_part(self, sections: Sections, part: Part) -> Part | None:
-        """The same lane in the next section, on the same side of the road."""
-        number = sections.goes_on(part, 1)
-        if number is None or part.section + 1 >= len(sections.rows):
-            return None
-        following = Part(part.section + 1, number)
-        same_side = number * part.lane > 0
-        return following if same_side and number in sections.drivable(part.section + 1) else None
 
     # -- from road to road
 
+    def stated(self, end: End) -> OdrEnd | None:
+        """Return what the file says lies beyond an end of a road; None where it says nothing, or names what is not."""
+        road = self.network.roads[end.road]
+        beyond = road.predecessor if end.at_start else road.successor
+        there = self.network.junctions if beyond and beyond.kind == "junction" else self.network.roads
+        return beyond if beyond is not None and beyond.id in there else None
+
     @cached_property
-    def successors(self) -> Mapping[int, int]:
-        """By index, the lane that another goes on to without a junction in between."""
-        onward = {index: self._beyond(lane) for index, lane in enumerate(self.lanes)}
-        linked = {index: other for index, other in onward.items() if other is not None}
-        return {**linked, **{i: other for i, other in self.merges.items() if self.lanes[i].forward}}
+    def _stating(self) -> Mapping[str, Sequence[End]]:
+        """By road, the ends of roads that the file says it lies beyond."""
+        found: dict[str, list[End]] = defaultdict(list)
+        for road in self.sections:
+            for end in (End(road, True), End(road, False)):
+                if (beyond := self.stated(end)) is not None and beyond.kind == "road":
+                    found[beyond.id].append(end)
+        return found
 
-    def _beyond(self, lane: FileLane) -> int | None:
-        sections = self.sections[lane.road]
-        step = 1 if lane.forward else -1
-        if lane.last.section != (len(sections.rows) - 1 if lane.forward else 0):
-            return None  # it ends within its road
-        end = sections.road.successor if lane.forward else sections.road.predecessor
-        number = sections.goes_on(lane.last, step)
-        return None if end is None or number is None or end.kind != "road" else self._entered(end, number)
+    @cached_property
+    def joints(self) -> Mapping[End, End]:
+        """By end of a road, the end of the road that lies beyond it."""
+        ends = (End(road, at_start) for road in self.sections for at_start in (True, False))
+        return {end: joint for end in ends if (joint := self._joint(end)) is not None}
 
-    def _entered(self, end: OdrEnd, number: int) -> int | None:
-        """The lane of that number that begins at an end of a road."""
-        other = self.sections.get(end.id)
-        if other is None or not other.rows:
+    def _joint(self, end: End) -> End | None:
+        beyond = self.stated(end)
+        if beyond is not None and beyond.kind == "junction":
             return None
-        index = self.lane_of.get((end.id, Part(0 if end.at_start else len(other.rows) - 1, number)))
-        return index if index is not None and self.lanes[index].forward is end.at_start else None
+        said = () if beyond is None else ends_of(beyond.id, beyond.at_start)
+        claims = self._claims(end)
+        exact = [each for each in claims if self.stated(each) == OdrEnd("road", end.road, end.at_start)]
+        choices = [each for each in (*said, *claims) if each.road in self.sections]
+        believed = [each for each in (*said[:1], *exact) if each.road in self.sections]
+        return next((each for each in choices if self._meet(end, each)), believed[0] if believed else None)
+
+    def _claims(self, end: End) -> list[End]:
+        """Return the ends that state a road to lie beyond them, whichever end of it they name."""
+        junctions = {road: each.junction for road, each in self.network.roads.items()}
+        # a connecting road states the road it comes from, which goes on by the junction
+        return [each for each in self._stating[end.road] if junctions[each.road] in {junctions[end.road], THROUGH}]
+
+    def _meet(self, one: End, other: End) -> bool:
+        """Return True if a lane of either end begins where one of the other ends."""
+        return self._leads(one, other) or self._leads(other, one)
+
+    def _leads(self, before: End, after: End) -> bool:
+        return any(
+            self.follows(index, following)
+            for index in self.leaving.get(before, {}).values()
+            for following in self.entering.get(after, {}).values()
+        )
+
+    def says(self, end: End, number: int) -> int | None:
+        """Return the number by which a lane at an end of its road goes on beyond it, as its link says."""
+        sections = self.sections[end.road]
+        return sections.goes_on(Part(0 if end.at_start else len(sections.rows) - 1, number), -1 if end.at_start else 1)
+
+    def _across(self, index: int, joint: End, said: int | None) -> int | None:
+        """Return the lane beyond a joint that a lane leads into, which by its own link has the number `said`."""
+        number, there = self.lanes[index].last.lane, self.entering.get(joint, {})
+        back = [after for each, after in there.items() if self.says(joint, each) == number]
+        choices = [after for after in (None if said is None else there.get(said), *back) if after is not None]
+        return next((after for after in choices if self.follows(index, after)), choices[0] if choices else None)
+
+    @cached_property
+    def successors(self) -> Mapping[int, tuple[int, ...]]:
+        """By index, the lanes that another goes on to without a connecting road in between."""
+        onward: dict[int, dict[int, None]] = {index: {} for index in range(len(self.lanes))}
+        for index, lane in enumerate(self.lanes):
+            if (after := linked_part(self.sections[lane.road], lane.last, 1 if lane.forward else -1)) is not None:
+                onward[index][self.lane_of[lane.road, after]] = None
+        for end, joint in self.joints.items():
+            for number, index in self.leaving.get(end, {}).items():
+                if (following := self._across(index, joint, self.says(end, number))) is not None:
+                    onward[index][following] = None
+        for before, following in self._direct():
+            onward[before][following] = None
+        return {index: tuple(following) for index, following in onward.items() if following}
+
+    @cached_property
+    def contradicted(self) -> list[int]:
+        """Lanes whose own link names another lane than the one beyond them that they go on to."""
+        return [
+            index
+            for end, joint in self.joints.items()
+            for number, index in self.leaving.get(end, {}).items()
+            if (said := self.says(end, number)) is not None
+            and (onward := self.successors.get(index))
+            and self.entering.get(joint, {}).get(said) not in onward
+        ]
 
     # -- through junctions
+
+    def _direct(self) -> Iterator[tuple[int, int]]:
+        """Yield the lanes that a direct junction joins, in both directions of travel."""
+        for each in self.network.connections:
+            if not each.direct or each.connecting not in self.sections:
+                continue
+            for end in self._incoming(each):
+                beyond = self._entered(end, each)
+                back: dict[int, list[int]] = defaultdict(list)
+                for number, to in each.lanes.items():
+                    back[to].append(number)
+                ways = (
+                    (end, beyond, {number: [to] for number, to in each.lanes.items()}),
+                    (beyond, end, back),
+                )
+                for before, after, lanes in ways:
+                    for number, index in self.leaving.get(before, {}).items():
+                        own = self.says(before, number)
+                        for said in lanes.get(number, ()) if lanes else (number if own is None else own,):
+                            if (following := self._across(index, after, said)) is not None:
+                                yield index, following
 
     @cached_property
     def ways(self) -> tuple[Way, ...]:
@@ -183,26 +147,41 @@ class Links:
         return tuple(dict.fromkeys(way for each in self.network.connections for way in self._ways(each)))
 
     def _ways(self, connection: OdrConnection) -> Iterator[Way]:
-        incoming, connecting = self.sections.get(connection.incoming), self.sections.get(connection.connecting)
-        if incoming is None or connecting is None or not incoming.rows or not connecting.rows:
+        if connection.direct or not {connection.incoming, connection.connecting} <= self.sections.keys():
             return
-        if incoming.road.junction != THROUGH or connecting.road.junction == THROUGH:
+        roads = self.network.roads
+        if roads[connection.incoming].junction != THROUGH or roads[connection.connecting].junction == THROUGH:
             return
-        entered = OdrEnd("road", connection.connecting, connection.at_start)
-        for index in self._ending_at(incoming, connection.junction):
-            number = self.lanes[index].last.lane
-            to = connection.lanes.get(number) if connection.lanes else number
-            through = None if to is None else self._entered(entered, to)
-            end = None if through is None else self.successors.get(through)
-            if through is not None and end is not None:
-                yield Way(connection.junction, index, through, end)
+        for end in self._incoming(connection):
+            entered = self._entered(end, connection)
+            for number, index in self.leaving.get(end, {}).items():
+                said = connection.lanes.get(number) if connection.lanes else number
+                through = self._across(index, entered, said)
+                if through is not None:
+                    for after in self.successors.get(through, ()):
+                        yield Way(connection.junction, index, through, after)
 
-    def _ending_at(self, sections: Sections, junction: str) -> Iterator[int]:
-        """Lanes of a road whose traffic runs into a junction."""
-        road, last = sections.road, len(sections.rows) - 1
-        for end, section, forward in ((road.successor, last, True), (road.predecessor, 0, False)):
-            if end is not None and end.kind == "junction" and end.id == junction:
-                for number in sections.drivable(section):
-                    index = self.lane_of[road.id, Part(section, number)]
-                    if self.lanes[index].forward is forward:
-                        yield index
+    def _incoming(self, connection: OdrConnection) -> list[End]:
+        """Return the ends by which a road leads into a junction: those that state it, else one that lies there."""
+        if connection.incoming not in self.sections:
+            return []
+        ends = ends_of(connection.incoming, None)
+        stating = [end for end in ends if self.stated(end) in self._junction(connection)]
+        beyond = ends_of(connection.connecting, None)
+        free = (end for end in ends if self.stated(end) is None)
+        return stating or [end for end in free if any(self._meet(end, each) for each in beyond)]
+
+    def _junction(self, connection: OdrConnection) -> tuple[OdrEnd]:
+        return (OdrEnd("junction", connection.junction, None),)
+
+    def _entered(self, end: End, connection: OdrConnection) -> End:
+        """Return the end of a connecting road that lies at an end of the incoming one."""
+        choices = ends_of(connection.connecting, connection.at_start)
+        meet = self._meet if connection.direct else self._leads
+        return next((each for each in choices if meet(end, each)), choices[0])
+
+
+def ends_of(road: str, at_start: bool | None) -> tuple[End, End]:
+    """Return both ends of a road, first the one that a file names, or else its start."""
+    first = at_start is not False
+    return End(road, first), End(road, not first)

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from engine.maps import MapFile
-from engine.opendrive.read import OdrRoad
+from engine.opendrive.roads import OdrRoad
 from engine.opendrive.signals import OdrSignal
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
@@ -18,14 +18,12 @@ from engine.road.network import (
     Road,
 )
 from engine.road.opendrive.contents import Contents, packed
-from engine.road.opendrive.linking import THROUGH, Links, Part, Sections
+from engine.road.opendrive.lanes import ALIKE, NEAR, THROUGH, Part, Sections
+from engine.road.opendrive.linking import Links
 from engine.road.opendrive.planning import LanePlan, Plan, plan_of
 from engine.road.paths import PathBook
 from engine.road.signs import RoadSign
 from engine.tables import ROAD_REGION
-
-GAP, TURN = 0.5, 0.2
-"""Lanes whose ends lie further apart, or differ more in heading, are not driven from one to the other [m, rad]."""
 
 
 def read(path: str, digest: str) -> Contents:
@@ -34,8 +32,17 @@ def read(path: str, digest: str) -> Contents:
     Raises:
         InterchangeError: it is no OpenDRIVE file that can be driven on.
     """
+    return packed(built(path, digest), NEAR, ALIKE)
+
+
+def built(path: str, digest: str) -> Network:
+    """Return the network of that file, which no cache keeps.
+
+    Raises:
+        InterchangeError: it is no OpenDRIVE file that can be driven on.
+    """
     plan = plan_of(path, digest)
-    return packed(_Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build(), GAP, TURN)
+    return _Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build()
 
 
 class _Builder:
@@ -43,7 +50,8 @@ class _Builder:
 
     def __init__(self, spec: MapFile, plan: Plan) -> None:
         self.plan = plan
-        self.network = Network(spec, plan.left_hand, PathBook(GAP, TURN), drawn=plan.drawn, remarks=plan.remarks)
+        self.network = Network(spec, plan.left_hand, PathBook(NEAR, ALIKE), drawn=plan.drawn)
+        self.network.remarks, self.network.levels, self.network.unread = plan.remarks, plan.levels, plan.unread
         self.starts = {way.start for way in plan.links.ways}
         self.ends = {way.end for way in plan.links.ways}
 
@@ -72,7 +80,7 @@ class _Builder:
         )
         network.signs = tuple(signs_of(plan.links))
         beside = {index: (each.left, each.right) for index, each in enumerate(plan.lanes)}
-        if (apart := link_by_ways(network, plan.links.successors, beside)) > GAP:
+        if (apart := link_by_ways(network, plan.links.successors, beside)) > NEAR:
             network.remarks += (f"ends of lanes lie up to {apart:.2f} m apart: no vehicle drives across",)
         return network
 

@@ -8,10 +8,8 @@ read.
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
-from importlib.util import find_spec
+from importlib.metadata import version
 from pathlib import Path
-
-import numpy as np
 
 from engine.atomic import write_one
 from engine.maps import MapFile, digest_of
@@ -65,9 +63,8 @@ def contents_of(path: str, digest: str) -> Contents:
     Raises:
         InterchangeError: it is no OpenDRIVE file that can be driven on.
     """
-    surfaces = find_spec("shapely")
-    code = (*CODE, *([Path(surfaces.origin).parent] if surfaces is not None and surfaces.origin else ()))
-    key = sha256("\0".join([digest, np.__version__, fingerprint(code)]).encode()).hexdigest()
+    libraries = (version(name) for name in ("numpy", "shapely"))
+    key = sha256("\0".join([digest, *libraries, fingerprint(CODE)]).encode()).hexdigest()
     entry = cached_file(f"roads-{key[:24]}.bin", FAMILY)
     if entry is not None:
         with suppress(OSError):

@@ -1,29 +1,35 @@
 """What lanes of a file cover: strips between their borders, and true unions of those that overlap.
 
-Unions need shapely (extra `maps`), which is imported here alone; what is made are arrays.
+Unions need shapely, which is imported here and in `levels` alone; what is made are arrays.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import shapely as shapely_with_types
 
 from engine.errors import Signal
-from engine.extras import needed
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.opendrive.fitting import Stretch
 from engine.road.paths import Primitive, chord_count
 from engine.road.regions import Shape, area, ring_edges, shape_of_parts, triangle_areas
 from engine.tables import Floats
 
+shapely: Any = shapely_with_types
+"""Its own types leave most results unknown."""
 APART = 2.0
 """Between two points of a border that is neither straight nor an arc [m]."""
 GAP = 0.05
 """Strips nearer to one another than twice this have no gap between them [m]."""
-SMOOTH = 0.005
-"""How far the corners of a union may be left out [m]."""
-PRECISION = 1e-4
+SMOOTH = 1e-4
+"""How far from its outline corners of a union are left out [m]: from 1 mm on, the area would depend on the pose."""
+PRECISION = 1e-6
 """Of the corners of a union [m]: nearly equal ones cannot be triangulated."""
+TILED = 1e-6
+"""Greatest share by which the area of triangles may differ from that of the union that they tile."""
 SPECK = 0.1
 """Part of a union that is smaller is left out [m^2]."""
 LEAST_WIDTH = 0.1
@@ -32,7 +38,11 @@ NOTHING = 1e-9
 
 
 class NoSurface(Signal):
-    """Lanes without a width cover nothing."""
+    """Lanes without a width cover nothing; or the surface of a part (a shapely polygon) cannot be computed."""
+
+    def __init__(self, part: Any = None) -> None:
+        super().__init__()
+        self.part = part
 
 
 def places(row: Stretch) -> list[float]:
@@ -54,14 +64,17 @@ def border(rows: Sequence[Stretch], *, outer: bool) -> Floats:
 
 def strip_between(inner: Floats, outer: Floats) -> Shape:
     """The region between two borders with as many points each."""
-    across = outer - inner
-    if float(np.hypot(across[:, 0], across[:, 1]).max()) < LEAST_WIDTH:
+    if _is_thread(inner, outer):
         outer = inner + _normals(inner) * LEAST_WIDTH
     lower = np.hstack([inner[:-1], inner[1:], outer[1:]])
     upper = np.hstack([inner[:-1], outer[1:], outer[:-1]])
     triangles = np.vstack([lower, upper])
     ring = ring_of(inner, outer)
     return shape_of_parts(ring_edges(ring), triangles[triangle_areas(triangles) > NOTHING])
+
+
+def _is_thread(inner: Floats, outer: Floats) -> bool:
+    return float(np.hypot(*(outer - inner).T).max()) < LEAST_WIDTH
 
 
 def _normals(line: Floats) -> Floats:
@@ -78,22 +91,95 @@ def ring_of(inner: Floats, outer: Floats) -> Floats:
     return ring if area(ring) > 0.0 else ring[::-1]
 
 
-def union(rings: Sequence[Floats]) -> tuple[Shape, tuple[Floats, ...]]:
-    """Everything that these outlines cover, and its closed outlines, each (n, 2)."""
-    shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
-    parts = [shapely.Polygon(ring).buffer(GAP, join_style="mitre") for ring in rings if len(ring) > 2]
+def outline(inner: Floats, outer: Floats) -> Any:
+    """Return the polygon between two borders, empty without a width.
+
+    One that meets itself, as in a tight curve, is the union of its tiles.
+    """
+    ring = ring_of(inner, outer)
+    polygon = shapely.Polygon(None if len(ring) < 3 or _is_thread(inner, outer) else ring)
+    if polygon.is_valid:
+        return polygon
+    tiles = shapely.polygons(strip_between(inner, outer).triangles.reshape(-1, 3, 2))
+    with _named([polygon]):
+        return shapely.union_all(tiles, grid_size=PRECISION)
+
+
+def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
+    """Return everything that these outlines cover, and its closed outlines, each (n, 2) [m].
+
+    Raises:
+        NoSurface: no outline has an area, or the union of some cannot be computed.
+    """
+    grown = [_grown(each) for each in outlines if each.area > 0.0]
     # what the union leaves apart goes on one by one, as GEOS would compare each with all others; in an order of its own
-    whole = sorted(_parts(shapely.disjoint_subset_union_all(parts)), key=lambda each: each.bounds)
-    apart = (each.buffer(-GAP, join_style="mitre").simplify(SMOOTH) for each in whole)
-    polygons = [each for part in apart for each in _parts(rounded(part)) if each.area > SPECK]
+    with _named(grown):
+        whole = sorted(_parts(shapely.disjoint_subset_union_all(grown)), key=lambda each: each.bounds)
+    shrunk = (_shrunk(each) for each in whole)
+    polygons = [each for part in shrunk for each in _parts(part) if each.area > SPECK]
     if not polygons:
         raise NoSurface
     lines = [np.array(line.coords) for each in polygons for line in (each.exterior, *each.interiors)]
-    tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
-    triangles = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms])
     edges = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines])
     edges = edges[np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) > NOTHING]
-    return shape_of_parts(edges, triangles[triangle_areas(triangles) > NOTHING]), tuple(lines)
+    return shape_of_parts(edges, _triangles(polygons)), tuple(lines)
+
+
+def _grown(polygon: Any) -> Any:
+    """Return what lies within `GAP` of a polygon. GEOS loses some mitred outlines; round ones it never does."""
+    grown = polygon.buffer(GAP, join_style="mitre")
+    return grown if grown.area > polygon.area else polygon.buffer(GAP)
+
+
+def _shrunk(part: Any) -> Any:
+    """Return a part of the union without its outermost `GAP`, its corners rounded.
+
+    The strip along the outline is subtracted: GEOS computes a mitred `buffer(-GAP)` of an outline with an acute corner
+    wrongly in about one of a hundred positions, and then loses all of it.
+
+    Raises:
+        NoSurface: more is lost than an outline of this length can lose.
+    """
+    strip = part.boundary.buffer(GAP, quad_segs=1)
+    with _named([part]):
+        shrunk = part.difference(strip)
+    # An inner parallel outline is no longer than the outline itself, but for 2 pi r at each hole (Steiner); GEOS
+    # simplifies what it buffers by 1 % of the distance.
+    _check_loss(part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * _holes(part)))
+    with _named([part]):
+        final = rounded(shrunk.simplify(SMOOTH))
+    _check_loss(shrunk, final, shrunk.length * SMOOTH)
+    return final
+
+
+def _check_loss(before: Any, after: Any, most: float) -> None:
+    """Raise NoSurface if more than `most` [m^2] of a polygon is lost."""
+    if before.area - after.area > most + NOTHING * before.area:
+        raise NoSurface(before)
+
+
+def _holes(part: Any) -> int:
+    return sum(len(each.interiors) for each in _parts(part))
+
+
+@contextmanager
+def _named(parts: Sequence[Any]) -> Generator[None]:
+    """Raise NoSurface with the first of some parts where rounding defeats GEOS."""
+    try:
+        yield
+    except shapely.errors.GEOSException:
+        raise NoSurface(parts[0]) from None
+
+
+def _triangles(polygons: Sequence[Any]) -> Floats:
+    """(n, 6) tiles of polygons."""
+    with _named(polygons):
+        tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
+    triangles: Floats = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms]).reshape(-1, 6)
+    areas = triangle_areas(triangles)
+    if abs(areas.sum() - sum(each.area for each in polygons)) > TILED * areas.sum():
+        raise NoSurface(polygons[0])
+    return triangles[areas > NOTHING]
 
 
 def _parts(surface: Any) -> Sequence[Any]:
@@ -102,7 +188,6 @@ def _parts(surface: Any) -> Sequence[Any]:
 
 def rounded(surface: Any) -> Any:
     """To `PRECISION`; one whose outline meets itself, as that of narrow borders may, is made whole before."""
-    shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
     return shapely.set_precision(surface if surface.is_valid else shapely.make_valid(surface), PRECISION)
 
 
@@ -113,6 +198,5 @@ def overlap(one: Shape, other: Shape) -> float:
     )
     if (low > most).any() or (least > high).any():
         return 0.0
-    shapely: Any = needed("shapely", "roads of OpenDRIVE files need", "maps")
     first, second = (shapely.union_all(shapely.polygons(each.triangles.reshape(-1, 3, 2))) for each in (one, other))
     return float(first.intersection(second).area)

@@ -23,7 +23,8 @@ from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
 from engine.maps import RoadSpec
-from engine.opendrive.read import OdrNetwork, read_opendrive
+from engine.opendrive.read import read_opendrive
+from engine.opendrive.roads import OdrNetwork
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash
 

@@ -30,7 +30,8 @@ from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
-from engine.opendrive.read import OdrNetwork, read_opendrive
+from engine.opendrive.read import read_opendrive
+from engine.opendrive.roads import OdrNetwork
 from engine.vocabulary import State
 
 # -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------

@@ -18,7 +18,7 @@ import numpy as np
 
 from engine.interchange.xml import Node
 from engine.opendrive.curves import Pose
-from engine.opendrive.read import OdrNetwork
+from engine.opendrive.roads import OdrNetwork
 from engine.tables import Floats
 
 # -- positions ---------------------------------------------------------------------------------------------------------

@@ -64,7 +64,7 @@ def built(spec: MapFile) -> Network:
 
 def test_a_network_comes_back_from_its_contents_bit_for_bit(cache: Path) -> None:
     spec = map_file(VILLAGE, "village.xodr")
-    fresh, contents = built(spec), packed(built(spec), maker.GAP, maker.TURN)
+    fresh, contents = built(spec), packed(built(spec), maker.NEAR, maker.ALIKE)
     assert_same(unpacked(contents, spec), fresh)
     read = from_bytes(to_bytes(contents, "key"), "key")
     assert read is not None
@@ -78,14 +78,14 @@ def test_every_field_of_a_network_is_packed(cache: Path) -> None:
     full = built(MapFile("village.xodr", str(VILLAGE), digest, 1))
     assert not full.kerbs
     assert not len(full.buildings)
-    full.remarks, full.speed_limits = ("mended",), {0: 10.0}
+    full.remarks, full.levels, full.speed_limits = ("mended",), ("road 1 passes above road 2",), {0: 10.0}
     full.signs = (RoadSign("9", "50", "de", "274", "50", 50.0, "road1", 1.0, 2.0, (0,)),)
-    whole = to_bytes(packed(full, maker.GAP, maker.TURN), "key")
+    whole = to_bytes(packed(full, maker.NEAR, maker.ALIKE), "key")
     empty = Network(full.spec, not full.left_hand)
     for field in fields(Network):
         lacking = copy(full)
         setattr(lacking, field.name, getattr(empty, field.name))
-        is_same = to_bytes(packed(lacking, maker.GAP, maker.TURN), "key") == whole
+        is_same = to_bytes(packed(lacking, maker.NEAR, maker.ALIKE), "key") == whole
         assert is_same == (field.name in {"spec", "kerbs", "buildings"}), field.name
 
 

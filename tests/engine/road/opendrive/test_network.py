@@ -285,11 +285,11 @@ def test_a_surface_whose_outline_meets_itself() -> None:
 def test_surfaces_that_lie_apart_stand_in_the_order_of_their_places() -> None:
     """Each is made by itself, whatever the order of the roads; those that overlap are one."""
     square = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
-    rings = [square + np.array([x, 0.0]) for x in (30.0, 0.0, 60.0, 62.0)]
-    shape, lines = union(rings)
+    squares = [shapely.Polygon(square + np.array([x, 0.0])) for x in (30.0, 0.0, 60.0, 62.0)]
+    shape, lines = union(squares)
     assert [float(line[:, 0].min()) for line in lines] == [0.0, 30.0, 60.0]
     assert triangle_areas(shape.triangles).sum() == pytest.approx(16.0 + 16.0 + 24.0)
-    for other in permutations(rings):
+    for other in permutations(squares):
         assert np.array_equal(union(other)[0].edges, shape.edges)
 
 
@@ -321,7 +321,9 @@ def test_junctions_in_one_another_are_told(dx: float, said: int | None, tmp_path
 def test_traffic_that_keeps_left_where_the_links_say_otherwise(which: int, remark: str, tmp_path: Path) -> None:
     path = tmp_path / "odd.xodr"
     path.write_text(VILLAGE.read_text().replace('rule="RHT"', 'rule="LHT"', which))
-    assert read(path).remarks == (remark,)
+    loose, said = read(path).remarks
+    assert said == remark
+    assert "and no link joins them" in loose
 
 
 def test_a_lane_of_no_width(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@ import pytest
 
 from engine.interchange import InterchangeError
 from engine.interchange.openscenario.read import Imported, read_openscenario
-from engine.opendrive.read import OdrNetwork, read_opendrive
+from engine.opendrive.read import read_opendrive
+from engine.opendrive.roads import OdrNetwork
 
 TIMING = '<Timing domainAbsoluteRelative="absolute" offset="0" scale="1"/>'
 ROAD = '<RoadNetwork><LogicFile filepath="road.xodr"/></RoadNetwork>'

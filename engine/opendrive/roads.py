@@ -1,0 +1,215 @@
+"""The roads of an OpenDRIVE file as data, and positions on them: where is road 3, lane -1, 20 m in? Metres, radians.
+
+Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes). Positions are those seen from above.
+Headings on a lane are those of its traffic: lanes right of the reference line run along it, lanes left of it against
+it, and the other way round where the road's `rule` is left hand traffic.
+"""
+
+import bisect
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, name_cure
+from engine.interchange.unread import Unread
+from engine.opendrive.curves import Piece, Pose
+from engine.opendrive.links import OdrConnection, OdrEnd
+from engine.opendrive.signals import OdrSignal
+from engine.opendrive.speeds import SpeedFrom
+from engine.tables import Floats
+
+BEYOND = 1e-3
+"""How far past its end a road may be asked for [m]: files round lengths, too."""
+
+
+class Cubic(NamedTuple):
+    """a + b d + c d² + d d³ of the distance d from where it begins."""
+
+    start: float
+    a: float
+    b: float
+    c: float
+    d: float
+
+    def at(self, s: float) -> float:
+        x = s - self.start
+        return self.a + x * (self.b + x * (self.c + x * self.d))
+
+
+@dataclass(frozen=True)
+class OdrLane:
+    """One lane of a section; it has widths, or an outer border measured from the lane offset."""
+
+    id: int
+    type: str
+    widths: tuple[Cubic, ...]
+    borders: tuple[Cubic, ...]
+    predecessor: int | None = None
+    """The lane before it, of the section or road before this one."""
+    successor: int | None = None
+    speeds: tuple[SpeedFrom, ...] = ()
+    line: int = 0
+    """Of the file."""
+
+
+@dataclass(frozen=True)
+class OdrSection:
+    start: float
+    lanes: Mapping[int, OdrLane]
+
+    def edges(self, lane: int, s: float) -> tuple[float, float]:
+        """Inner and outer edge of a lane, measured to the left of the lane offset; a width is never negative."""
+        side, inner, outer = (1 if lane > 0 else -1), 0.0, 0.0
+        for number in range(side, lane + side, side):
+            inner, row = outer, self.lanes.get(number)
+            if row is not None:
+                outer = value_at(row.borders, s) if row.borders else inner + side * max(value_at(row.widths, s), 0.0)
+        return inner, outer
+
+
+@dataclass(frozen=True)
+class OdrRoad:
+    """One road; `place` is where its file speaks of it."""
+
+    id: str
+    name: str
+    length: float
+    junction: str
+    """Id of the junction that it connects through, "-1" for none."""
+    left_hand: bool
+    pieces: tuple[Piece, ...]
+    offsets: tuple[Cubic, ...]
+    sections: tuple[OdrSection, ...]
+    place: str
+    predecessor: OdrEnd | None = None
+    successor: OdrEnd | None = None
+    speeds: tuple[SpeedFrom, ...] = ()
+    """Of all lanes that have none of their own."""
+    signals: tuple[OdrSignal, ...] = ()
+    """Those that count on it, wherever they stand."""
+    heights: tuple[Cubic, ...] = ()
+    """Of the reference line [m]; none where the road is flat, at height 0."""
+
+    def section(self, s: float) -> OdrSection:
+        return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
+
+    def against(self, lane: int) -> bool:
+        """Whether traffic of a lane runs against the reference line."""
+        return lane != 0 and (lane > 0) != self.left_hand
+
+    def reference(self, s: float) -> Pose:
+        """The pose of the reference line."""
+        return self.pieces[max(bisect.bisect_right(self.pieces, s, key=lambda piece: piece.s) - 1, 0)].pose(s)
+
+    def center(self, lane: int, s: float) -> float:
+        """How far left of the reference line the middle of a lane runs."""
+        return (
+            value_at(self.offsets, s) + sum(self.section(s).edges(lane, s)) / 2.0 if lane else value_at(self.offsets, s)
+        )
+
+
+@dataclass(frozen=True)
+class OdrNetwork:
+    """All roads of one file, by their id."""
+
+    file: str
+    roads: Mapping[str, OdrRoad]
+    junctions: tuple[str, ...]
+    path: Path
+    """Where that file is."""
+    remarks: tuple[str, ...] = ()
+    unread: tuple[Unread, ...] = ()
+    """What the file states and nothing here reads."""
+    junction_types: Mapping[str, str] = field(default_factory=dict[str, str])
+    """By id, those of junctions of which roads do not lead through."""
+    buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
+    """As `Recording.buildings`."""
+    connections: tuple[OdrConnection, ...] = ()
+    """Of all junctions."""
+    content: bytes | None = None
+    """The file itself, where it lay in another and is gone."""
+
+    def copy(self) -> bytes:
+        """The file, to be put beside another."""
+        return self.path.read_bytes() if self.content is None else self.content
+
+    def road(self, road: str, place: str = "") -> OdrRoad:
+        """A road of this network; `place` is who asks.
+
+        Raises:
+            InterchangeError: there is no such road.
+        """
+        if road not in self.roads:
+            cure = name_cure(road, self.roads)
+            raise InterchangeError(f"there is no road `{road[:40]}` in {self.file}", cure, place or self.file)
+        return self.roads[road]
+
+    def pose(self, road: str, lane: int | None, s: float, offset: float = 0.0, place: str = "") -> Pose:
+        """The pose `offset` [m] to the left of a lane's middle, heading as its traffic does.
+
+        Without a lane, `offset` is t, measured from the reference line, whose heading it has. Left is left of the
+        reference line in both cases.
+
+        Raises:
+            InterchangeError: no such road or lane, or s beyond its ends.
+        """
+        row = self.road(road, place)
+        along = self._within(row, s, place or row.place)
+        if lane is None:
+            return row.reference(along).moved(0.0, offset)
+        if lane and lane not in (lanes := row.section(along).lanes):
+            raise InterchangeError(
+                f"road `{row.id}` has no lane {lane} at s = {along:g} m",
+                f"there are {_listed(lanes)}",
+                place or row.place,
+            )
+        turn = math.pi if row.against(lane) else 0.0
+        return row.reference(along).moved(0.0, row.center(lane, along) + offset, turn)
+
+    def _within(self, road: OdrRoad, s: float, place: str) -> float:
+        if -BEYOND <= s <= road.length + BEYOND:
+            return min(max(s, 0.0), road.length)
+        side = "beyond the end" if s > 0 else "before the beginning"
+        raise InterchangeError(
+            f"s = {s:g} m lies {side} of road `{road.id}`", f"it runs from 0 to {road.length:g} m", place
+        )
+
+    def summary(self) -> str:
+        """One sentence for people."""
+        lanes = sum(max(map(_driving, road.sections)) for road in self.roads.values())
+        sides = {road.left_hand for road in self.roads.values()}
+        hand = "left and right hand" if len(sides) == 2 else "left hand" if True in sides else "right hand"
+        length = sum(road.length for road in self.roads.values())
+        counts = [
+            _count(len(self.roads), "road"),
+            _count(len(self.junctions), "junction"),
+            _count(lanes, "driving lane"),
+        ]
+        return f"{', '.join(counts)}, {length:.0f} m in all, {hand} traffic"
+
+
+def in_effect(cubics: Sequence[Cubic], s: float) -> Cubic | None:
+    """The last one that has begun; before all of them the first."""
+    return cubics[max(bisect.bisect_right(cubics, s, key=lambda row: row.start) - 1, 0)] if cubics else None
+
+
+def value_at(cubics: Sequence[Cubic], s: float) -> float:
+    """The value of the last one that has begun; 0 where there is none."""
+    return 0.0 if (row := in_effect(cubics, s)) is None else row.at(s)
+
+
+def _driving(section: OdrSection) -> int:
+    return sum(lane.type == "driving" for lane in section.lanes.values())
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _listed(lanes: Mapping[int, OdrLane]) -> str:
+    names = ", ".join(str(lane) for lane in sorted(lanes) if lane)
+    return f"lanes {names[:200]}" if names else "no lanes"
