@@ -12,10 +12,11 @@ from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, ad
 from cortex_dsl.console.kernels import compile_kernels
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.documents import document, plain
+from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
+from engine.strict_json import plain
 from engine.study.database import is_study, read_evaluations, read_study
 
 BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"

@@ -20,14 +20,12 @@ objectives, a blob (float64) more holds what each objective came to, which expec
 is what the search is for.
 """
 
-import json
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +35,7 @@ from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, 
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
+from engine.strict_json import json_text
 from engine.tables import Floats
 
 APPLICATION_ID = 0x43525458
@@ -223,7 +222,7 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
-    return [(name, _to_json(value)) for name, value in manifest.stored().items()]
+    return [(name, json_text(value)) for name, value in manifest.stored().items()]
 
 
 @contextmanager
@@ -242,22 +241,7 @@ def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection
 def figures_json(figures: GenerationFigures) -> str:
     """Figures of a generation without its number; NaN is null."""
     document = {"by_individual": asdict(figures.by_individual), "by_simulation": asdict(figures.by_simulation)}
-    return _to_json(document)
-
-
-def _to_json(value: Any) -> str:
-    return json.dumps(finite(value), ensure_ascii=False, allow_nan=False)
-
-
-def finite(value: Any) -> Any:
-    """The value with every NaN and infinity as None, dataclasses as dictionaries."""
-    if isinstance(value, float):
-        return value if isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in cast("dict[Any, Any]", value).items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in cast("Iterable[Any]", value)]
-    return finite(asdict(value)) if hasattr(value, "__dataclass_fields__") else value
+    return json_text(document)
 
 
 def _individuals(evaluations: Evaluations) -> tuple[Array, ...]:

@@ -4,7 +4,6 @@ Every text and every attribute is escaped, so that a name can do no harm. A page
 scripts and its data inside, which needs no network.
 """
 
-import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,8 @@ from itertools import pairwise
 from shlex import join
 from string import Template
 from typing import Any, TypeAlias
+
+from engine.strict_json import json_text
 
 VOID = frozenset({"br", "hr", "img", "input", "link", "meta"})
 """Elements of HTML that have no end tag."""
@@ -72,7 +73,7 @@ def script(*texts: str) -> Element:
 
 def data_block(name: str, content: Any) -> Element:
     """Data for scripts and for other programs: JSON in which nothing can end the element."""
-    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    text = json_text(content, ascii_only=True, separators=(",", ":"))
     for mark in "<>&":
         text = text.replace(mark, f"\\u{ord(mark):04x}")
     return element("script", Verbatim(text), type="application/json", id=name)

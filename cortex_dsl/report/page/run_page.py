@@ -6,7 +6,6 @@ from typing import Any
 
 from cortex_dsl.api import opinions
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
-from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
 from cortex_dsl.report.findings.failures import APART, finds_of
@@ -19,12 +18,12 @@ from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
-from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case, worst_cases
 from engine.search.result_files import collisions_by_partner, failures_content
 from engine.streams import format_key
+from engine.strict_json import plain
 
 CASES = 10
 """Cases that a page replays."""
@@ -86,7 +85,7 @@ def render_page(found: RunPage) -> str:
     data = {
         "run": plain(content(found)),
         "replays": [player_data(replay) for replay in found.replays],
-        "evaluations": finite(where_it_fails.dots(found.record)),
+        "evaluations": plain(where_it_fails.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
