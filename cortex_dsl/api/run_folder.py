@@ -14,7 +14,8 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.api.case_files import Writable, write_cases
+from cortex_dsl.api.case_files import Writable, worst_files
+from cortex_dsl.api.derived_files import derived_files, write_derived
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
@@ -29,7 +30,6 @@ from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
 from engine.search.ranking import worst_cases, worst_runs
-from engine.search.result_files import write_exports
 from engine.search.run import search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
@@ -192,12 +192,11 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             recorder.keep_others(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
-        write_exports(work.folder, campaign, work.manifest)
-        files = write_cases(work.scenario, work.folder, campaign, work.manifest.file)
+        write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
-    return replace(found, worst_files=files)
+    return replace(found, worst_files=worst_files(work.folder))
 
 
 def _note_failures(path: Path, recorder: "Recorder | None") -> None:

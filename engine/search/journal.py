@@ -143,6 +143,12 @@ class Journal:
                     seal(connection)
             return cls(path, connection)
 
+    @property
+    def link(self) -> str:
+        """The last link of the chain in hexadecimal; empty without a chain."""
+        with store_errors(self.path):
+            return last_link(self._connection).hex() if self._chained else ""
+
     def write(self, progress: Progress) -> None:
         """Add one generation: all of it or, if anything goes wrong, nothing.
 
@@ -180,8 +186,7 @@ class Journal:
         self.complete(campaign)
         with store_errors(self.path):
             with _transaction(self._connection) as connection:
-                status = "stopped" if campaign.stopped else "finished"
-                connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
+                connection.execute("UPDATE status SET status = ?, seconds = ?", (campaign.status, campaign.elapsed))
                 self._seal(connection)
             with suppress(sqlite3.OperationalError):  # while another process reads, the mode stays: no harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")

@@ -15,7 +15,6 @@ gene is the number of its option. Missing numbers are empty in CSV and null in J
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,6 @@ from engine.search.insight.kinds import PACES, Failures, FoundKind
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
-from engine.search.store import store_errors
 from engine.streams import format_key
 from engine.strict_json import json_lines, json_text, plain
 from engine.tables import Ints
@@ -50,6 +48,9 @@ _HEAD = """\
 | `critical.csv` | the rows of `evaluations.csv` with a score of 14 or more |
 | `generations.csv` | the figures of each generation |
 | `journal.sqlite` | everything, exactly; the other files are made from it |
+
+`summary.json` and every case contain the digest of the journal that they were made from. `cortexc verify` compares all
+files with the journal, and `cortexc report` or `cortexc resume` writes them again.
 
 ## Columns of `evaluations.csv`
 
@@ -117,12 +118,10 @@ Column = Sequence[Any]
 """One value a row: a number, a word, or None."""
 
 
-def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, critical: int = CRITICAL_RISK) -> None:
-    """Write all files of the table above.
-
-    Raises:
-        StoreError: a file cannot be written.
-    """
+def result_files(
+    campaign: Campaign, manifest: Manifest, link: str = "", critical: int = CRITICAL_RISK
+) -> dict[str, bytes]:
+    """Return all files of the table above by name; `link` is the last of their journal's chain."""
     evaluations = campaign.evaluations
     columns = _table(evaluations, campaign.space.names, manifest)
     lines = list(map(",".join, zip(*map(_texts, columns.values()), strict=True)))
@@ -130,14 +129,14 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
     header = ",".join(map(_quoted, columns))
     counts = {"tested": runs.tested.tolist(), "failed": runs.failed.tolist()}
     worst = [lines[row] for row in np.flatnonzero(runs.score >= critical).tolist()]
-    with store_errors(directory):
-        _write_lines(directory / "evaluations.csv", [header, *lines])
-        _write_lines(directory / "critical.csv", [header, *worst])
-        _write_lines(directory / "evaluations.jsonl", json_lines(columns | counts))
-        _write_lines(directory / "generations.csv", _generation_lines(campaign))
-        text = json_text(summary(campaign, manifest), indent=2)
-        _write_lines(directory / "summary.json", [text])
-        (directory / GUIDE).write_text(guide(), encoding="utf-8")
+    return {
+        "evaluations.csv": _lines([header, *lines]),
+        "critical.csv": _lines([header, *worst]),
+        "evaluations.jsonl": _lines(json_lines(columns | counts)),
+        "generations.csv": _lines(_generation_lines(campaign)),
+        "summary.json": _lines([json_text({"journal": link or None, **summary(campaign, manifest)}, indent=2)]),
+        GUIDE: guide().encode(),
+    }
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
@@ -148,6 +147,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
     return {
         "manifest": head,
         "stopped": campaign.stopped,
+        "status": campaign.status,
         "generations": len(campaign.generations),
         "seconds": campaign.elapsed,
         **failures_content(campaign.failures, campaign.kinds, manifest.actors, campaign.elapsed),
@@ -169,13 +169,21 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
 def failures_content(
     came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
 ) -> dict[str, Any]:
-    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision."""
+    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision; null
+    where no collision was judged.
+    """
+    counts: dict[str, Any] = {**asdict(came), "avoidable_share": came.share(came.avoidable)}
+    if not came.judged:
+        counts |= dict.fromkeys(("avoidable", "struck", "kinds", "avoidable_kinds", "avoidable_share"))
     pace = {
-        name: getattr(came, name) / seconds if seconds > 0.0 else float("nan") for name in ("avoidable", "collisions")
+        name: counts[name] / seconds if seconds > 0.0 and counts[name] is not None else None
+        for name in ("avoidable", "collisions")
     }
     return {
-        "failures": {**asdict(came), "avoidable_share": came.share(came.avoidable), "per_second": pace},
-        "kinds": [
+        "failures": {**counts, "per_second": pace},
+        "kinds": None
+        if not came.judged
+        else [
             {
                 "partner": actors[each.kind.pair + 1],
                 "side": each.kind.side.name.lower(),
@@ -288,5 +296,5 @@ def _quoted(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\n') else text
 
 
-def _write_lines(path: Path, lines: Iterable[str]) -> None:
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+def _lines(lines: Iterable[str]) -> bytes:
+    return ("\n".join(lines) + "\n").encode()

@@ -147,7 +147,7 @@ def headline(record: Record, came: Failures) -> str:
         return f"{failed} in {tried}."
     if came.collisions:
         lead = lead_text(came)
-        more = f"; {collisions_text(came)} in all" if came.collisions > came.unknown else ""
+        more = f"; {collisions_text(came)} in all" if came.judged else ""
         return f"{lead[0].upper()}{lead[1:]}{more}, among {tried}."
     if worst and not isfinite(worst[0].min_distance):
         return f"Nothing to come near to in {tried}: the ego was alone in the scene."

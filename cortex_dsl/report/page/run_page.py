@@ -17,6 +17,7 @@ from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
+from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
@@ -123,9 +124,9 @@ def _hero(found: RunPage) -> Element:
 
 
 def _unfinished(record: Record) -> Node:
-    if record.status == "finished":
+    if record.status == FINISHED:
         return None
-    words = "was stopped before its last generation" if record.status == "stopped" else "is not finished"
+    words = "was stopped" if record.status in (STOPPED, INTERRUPTED) else "is not finished"
     return element("p", f"This search {words}: the page shows what its journal holds so far.", class_="note")
 
 
@@ -136,9 +137,10 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
     if came.lost:
         yield _tile("failures.lost", came.lost, f"{came.lost:,}", "simulations in which the driver failed", "hot")
-    yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
-    yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
-    yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
+    if came.judged:
+        yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
+        yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
+        yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
     yield _tile("failures.collisions", came.collisions, f"{came.collisions:,}", "simulations that collided", style)
     yield from _partner_tiles(record)
     if simulated.valid:

@@ -103,16 +103,18 @@ def _found(record: Record, came: Failures) -> Node:
     share = percent(ratio(hit, simulated.valid_runs))
     failed = "" if driver_text(came, record.manifest.objective) else driver_failed_text(came)
     more = (failed, *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
-    return element(
-        "p",
+    avoidable: list[Node] = [
         figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
         " that a competent driver avoids, of ",
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
         "; ",
+    ]
+    kinds: list[Node] = [" in all, of ", figure("failures.kinds", came.kinds, counted(came.kinds, "kind")), " and "]
+    return element(
+        "p",
+        avoidable if came.judged else None,
         figure("by_simulation.colliding_runs", hit, counted(hit, "collision")),
-        " in all, of ",
-        figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
-        " and ",
+        kinds if came.judged else " of ",
         figure("distinct_collisions", distinct, counted(distinct, "set")),
         " of params, in ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
