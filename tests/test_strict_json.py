@@ -101,7 +101,7 @@ def documents(folder: Path, run: Path) -> None:
         ("verify", run, "--sample", 5, "--json"),
         ("verify", run, "--model", "dynamic", "--worst", 2, "--json"),
         ("resume", run, "--json"),
-        ("export", run, "--out", folder / "exports", "--for", "all", "--json"),
+        ("export", run, "--out", folder / "exports", "--to", "xosc,scn,csv", "--json"),
         (run / "worst" / "01.scn", "--json"),
     )
     for line in lines:
@@ -118,10 +118,10 @@ def documents(folder: Path, run: Path) -> None:
 
 
 def said(*words: object) -> str:
-    """Return what a command writes to standard output."""
+    """Return what a command that succeeds writes to standard output."""
     out = StringIO()
     with redirect_stdout(out):
-        main([*map(str, words)])
+        assert main([*map(str, words)]) == 0
     return out.getvalue()
 
 
@@ -141,8 +141,8 @@ def test_every_document_of_a_search_is_strict(objective: str, tmp_path: Path) ->
         ("--engine", "world"),
         ("--sample", "50"),
         ("--random", *SMALL),
-        ("probability", "--budget", "200", "--seed", "1"),
-        ("export", "--for", "esmini"),
+        ("probability", "--samples", "200", "--seed", "1"),
+        ("export", "--to", "xosc,scn,csv"),
     ],
     ids=lambda line: " ".join(line[:2]) or "run",
 )
@@ -156,7 +156,7 @@ def test_every_document_of_a_file_is_strict(
     assert strict(said(*command, file, *line[len(command) :], "--json"))
 
 
-@pytest.mark.parametrize("line", [("examples",), ("explain", "SCN203"), ("paper-check",), ("--methods",)])
+@pytest.mark.parametrize("line", [("examples",), ("explain", "SCN203"), ("paper-check",), ("export", "--to", "list")])
 def test_every_document_without_a_file_is_strict(line: tuple[str, ...]) -> None:
     """Nor is there any number that is none in what needs no scenario."""
     assert strict(said(*line, "--json"))

@@ -15,6 +15,7 @@ from shlex import join
 from string import Template
 from typing import Any, TypeAlias
 
+from engine.search.store import without_folders
 from engine.strict_json import json_text
 
 VOID = frozenset({"br", "hr", "img", "input", "link", "meta"})
@@ -219,4 +220,4 @@ def command_again(words: Sequence[str]) -> str:
     """
     after_out = {k for k, pair in enumerate(pairwise(words), start=1) if pair[0] == "--out"}
     kept = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
-    return join(("cortexc", *kept))
+    return join(("cortexc", *map(without_folders, kept)))

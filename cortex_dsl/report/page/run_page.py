@@ -23,6 +23,7 @@ from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case, worst_cases
 from engine.search.result_files import collisions_by_partner, failures_content
+from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.strict_json import plain
 
@@ -292,7 +293,7 @@ def _footer(found: RunPage) -> Element:
     version = manifest.versions.get("cortexc", "")
     return element(
         "footer",
-        f"Written by cortexc from the journal in {found.run.folder} "
+        f"Written by cortexc from the journal in {without_folders(str(found.run.folder))} "
         f"({counted(len(found.record.evaluations), 'individual')}; "
         f"searched with version {version}). This file needs no network and contains all its data.",
     )
