@@ -6,14 +6,13 @@ The table of `cortexc study` in Markdown, by the same code: what is compared, th
 means stand in `engine.study.comparisons` and `engine.study.comparisons`.
 """
 
-import json
 import sys
 from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.campaigns import carried_out, parser, plan_of
 from cortex_dsl.report.findings.study_report import yields_text
-from engine.search.journal import finite
+from engine.strict_json import json_text
 from engine.study.comparisons import MEASURES, NAMED_FIRST, Comparison, compare_all
 from engine.study.study_files import test_row
 
@@ -48,7 +47,7 @@ def parse(arguments: Sequence[str] | None) -> Any:
 
 def as_json(settings: dict[str, Any], rows: Sequence[Comparison]) -> str:
     document = {"benchmark": "ga_against_random", **settings, "comparisons": [test_row(row) for row in rows]}
-    return json.dumps(finite(document), indent=2, allow_nan=False)
+    return json_text(document, indent=2)
 
 
 def as_markdown(settings: dict[str, Any], rows: Sequence[Comparison]) -> str:

@@ -20,7 +20,6 @@
 runs. A column without them says nothing of equality.
 """
 
-import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,8 +28,8 @@ from importlib.util import find_spec
 import numpy as np
 
 from benchmarks.campaigns import carried_out, parser, plan_of
-from engine.search.journal import finite
 from engine.search.searchers import SEARCHERS
+from engine.strict_json import json_text
 from engine.study.comparisons import (
     AVOIDABLE,
     AVOIDABLE_KINDS,
@@ -200,7 +199,7 @@ def as_json(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[Comp
         "methods": rows,
         "against_random": better,
     }
-    return json.dumps(finite(document), indent=2, allow_nan=False)
+    return json_text(document, indent=2)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@
 | failures/ | the first scenes over which a controller failed, to be driven again by it    |
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -15,7 +15,6 @@ from engine.config import Config
 from engine.program import Program
 from engine.search.campaign import Campaign
 from engine.search.ranking import Case, lost_cases
-from engine.search.store import store_errors
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes
@@ -35,46 +34,39 @@ class Writable(Protocol):
     def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
 
 
+CASE = "[0-9][0-9].scn"
+
+
 def worst_files(folder: Path) -> list[Path]:
-    """The scenarios of the worst cases, in their order."""
-    return _files(folder / WORST_FOLDER)
+    """Return the scenarios of the worst cases, in their order."""
+    return sorted((folder / WORST_FOLDER).glob(CASE))
 
 
-def write_cases(scenario: Writable, folder: Path, campaign: Campaign, file: str) -> list[Path]:
-    """Write the cases of a search in `file`, and remove those that were there before the run went on; return the files
-    of the worst.
+def stale_cases(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Return cases that are there from before the run went on, and are none of these files."""
+    found = (path for name in (WORST_FOLDER, FAILURE_FOLDER) for path in (folder / name).glob(CASE))
+    return [path for path in found if f"{path.parent.name}/{path.name}" not in files]
 
-    Raises:
-        StoreError: a file cannot be written.
+
+def case_files(scenario: Writable, campaign: Campaign, file: str, link: str) -> dict[str, bytes]:
+    """Return the cases of a search in `file` as scenarios, by paths relative to the run's folder; `link` is the last of
+    the journal's chain.
     """
     # whoever drives again decides again
     undriven = scenario if scenario.config.driver is None else scenario.driven_by(None)
-    _write(undriven, folder / FAILURE_FOLDER, lost_cases(campaign.evaluations), file)
-    return _write(undriven, folder / WORST_FOLDER, campaign.worst, file)
+    cases = ((FAILURE_FOLDER, lost_cases(campaign.evaluations)), (WORST_FOLDER, campaign.worst))
+    copies = map_copies(scenario.program)
+    files: dict[str, bytes] = {}
+    for folder, chosen in cases:
+        for case in chosen:
+            files |= {f"{folder}/{name}": text for name, text in _case(undriven, case, file, link).items()}
+        if chosen:
+            files |= {f"{folder}/{name}": content for name, content in copies.items()}
+    return files
 
 
-def _files(folder: Path) -> list[Path]:
-    return sorted(folder.glob("[0-9][0-9].scn"))
-
-
-def _write(scenario: Writable, folder: Path, cases: Sequence[Case], file: str) -> list[Path]:
-    written = [_write_case(scenario, folder, case, file) for case in cases]
-    with store_errors(folder):
-        for path in set(_files(folder)) - set(written):
-            path.unlink()
-    return written
-
-
-def _write_case(scenario: Writable, folder: Path, case: Case, file: str) -> Path:
+def _case(scenario: Writable, case: Case, file: str, link: str) -> dict[str, bytes]:
     what = "the driver failed" if case.lost else f"risk {case.score}"
-    remark = f"case {case.rank} of a search in {file}: {what}"
-    path = folder / f"{case.rank:02d}.scn"
-    files = scenario.concrete_files(scenario.scene(case), remark=remark, name=path.name)
-    with store_errors(path):
-        path.parent.mkdir(exist_ok=True)
-        for name, text in files.items():
-            path.with_name(name).write_text(text, encoding="utf-8")
-        for name, content in map_copies(scenario.program).items():
-            if not (copy := path.with_name(name)).exists():
-                copy.write_bytes(content)
-    return path
+    remark = f"case {case.rank} of a search in {file}: {what}" + (f"\njournal {link}" if link else "")
+    files = scenario.concrete_files(scenario.scene(case), remark=remark, name=f"{case.rank:02d}.scn")
+    return {name: text.encode() for name, text in files.items()}

@@ -17,9 +17,9 @@ from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.assessment import concatenate
-from engine.search.journal import finite
 from engine.search.ranking import Case
 from engine.search.store import store_errors
+from engine.strict_json import json_text
 from engine.verification import Answer, Verified
 from engine.verification import verify as verify_scenes
 
@@ -81,7 +81,7 @@ def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
     """
     path = run.folder / FILE
     with store_errors(path):
-        write_one(path, f"{json.dumps(finite(dict(content)), indent=2, allow_nan=False)}\n".encode())
+        write_one(path, f"{json_text(content, indent=2)}\n".encode())
     return path
 
 

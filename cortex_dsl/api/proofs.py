@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cortex_dsl.api import arguments
+from cortex_dsl.api.derived_files import compared
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.config import Config
 from engine.display import facts_table
@@ -19,7 +20,7 @@ from engine.search.evaluator import Repeated, repeat, sampled
 from engine.search.journal_reader import damaged
 from engine.search.manifest import changed_versions
 from engine.search.past import kept_actions
-from engine.search.store import JOURNAL
+from engine.search.store import JOURNAL, StoreError
 from engine.tables import Bools
 
 SAMPLE = 200
@@ -39,6 +40,10 @@ class Proof:
     """How many of them were run again."""
     differ: tuple[str, ...]
     """Those that come to something else, such as `generation 3, place 7, rollout 0`."""
+    files: int
+    """Files beside the journal that were compared with it."""
+    changed: tuple[str, ...]
+    """Those of them that do not follow from it."""
     reasons: tuple[str, ...]
     """Why they may, without the journal being damaged: other versions, or a driver that does not repeat itself."""
     remarks: tuple[str, ...]
@@ -86,6 +91,8 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     done = repeat(scenario.program, config, manifest.profile, manifest.objective, evaluations, rows)
     if not done.sought:
         remarks = (*remarks, "what a function of a Python program says is not asked again")
+    names, changed, left_out = compared(opened)
+    remarks = (*remarks, left_out) if left_out else remarks
     differ = tuple(_name(evaluations, *row) for row in done.rows[~done.same].tolist())
     proof = Proof(
         proved=opened.record.proved,
@@ -93,6 +100,8 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
         simulations=int(evaluations.simulated.sum()) * evaluations.rollouts.verdict.shape[1],
         again=len(done.rows),
         differ=differ,
+        files=len(names),
+        changed=tuple(changed),
         reasons=_reasons(opened),
         remarks=remarks,
     )
@@ -103,6 +112,11 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     if proof.differ and not proof.reasons:
         raise damaged(
             opened.folder / JOURNAL, f"the simulation of {proof.first} gives another result when it is repeated"
+        )
+    if proof.changed and not proof.reasons:
+        raise StoreError(
+            f"{' and '.join(f'`{opened.folder / name}`' for name in proof.changed)}: not what follows from the journal",
+            f"`cortexc report {opened.folder}` writes it again; if you changed it on purpose, keep a copy elsewhere",
         )
     return proof
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from cortex_dsl.api.arguments import callback, objectives_of
 from cortex_dsl.api.case_files import worst_files
+from cortex_dsl.api.derived_files import restore
 from cortex_dsl.api.run_folder import (
     Found,
     OnRemoved,
@@ -92,7 +93,12 @@ class Rest:
         if self.journal is not None and self.record is not None:
             return carry_out(work, self.journal, self.record)
         campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
-        return Found(campaign, folder, self.manifest, worst_files(folder))
+        found = Found(campaign, folder, self.manifest, worst_files(folder))
+        try:
+            restore(self.run)
+        except StoreError as error:
+            return replace(found, failure=error)
+        return replace(found, worst_files=worst_files(folder))
 
 
 @contextmanager

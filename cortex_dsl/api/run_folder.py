@@ -14,7 +14,8 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.api.case_files import Writable, write_cases
+from cortex_dsl.api.case_files import Writable, worst_files
+from cortex_dsl.api.derived_files import derived_files, write_derived
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source
@@ -29,10 +30,18 @@ from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
 from engine.search.ranking import worst_cases, worst_runs
-from engine.search.result_files import write_exports
 from engine.search.run import search
 from engine.search.searchers import canonical
-from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
+from engine.search.store import (
+    JOURNAL,
+    RemovedError,
+    StoreError,
+    hold,
+    located,
+    seen_from,
+    store_errors,
+    without_folders,
+)
 from engine.search.workers import Workers, workers_for
 
 if TYPE_CHECKING:
@@ -110,9 +119,9 @@ def search_and_keep(
         scenario.config,
         method,
         profile,
-        source.name,
-        command_line,
-        origin_of(scenario),
+        seen_from(folder, source.name),
+        [without_folders(word) for word in command_line],
+        origin_of(scenario, folder),
         objective,
         _is_reproducible(scenario),
     )
@@ -192,12 +201,11 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             recorder.keep_others(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
-        write_exports(work.folder, campaign, work.manifest)
-        files = write_cases(work.scenario, work.folder, campaign, work.manifest.file)
+        write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))
         journal.finish(campaign)
     except StoreError as error:
         return replace(found, failure=error)
-    return replace(found, worst_files=files)
+    return replace(found, worst_files=worst_files(work.folder))
 
 
 def _note_failures(path: Path, recorder: "Recorder | None") -> None:
@@ -258,10 +266,14 @@ class KeptFiles:
     """The imported files of a manifest, as a compiler asks for them (see `cortex_dsl.files.Files`)."""
 
     origin: Origin
+    folder: Path
+    """The run's."""
 
     def find(self, importer: str, paths: Sequence[str]) -> str | None:
         links = (link for link in self.origin.links if (link.importer, link.path) == (importer, paths[0]))
-        return next((link.name for link in links), None)
+        name = next((link.name for link in links), None)
+        maps = {link.importer for link in self.origin.links if link.path == DIGEST}
+        return located(self.folder, name) if name in maps else name
 
     def read(self, name: str) -> Source:
         for file in self.origin.imports:
@@ -276,11 +288,18 @@ class KeptFiles:
         return []
 
 
-def origin_of(scenario: Searchable) -> Origin:
-    """What a manifest keeps of a scenario beside its main text."""
+def origin_of(scenario: Searchable, folder: Path = Path()) -> Origin:
+    """What a manifest keeps of a scenario beside its main text; files are named as seen from the run's folder."""
     compiled = scenario.compiled
-    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
-    links = (*_links(compiled), *_map_links(compiled))
+    imports = tuple(Text(seen_from(folder, file.name), file.text) for file in compiled.source.imported)
+    links = tuple(
+        Link(
+            seen_from(folder, link.importer),
+            link.path,
+            link.name if link.path == DIGEST else seen_from(folder, link.name),
+        )
+        for link in (*_links(compiled), *_map_links(compiled))
+    )
     return Origin(imports, links, dict(scenario.overrides), scenario.chosen)
 
 
@@ -318,7 +337,7 @@ def check_map(folder: Path, manifest: Manifest) -> None:
     """
     for path, digest in ((link.importer, link.name) for link in manifest.origin.links if link.path == DIGEST):
         try:
-            found = digest_of(Path(path))
+            found = digest_of(Path(located(folder, path)))
         except OSError:
             found = "none, for it is not there"
         if found != digest:

@@ -36,7 +36,7 @@ from engine.search.past import follow, who_drove
 from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, seek
-from engine.search.store import JOURNAL, StoreError, example_run
+from engine.search.store import JOURNAL, StoreError, example_run, located
 from engine.search.typed import ManifestError
 from engine.search.workers import Workers
 from engine.tables import Ints
@@ -148,7 +148,7 @@ def open_run(folder: str | Path, ego: object = None) -> OpenedRun:
     origin = manifest.origin
     config = replace(manifest.config, driver=who_drove(folder, manifest.driver, record.actions, ego))
     scenario = Scenario(compiled, config, origin.overrides, origin.scenario)
-    return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
+    return OpenedRun(folder, record, scenario, tuple(_edited(folder, manifest)))
 
 
 def check_journal(run: OpenedRun) -> None:
@@ -201,7 +201,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     overrides: Mapping[str, str] = origin.overrides
     check_map(folder, manifest)
     try:
-        compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
+        compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin, folder))
     except CompileError as error:
         raise StoreError(f"this version of cortexc does not compile the scenario of `{folder}`", cure) from error
     if compiled.program.digest != manifest.program_digest:
@@ -213,11 +213,11 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     return compiled
 
 
-def _edited(manifest: Manifest) -> Iterator[str]:
+def _edited(folder: Path, manifest: Manifest) -> Iterator[str]:
     """Return the files of the run that exist with another content now."""
     for file in (Text(manifest.file, manifest.file_text), *manifest.origin.imports):
         with suppress(OSError, ValueError):
-            if _text_of(file.name) != file.text:
+            if _text_of(located(folder, file.name)) != file.text:
                 yield file.name
 
 

@@ -22,7 +22,7 @@ from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.searchers import canonical
-from engine.search.store import StoreError, hold, new_directory
+from engine.search.store import StoreError, hold, new_directory, without_folders
 from engine.search.workers import Workers, open_workers
 from engine.study.database import Study, StudyStore, read_study
 from engine.study.execution import perform_all
@@ -167,7 +167,11 @@ def facts(plan: Plan, command_line: Sequence[str]) -> dict[str, object]:
     versions: dict[str, str] = {}
     for method in plan.methods:
         versions |= plan.manifest(plan.subjects[0], method).versions
-    return {"command_line": list(command_line), "versions": versions, "engine": source_hash()}
+    return {
+        "command_line": [without_folders(word) for word in command_line],
+        "versions": versions,
+        "engine": source_hash(),
+    }
 
 
 def insist_on_same_engine(study: Study) -> None:

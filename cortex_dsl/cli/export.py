@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from shlex import join
+from shlex import join, split
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import known_formats, write_cases
@@ -119,6 +119,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCas
     """The scene that `cortexc FILE.scn` shows, which may be invalid or fail."""
     from cortex_dsl.cli.draw_modes import drawn_scene
     from cortex_dsl.interchange.cases import case_of_scene
+    from engine.search.store import without_folders
     from engine.vocabulary import Verdict
 
     for flag, value in (("--case", options.case), ("--top", options.top)):
@@ -131,7 +132,8 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCas
     pinned = drawn.scenario.program.settings.stream is not None and options.seed is None
     seed = None if pinned else options.seed or 0
     again = join(["cortexc", *words, *([] if options.seed is not None or pinned else ["--seed", "0"])])
-    case = case_of_scene(drawn.scenario, drawn.scenes, options.what, seed, again)
+    portable = join(map(without_folders, split(again)))
+    case = case_of_scene(drawn.scenario, drawn.scenes, options.what, seed, portable)
     if case.outcomes.verdict[0] == Verdict.ERROR:
         raise UsageError(f"the run of `{options.what}` fails", f"`{again}` says why")
     return [case]

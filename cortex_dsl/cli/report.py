@@ -40,10 +40,19 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
     """Folder and page of a run, and what draws its figures."""
+    from cortex_dsl.api.derived_files import restore
+    from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page
+    from engine.search.store import StoreError
 
     run = checked_run(options.run, terminal, options.ego)
+    try:
+        if names := restore(run):
+            terminal.err.print(f"written again from the journal: {', '.join(names)}", style="quiet", soft_wrap=True)
+            run = open_run(options.run, options.ego)
+    except StoreError as error:  # a page of a run that cannot be written is still a page
+        terminal.err.print(f"{error.message}; {error.cure}", style="quiet", soft_wrap=True)
     with usage_errors():
         return run.folder, run_page(run, options.cases), partial(_run_figures, run)
 

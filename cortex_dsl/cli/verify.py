@@ -12,10 +12,11 @@ from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, ad
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.documents import document, plain
+from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
+from engine.strict_json import plain
 from engine.study.database import is_study, read_evaluations, read_study
 
 BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"
@@ -71,6 +72,9 @@ def _lines(run: OpenedRun, proof: Proof) -> list[str]:
     size = f"{counted(proof.generations, 'generation')}, {counted(proof.simulations, 'simulation')}"
     chain = f"the chain holds: {size} as they were written" if proof.proved else f"{size}, unproved"
     lines = [f"{run.folder}", f"  {chain}", f"  {proof.text}"]
+    if proof.files:
+        agree = f"{counted(proof.files - len(proof.changed), 'file')} beside the journal follow from it"
+        lines.append(f"  {agree}" + (f"; not so: {', '.join(proof.changed)}" if proof.changed else ""))
     if proof.differ:
         lines.append(f"  something else came of {proof.first} as {'; '.join(proof.reasons)}")
     return lines
@@ -114,8 +118,9 @@ VERIFY = Command(
     usage="RUN|STUDY [--sample N] [--jobs N] [--json]\nRUN --model dynamic [--worst N] [--jobs N] [--json]",
     description="""\
 Check that the journal of a run is what its search wrote: compare the digests
-of all its contents, and run a sample of its simulations again, which must give
-the same results, bit for bit. For a study, check that all runs and evaluations
+of all its contents, run a sample of its simulations again, which must give
+the same results, bit for bit, and compare the files beside it, which must be
+those that follow from it. For a study, check that all runs and evaluations
 are as they were written. The exit code is 0 unless something is damaged.
 
 With --model dynamic, repeat the worst cases with a vehicle model whose tyres

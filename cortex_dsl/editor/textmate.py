@@ -5,7 +5,6 @@ In a clone it goes into `editors/`; an installed cortexc has no such folder and 
 Its rules stand in the order of the lexer's, with the same expressions; a test holds the colours of the two together.
 """
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 from cortex_dsl.editor import patterns
 from cortex_dsl.editor.patterns import BLANK, NAME
 from cortex_dsl.semantics.names.builtins import Kind
+from engine.strict_json import json_text
 
 PATH = Path(__file__).parents[2] / "editors" / "cortex.tmLanguage.json"
 SCOPE = "source.scn"
@@ -124,7 +124,7 @@ def build() -> Rule:
 
 def text() -> str:
     """The file."""
-    return json.dumps(build(), indent=2, ensure_ascii=False) + "\n"
+    return json_text(build(), indent=2) + "\n"
 
 
 if __name__ == "__main__":

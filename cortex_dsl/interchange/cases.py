@@ -20,6 +20,7 @@ from engine.outcomes import Outcomes
 from engine.risk import HIGHEST_RISK, Risk
 from engine.scenes import Scenes
 from engine.search.ranking import Case
+from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.vocabulary import Verdict
 
@@ -81,8 +82,8 @@ def case_of_run(run: OpenedRun, case: Case) -> ExportCase:
     """One case of a run, from its genome and stream key."""
     manifest = run.record.manifest
     again = {
-        "search": join(["cortexc", *manifest.command_line]) if manifest.command_line else "",
-        "command": join(["cortexc", "replay", str(run.folder), "--case", str(case.rank)]),
+        "search": join(["cortexc", *map(without_folders, manifest.command_line)]) if manifest.command_line else "",
+        "command": join(["cortexc", "replay", without_folders(str(run.folder)), "--case", str(case.rank)]),
     }
     origin = _Origin(run.scenario, run.scene(case), manifest.profile, manifest.file, again)
     name = f"{road_name(run.scenario)}-case{case.rank:02d}"
@@ -140,7 +141,7 @@ def _provenance(origin: _Origin, outcomes: Outcomes) -> Provenance:
     risk = origin.scenario.assess(outcomes, origin.profile)
     key = origin.scenes.keys[0].tolist()
     facts = {
-        "scenario": origin.file,
+        "scenario": without_folders(origin.file),
         "seed": str(key[0]),
         "stream": format_key(key),
         "digest": program.digest,

@@ -3,17 +3,11 @@
 Numbers that do not exist are null.
 """
 
-import json
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
-from enum import Enum
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cortex_dsl.version import VERSION
+from engine.strict_json import json_text
 
 if TYPE_CHECKING:
     from engine.feasibility import Cut, Feasibility
@@ -26,36 +20,13 @@ SCHEMA_VERSION = 1
 def document(kind: str, content: Mapping[str, Any]) -> str:
     """One document of `kind`, such as `run` or `search`, indented for people too."""
     head = {"schema": f"cortexc/{kind}", "schema_version": SCHEMA_VERSION, "cortexc": VERSION}
-    text = json.dumps({**head, **plain(content)}, indent=2, allow_nan=False, ensure_ascii=False)
+    text = json_text({**head, **content}, indent=2)
     return "".join(sign if sign.isprintable() or sign == "\n" else _escaped(sign) for sign in text)
 
 
 def _escaped(sign: str) -> str:
     """A character that might act on a terminal, or turn the direction of writing, as JSON can also write it."""
-    return f"\\u{ord(sign):04x}" if ord(sign) <= 0xFFFF else json.dumps(sign)[1:-1]
-
-
-def plain(value: Any) -> Any:
-    """Any value of ours as what JSON can hold: dataclasses by field, enumerations by name, NaN and infinity as null."""
-    if isinstance(value, Enum):
-        return value.name.lower()
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, np.generic | np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if (as_mapping := getattr(value, "_asdict", None)) is not None:
-        return plain(as_mapping())
-    if is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Sequence | set | frozenset):
-        return [plain(item) for item in value]
-    return str(value)
+    return f"\\u{ord(sign):04x}" if ord(sign) <= 0xFFFF else json_text(sign, ascii_only=True)[1:-1]
 
 
 # -- which parts of the ranges cannot hold -----------------------------------------------------------------------------

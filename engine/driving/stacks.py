@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 
 from engine.driving.processes import Memory, Process, start
 from engine.errors import ControllerError, LostError
+from engine.strict_json import json_text
 from engine.tables import Bools, Floats, Ints
 
 VERSION = 1
@@ -142,7 +143,7 @@ class Stack:
         running = self._running = start(self.command, Memory.of(*sizes))
         weakref.finalize(self, running.close)
         memory = {} if running.memory is None else {"memory": running.memory.layout}
-        line = json.dumps(self._header | memory).encode() + b"\n"
+        line = json_text(self._header | memory, ascii_only=True).encode() + b"\n"
         if not self._shares(self._exchange(running, [memoryview(line)], -1, BEGINNING), offered=bool(memory)):
             running.memory = None
         return running

@@ -14,6 +14,9 @@ from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case
 from engine.tables import Ints
 
+FINISHED, STOPPED, INTERRUPTED = "finished", "stopped", "interrupted"
+"""How a search may end."""
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -70,12 +73,17 @@ class Campaign:
     genes: tuple[GeneEffect, ...]
     elapsed: float
     """[s]"""
-    stopped: bool
-    """Whether it ended before its last generation."""
+    status: str
+    """How it ended: `finished`, `stopped` by the user with all analyses of what was done, or `interrupted` in them."""
     blame: Ints
     """(n, k) `Blame`: what the reference driver says of each distinct simulation in which the ego collided."""
     objective: tuple[str, ...] = SOUGHT
     """What was sought."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether something is left to do, which `cortexc resume` does."""
+        return self.status != FINISHED
 
     @cached_property
     def kinds(self) -> tuple[FoundKind, ...]:
@@ -99,7 +107,8 @@ class Campaign:
         yield "method", f"{self.method} {self.preset}".strip()
         yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
         came = self.failures
-        yield "avoidable collisions, their kinds", f"{came.avoidable:,}, {came.avoidable_kinds:,}"
+        if came.judged:
+            yield "avoidable collisions, their kinds", f"{came.avoidable:,}, {came.avoidable_kinds:,}"
         yield "collisions, their kinds", f"{came.collisions:,}, {came.kinds:,}"
         yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
         yield "invalid", f"{found.nis:,}"

@@ -20,14 +20,12 @@ objectives, a blob (float64) more holds what each objective came to, which expec
 is what the search is for.
 """
 
-import json
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +35,7 @@ from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, 
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
+from engine.strict_json import json_text
 from engine.tables import Floats
 
 APPLICATION_ID = 0x43525458
@@ -144,6 +143,12 @@ class Journal:
                     seal(connection)
             return cls(path, connection)
 
+    @property
+    def link(self) -> str:
+        """The last link of the chain in hexadecimal; empty without a chain."""
+        with store_errors(self.path):
+            return last_link(self._connection).hex() if self._chained else ""
+
     def write(self, progress: Progress) -> None:
         """Add one generation: all of it or, if anything goes wrong, nothing.
 
@@ -181,8 +186,7 @@ class Journal:
         self.complete(campaign)
         with store_errors(self.path):
             with _transaction(self._connection) as connection:
-                status = "stopped" if campaign.stopped else "finished"
-                connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
+                connection.execute("UPDATE status SET status = ?, seconds = ?", (campaign.status, campaign.elapsed))
                 self._seal(connection)
             with suppress(sqlite3.OperationalError):  # while another process reads, the mode stays: no harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")
@@ -223,7 +227,7 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
-    return [(name, _to_json(value)) for name, value in manifest.stored().items()]
+    return [(name, json_text(value)) for name, value in manifest.stored().items()]
 
 
 @contextmanager
@@ -242,22 +246,7 @@ def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection
 def figures_json(figures: GenerationFigures) -> str:
     """Figures of a generation without its number; NaN is null."""
     document = {"by_individual": asdict(figures.by_individual), "by_simulation": asdict(figures.by_simulation)}
-    return _to_json(document)
-
-
-def _to_json(value: Any) -> str:
-    return json.dumps(finite(value), ensure_ascii=False, allow_nan=False)
-
-
-def finite(value: Any) -> Any:
-    """The value with every NaN and infinity as None, dataclasses as dictionaries."""
-    if isinstance(value, float):
-        return value if isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in cast("dict[Any, Any]", value).items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in cast("Iterable[Any]", value)]
-    return finite(asdict(value)) if hasattr(value, "__dataclass_fields__") else value
+    return json_text(document)
 
 
 def _individuals(evaluations: Evaluations) -> tuple[Array, ...]:

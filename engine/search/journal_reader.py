@@ -13,7 +13,7 @@ import numpy as np
 from engine.errors import Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
-from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
+from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, last_link, link, numbers, whole_numbers
 from engine.search.evaluations import (
     Evaluations,
     Figures,
@@ -41,13 +41,15 @@ class Record:
     evaluations: Evaluations
     generations: tuple[GenerationFigures, ...]
     status: str
-    """`running` (or killed), `stopped`, `finished`."""
+    """`running` (or killed), or a status of `engine.search.campaign`."""
     seconds: float
-    """NaN unless stopped or finished."""
+    """NaN while it is running, and if it was killed."""
     spent: float
     """Until the last generation was written [s]."""
     actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
     """What controllers decided, (turns, numbers) by the bytes of a scene's key, where it is kept."""
+    link: str = ""
+    """The last link of its chain in hexadecimal; empty for a journal from before there were chains."""
     proved: bool = False
     """Whether its chain says that everything is as it was written (`engine.search.chain`); a journal from before there
     were chains cannot say so."""
@@ -123,6 +125,7 @@ def _record(connection: sqlite3.Connection) -> Record:
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
         actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in kept},
+        link=last_link(connection).hex() if proved else "",
         proved=proved,
     )
 

@@ -13,10 +13,8 @@ Numbers are written so that reading them back gives the same bits. A gene is `pa
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
 """
 
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,12 +24,11 @@ from engine.search.assessment import take, to_columns
 from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
 from engine.search.insight.kinds import PACES, Failures, FoundKind
-from engine.search.journal import finite
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
-from engine.search.store import store_errors
 from engine.streams import format_key
+from engine.strict_json import json_lines, json_text, plain
 from engine.tables import Ints
 
 # -- the page in every run directory: what its files are, and what their columns mean, with units ----------------------
@@ -51,6 +48,9 @@ _HEAD = """\
 | `critical.csv` | the rows of `evaluations.csv` with a score of 14 or more |
 | `generations.csv` | the figures of each generation |
 | `journal.sqlite` | everything, exactly; the other files are made from it |
+
+`summary.json` and every case contain the digest of the journal that they were made from. `cortexc verify` compares all
+files with the journal, and `cortexc report` or `cortexc resume` writes them again.
 
 ## Columns of `evaluations.csv`
 
@@ -113,43 +113,41 @@ LAST = 10
 _OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
 
 _CODED = tuple(row for row in RESULTS if row.words is not None)
-WORDS = ("operator", "key", *(row.name for row in _CODED))
-"""Columns that JSON puts in quotes."""
 
-Column = Sequence[str]
-"""One text a row."""
+Column = Sequence[Any]
+"""One value a row: a number, a word, or None."""
 
 
-def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, critical: int = CRITICAL_RISK) -> None:
-    """Write all files of the table above.
-
-    Raises:
-        StoreError: a file cannot be written.
-    """
+def result_files(
+    campaign: Campaign, manifest: Manifest, link: str = "", critical: int = CRITICAL_RISK
+) -> dict[str, bytes]:
+    """Return all files of the table above by name; `link` is the last of their journal's chain."""
     evaluations = campaign.evaluations
     columns = _table(evaluations, campaign.space.names, manifest)
-    lines = [",".join(row) for row in zip(*columns.values(), strict=True)]
-    score = flat_rollouts(evaluations).score
+    lines = list(map(",".join, zip(*map(_texts, columns.values()), strict=True)))
+    runs = flat_rollouts(evaluations)
     header = ",".join(map(_quoted, columns))
-    worst = [lines[row] for row in np.flatnonzero(score >= critical).tolist()]
-    with store_errors(directory):
-        _write_lines(directory / "evaluations.csv", [header, *lines])
-        _write_lines(directory / "critical.csv", [header, *worst])
-        _write_lines(directory / "evaluations.jsonl", _json_lines(columns, evaluations))
-        _write_lines(directory / "generations.csv", _generation_lines(campaign))
-        text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
-        _write_lines(directory / "summary.json", [text])
-        (directory / GUIDE).write_text(guide(), encoding="utf-8")
+    counts = {"tested": runs.tested.tolist(), "failed": runs.failed.tolist()}
+    worst = [lines[row] for row in np.flatnonzero(runs.score >= critical).tolist()]
+    return {
+        "evaluations.csv": _lines([header, *lines]),
+        "critical.csv": _lines([header, *worst]),
+        "evaluations.jsonl": _lines(json_lines(columns | counts)),
+        "generations.csv": _lines(_generation_lines(campaign)),
+        "summary.json": _lines([json_text({"journal": link or None, **summary(campaign, manifest)}, indent=2)]),
+        GUIDE: guide().encode(),
+    }
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
     """What a person wants to know first; numbers that do not exist are NaN."""
-    head = finite(manifest.stored())
+    head = plain(manifest.stored())
     del head["file_text"]
     del head["origin"]["imports"]
     return {
         "manifest": head,
         "stopped": campaign.stopped,
+        "status": campaign.status,
         "generations": len(campaign.generations),
         "seconds": campaign.elapsed,
         **failures_content(campaign.failures, campaign.kinds, manifest.actors, campaign.elapsed),
@@ -171,13 +169,21 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
 def failures_content(
     came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
 ) -> dict[str, Any]:
-    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision."""
+    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision; null
+    where no collision was judged.
+    """
+    counts: dict[str, Any] = {**asdict(came), "avoidable_share": came.share(came.avoidable)}
+    if not came.judged:
+        counts |= dict.fromkeys(("avoidable", "struck", "kinds", "avoidable_kinds", "avoidable_share"))
     pace = {
-        name: getattr(came, name) / seconds if seconds > 0.0 else float("nan") for name in ("avoidable", "collisions")
+        name: counts[name] / seconds if seconds > 0.0 and counts[name] is not None else None
+        for name in ("avoidable", "collisions")
     }
     return {
-        "failures": {**asdict(came), "avoidable_share": came.share(came.avoidable), "per_second": pace},
-        "kinds": [
+        "failures": {**counts, "per_second": pace},
+        "kinds": None
+        if not came.judged
+        else [
             {
                 "partner": actors[each.kind.pair + 1],
                 "side": each.kind.side.name.lower(),
@@ -217,26 +223,26 @@ def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
 
 
 def _table(evaluations: Evaluations, genes: Sequence[str], manifest: Manifest) -> dict[str, Column]:
-    """All columns as texts, one row a rollout."""
+    """All columns, one row a rollout."""
     rollouts = int(evaluations.keys.shape[1])
     rows = np.repeat(np.arange(len(evaluations)), rollouts)
     individuals = take(evaluations, rows) if rollouts > 1 else evaluations
     number = _numbering(evaluations)
     runs = to_columns(flat_rollouts(evaluations))
     return {
-        "individual": _texts(rows.tolist()),
-        "generation": _texts(individuals.places[:, 0].tolist()),
-        "place": _texts(individuals.places[:, 1].tolist()),
-        "rollout": _texts(np.tile(np.arange(rollouts), len(evaluations)).tolist()),
+        "individual": rows.tolist(),
+        "generation": individuals.places[:, 0].tolist(),
+        "place": individuals.places[:, 1].tolist(),
+        "rollout": np.tile(np.arange(rollouts), len(evaluations)).tolist(),
         "operator": _words(individuals.operator.tolist(), _OPERATORS),
-        "reused": _texts(individuals.reused.astype(int).tolist()),
-        "birth": _texts(number(individuals.births)),
-        "parent_1": _texts(number(individuals.parents[:, 0]), missing=-1),
-        "parent_2": _texts(number(individuals.parents[:, 1]), missing=-1),
+        "reused": individuals.reused.astype(int).tolist(),
+        "birth": number(individuals.births),
+        "parent_1": number(individuals.parents[:, 0]),
+        "parent_2": number(individuals.parents[:, 1]),
         "key": _keys(evaluations),
-        **{f"param_{name}": _texts(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
-        "fitness": _texts(individuals.fitness.tolist()),
-        **{name: _texts(values) for name, values in runs.items()},
+        **{f"param_{name}": individuals.genomes[:, gene].tolist() for gene, name in enumerate(genes)},
+        "fitness": individuals.fitness.tolist(),
+        **runs,
         **{row.name: _words(runs[row.name], row.words or {}) for row in _CODED},
         **_sought(flat_rollouts(evaluations), manifest),
     }
@@ -246,16 +252,17 @@ def _sought(runs: Assessment, manifest: Manifest) -> dict[str, Column]:
     """What each objective came to, and which expectations are broken; empty where there is none."""
     aims = zip(manifest.objective, runs.sought.T.tolist(), strict=False)
     expected = zip(manifest.objectives, runs.broken.T.tolist(), strict=False)
-    found = {f"sought_{name}": _texts(values) for name, values in aims}
-    return found | {f"broken_{name}": _texts(values) for name, values in expected if any(v == v for v in values)}
+    found = {f"sought_{name}": values for name, values in aims}
+    return found | {f"broken_{name}": values for name, values in expected if any(v == v for v in values)}
 
 
-def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int]]:
-    """Turn births (n, 2) into numbers of individuals, -1 for none."""
+def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int | None]]:
+    """Turn births (n, 2) into numbers of individuals, None for none."""
     starts = np.flatnonzero(evaluations.places[:, 1] == 0)
 
-    def number(births: Ints) -> list[int]:
-        return np.where(births[:, 0] < 0, -1, starts[births[:, 0]] + births[:, 1]).tolist()
+    def number(births: Ints) -> list[int | None]:
+        rows: list[int] = (starts[births[:, 0]] + births[:, 1]).tolist()
+        return [None if missing else row for missing, row in zip(births[:, 0] < 0, rows, strict=True)]
 
     return number
 
@@ -271,27 +278,10 @@ def _words(codes: Sequence[Any], names: Mapping[int, str]) -> Column:
     return [names[code] for code in codes]
 
 
-def _texts(values: Sequence[Any], missing: Any = None) -> Column:
-    """Shortest texts that read back to the same numbers; NaN and `missing` are empty."""
-    texts = list(map(repr, values))
-    gone = "nan" if missing is None else repr(missing)
-    return ["" if text == gone else text for text in texts] if gone in texts else texts
-
-
-def _json_lines(columns: dict[str, Column], evaluations: Evaluations) -> Iterable[str]:
-    """One object a line, from the texts of the CSV."""
-    runs = flat_rollouts(evaluations)
-    values = [_json_texts(column, name in WORDS) for name, column in columns.items()]
-    counts = [list(map(repr, table.tolist())) for table in (runs.tested, runs.failed)]
-    names = [json.dumps(name, ensure_ascii=False).replace("%", "%%") for name in (*columns, "tested", "failed")]
-    template = "{" + ", ".join(f"{name}: %s" for name in names) + "}"
-    return (template % row for row in zip(*values, *counts, strict=True))
-
-
-def _json_texts(column: Column, quoted: bool) -> Column:
-    if quoted:
-        return [f'"{text}"' for text in column]
-    return [text or "null" for text in column] if "" in column else column
+def _texts(values: Column) -> Sequence[str]:
+    """Return the cells of a column: shortest texts that read back to the same numbers; NaN and None are empty."""
+    texts = [value if isinstance(value, str) else repr(value) for value in values]
+    return ["" if text in ("nan", "None") else text for text in texts]
 
 
 def _generation_lines(campaign: Campaign) -> Iterable[str]:
@@ -306,5 +296,5 @@ def _quoted(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\n') else text
 
 
-def _write_lines(path: Path, lines: Iterable[str]) -> None:
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+def _lines(lines: Iterable[str]) -> bytes:
+    return ("\n".join(lines) + "\n").encode()

@@ -6,7 +6,6 @@ birth and rollout, so a result depends on no other individual and on no thread c
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from time import perf_counter
 
@@ -17,7 +16,7 @@ from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, concatenate, map_arrays, take
-from engine.search.campaign import Campaign, OnGeneration, Progress
+from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign, OnGeneration, Progress
 from engine.search.evaluations import (
     Evaluations,
     GenerationFigures,
@@ -92,12 +91,13 @@ def run_campaign(
                 on_generation(Progress(generation, config.generations, *said))
             if should_stop():
                 break
+        status = FINISHED if len(done) == config.generations else STOPPED
     except KeyboardInterrupt:
         if not done:
             raise
-    stopped = len(done) < config.generations
-    campaign = _finish(space, evaluate if not stopped else None, config, method, preset, done, start, blaming)
-    return replace(campaign, objective=objective)
+        status = STOPPED
+    campaign = summarize(space, evaluate, config, method, preset, done, blaming, status)
+    return replace(campaign, objective=objective, elapsed=perf_counter() - start)
 
 
 def _evaluate(
@@ -167,24 +167,31 @@ def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
     return (case.continuous if is_aimed(evaluations.rollouts) else case.score), case.continuous
 
 
-def _finish(
+def summarize(
     space: ParamSpace,
-    evaluate: Evaluate | None,
+    evaluate: Evaluate,
     config: SearchConfig,
     method: str,
     preset: str,
     done: Sequence[tuple[Evaluations, GenerationFigures]],
-    start: float,
     blaming: Blaming | None,
+    status: str,
 ) -> Campaign:
+    """Return what a search came to that ended with this status, which decides what is analysed: genes are probed when
+    it is finished, and collisions are judged unless it was interrupted. Ctrl-C makes it interrupted. The objective and
+    the time are for the caller to fill in.
+    """
     evaluations = concatenate([block for block, _ in done])
     box = Box.of(space)
-    probes = None
-    blame = blamed(evaluations, None)
-    with suppress(KeyboardInterrupt):
-        blame = blamed(evaluations, blaming)
-        if evaluate is not None and config.probes > 0:
+    blame = probes = None
+    try:
+        if status != INTERRUPTED:
+            blame = blamed(evaluations, blaming)
+        if status == FINISHED and config.probes > 0:
             probes = probe_genes(box, evaluations, evaluate, config.probes)
+    except KeyboardInterrupt:
+        status, blame, probes = INTERRUPTED, None, None
+    blame = blamed(evaluations, None) if blame is None else blame
     return Campaign(
         method=method,
         preset=preset,
@@ -197,8 +204,8 @@ def _finish(
         distinct_collisions=distinct_collisions(evaluations),
         worst=worst_cases(evaluations, blame=blame),
         genes=gene_effects(box, evaluations, probes),
-        elapsed=perf_counter() - start,
-        stopped=len(done) < config.generations,
+        elapsed=float("nan"),
+        status=status,
         blame=blame,
     )
 

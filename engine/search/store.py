@@ -7,7 +7,7 @@ import sqlite3
 import unicodedata
 from collections.abc import Generator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from filelock import FileLock, Timeout
 
@@ -29,6 +29,32 @@ SPACE = "free some space, then go on with `cortexc resume`: what was written is 
 
 class StoreError(CortexError):
     """Results cannot be stored, or read: what is wrong, and what to do about it."""
+
+
+# -- names of files in what is handed on -------------------------------------------------------------------------------
+
+
+def without_folders(word: str) -> str:
+    """Return a word of a command line with the name of a file in the place of an absolute path."""
+    option, equals, value = word.rpartition("=")
+    return f"{option}{equals}{PurePath(value).name}" if PurePath(value).is_absolute() else word
+
+
+def seen_from(folder: Path, name: str) -> str:
+    """Return an absolute path relative to a run's folder, or the name of its file where the two have no folder in
+    common; any other path as it is.
+    """
+    if not PurePath(name).is_absolute():
+        return name
+    home = folder.absolute()
+    alike = home.parts[:2] == PurePath(name).parts[:2]
+    return os.path.relpath(name, home) if alike else without_folders(name)
+
+
+def located(folder: Path, name: str) -> str:
+    """Return where a file is that a run names as `seen_from` its folder."""
+    place = Path(os.path.normpath(folder / name))
+    return str(place) if place.is_file() else name
 
 
 def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:

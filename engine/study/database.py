@@ -30,12 +30,12 @@ from engine.config import Config, ContactConfig, GAConfig, SearchConfig, Simulat
 from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
-from engine.search.journal import finite
 from engine.search.manifest import DrivenBy
 from engine.search.past import kept_actions, who_drove
 from engine.search.protocol import SOUGHT
 from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
+from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
 from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seal_of
@@ -86,7 +86,7 @@ class StudyStore:
         with store_errors(path):
             _save_programs(folder, plan)
             connection = opened(path, "rwc")
-            rows = [(field, json.dumps(finite(value))) for field, value in {**facts, **_document(plan)}.items()]
+            rows = [(field, json_text(value)) for field, value in {**facts, **_document(plan)}.items()]
             connection.executescript(f"BEGIN; {_SCHEMA}")
             with connection:
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
@@ -114,7 +114,7 @@ class StudyStore:
         """
         insist_on(self.path, self._inode)
         record = finished.record
-        figures = json.dumps(finite(flat(record.figures)), allow_nan=False)
+        figures = json_text(flat(record.figures))
         course, where, seconds = record.course.astype("<f8").tobytes(), tuple(record.address), float(record.seconds)
         with store_errors(self.path), self._connection as connection:
             sealed = has_seal(connection)
@@ -185,7 +185,7 @@ def _scenario_rows(plan: Plan) -> Sequence[tuple[Any, ...]]:
 
 
 def _manifest_json(plan: Plan, subject: Subject) -> str:
-    return json.dumps(finite(plan.manifest(subject, plan.methods[0]).stored()))
+    return json_text(plan.manifest(subject, plan.methods[0]).stored())
 
 
 # -- reading -----------------------------------------------------------------------------------------------------------

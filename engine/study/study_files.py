@@ -9,13 +9,12 @@
 """
 
 import csv
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from engine.search.journal import finite
 from engine.search.store import store_errors
+from engine.strict_json import json_text
 from engine.study.comparisons import Comparison
 from engine.study.database import Study
 from engine.study.run_records import FIELDS, RunRecord, flat
@@ -38,7 +37,7 @@ def write_study(study: Study, findings: Findings) -> None:
     _write_csv(study.folder / TESTS, map(test_row, findings.comparisons))
     path = study.folder / SUMMARY
     with store_errors(path):
-        text = json.dumps(finite(summary(study, findings)), indent=2, ensure_ascii=False, allow_nan=False)
+        text = json_text(summary(study, findings), indent=2)
         path.write_text(text + "\n", encoding="utf-8")
 
 

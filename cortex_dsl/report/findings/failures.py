@@ -29,17 +29,23 @@ LOST = "the driver failed"
 
 def lead_text(came: Failures) -> str:
     """`6 avoidable collisions of 5 kinds; 9 collisions of 7 kinds in all`, or what else there is to say first."""
-    if came.collisions > came.unknown:
-        lead = "no avoidable collision"
-        if came.avoidable:
-            lead = f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
-        return lead if came.collisions == came.avoidable else f"{lead}; {collisions_text(came)} in all"
-    return collisions_text(came) if came.collisions else "no collision"
+    if not came.collisions:
+        return "no collision"
+    if not came.judged:
+        return collisions_text(came)
+    lead = "no avoidable collision"
+    if came.avoidable:
+        lead = f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
+    return lead if came.collisions == came.avoidable else f"{lead}; {collisions_text(came)} in all"
 
 
 def collisions_text(came: Failures) -> str:
-    """`2,170 collisions of 48 kinds`"""
-    return f"{counted(came.collisions, 'collision')} of {counted(came.kinds, 'kind')}"
+    """`2,170 collisions of 48 kinds`; without kinds if no collision was judged."""
+    return counted(came.collisions, "collision") + _kinds_text(came)
+
+
+def _kinds_text(came: Failures) -> str:
+    return f" of {counted(came.kinds, 'kind')}" if came.judged else ""
 
 
 def order_text(objective: Sequence[str]) -> str:
@@ -61,14 +67,14 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
     """What the counts are of the work that found them, by valid simulation and by time."""
     if not came.collisions:
         return
-    if came.collisions > came.unknown:
+    if came.judged:
         share = percent(came.share(came.avoidable), 2)
         if came.avoidable:
             yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
         else:
             yield f"avoidable: none found; estimated rate {share} of valid simulations, {SUCCESSION}"
     share = percent(came.collisions / came.valid) if came.valid else ""
-    every = f"{came.collisions:,} of {counted(came.kinds, 'kind')}"
+    every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
 
 

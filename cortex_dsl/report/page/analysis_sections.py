@@ -55,7 +55,7 @@ SHOWN = 20
 
 def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
     """What happened, first the kinds that a competent driver would have avoided."""
-    if not analysis.kinds:
+    if not (analysis.kinds and analysis.came.judged):
         return None
     most = max(each.count for each in analysis.kinds)
     rows = [

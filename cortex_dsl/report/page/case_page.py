@@ -24,6 +24,7 @@ from engine.metrics import Metric
 from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes, Result
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
+from engine.search.store import without_folders
 from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
 
@@ -254,7 +255,11 @@ def _moment(replay: CaseReplay, moment: Moment) -> Element:
 
 
 def _again(replay: CaseReplay, place: Place) -> Element:
-    command = [] if place.folder is None else [f"cortexc replay {quote(str(place.folder))} --case {place.case.rank}"]
+    command = (
+        []
+        if place.folder is None
+        else [f"cortexc replay {quote(without_folders(str(place.folder)))} --case {place.case.rank}"]
+    )
     files = [
         element("details", element("summary", name), element("pre", text, class_="source"))
         for name, text in replay.files.items()

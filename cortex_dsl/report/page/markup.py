@@ -4,7 +4,6 @@ Every text and every attribute is escaped, so that a name can do no harm. A page
 scripts and its data inside, which needs no network.
 """
 
-import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,9 @@ from itertools import pairwise
 from shlex import join
 from string import Template
 from typing import Any, TypeAlias
+
+from engine.search.store import without_folders
+from engine.strict_json import json_text
 
 VOID = frozenset({"br", "hr", "img", "input", "link", "meta"})
 """Elements of HTML that have no end tag."""
@@ -72,7 +74,7 @@ def script(*texts: str) -> Element:
 
 def data_block(name: str, content: Any) -> Element:
     """Data for scripts and for other programs: JSON in which nothing can end the element."""
-    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    text = json_text(content, ascii_only=True, separators=(",", ":"))
     for mark in "<>&":
         text = text.replace(mark, f"\\u{ord(mark):04x}")
     return element("script", Verbatim(text), type="application/json", id=name)
@@ -218,4 +220,4 @@ def command_again(words: Sequence[str]) -> str:
     """
     after_out = {k for k, pair in enumerate(pairwise(words), start=1) if pair[0] == "--out"}
     kept = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
-    return join(("cortexc", *kept))
+    return join(("cortexc", *map(without_folders, kept)))

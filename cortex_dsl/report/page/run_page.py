@@ -6,7 +6,6 @@ from typing import Any
 
 from cortex_dsl.api import opinions
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
-from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
 from cortex_dsl.report.findings.failures import finds_of, order_text
@@ -18,13 +17,15 @@ from cortex_dsl.report.page.player import SCRIPTS, player_data
 from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
+from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
-from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case, worst_cases
 from engine.search.result_files import collisions_by_partner, failures_content
+from engine.search.store import without_folders
 from engine.streams import format_key
+from engine.strict_json import plain
 
 CASES = 10
 """Cases that a page replays."""
@@ -86,7 +87,7 @@ def render_page(found: RunPage) -> str:
     data = {
         "run": plain(content(found)),
         "replays": [player_data(replay) for replay in found.replays],
-        "evaluations": finite(where_it_fails.dots(found.record)),
+        "evaluations": plain(where_it_fails.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 
@@ -124,9 +125,9 @@ def _hero(found: RunPage) -> Element:
 
 
 def _unfinished(record: Record) -> Node:
-    if record.status == "finished":
+    if record.status == FINISHED:
         return None
-    words = "was stopped before its last generation" if record.status == "stopped" else "is not finished"
+    words = "was stopped" if record.status in (STOPPED, INTERRUPTED) else "is not finished"
     return element("p", f"This search {words}: the page shows what its journal holds so far.", class_="note")
 
 
@@ -137,9 +138,10 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
     if came.lost:
         yield _tile("failures.lost", came.lost, f"{came.lost:,}", "simulations in which the driver failed", "hot")
-    yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
-    yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
-    yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
+    if came.judged:
+        yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
+        yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
+        yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
     yield _tile("failures.collisions", came.collisions, f"{came.collisions:,}", "simulations that collided", style)
     yield from _partner_tiles(record)
     if simulated.valid:
@@ -291,7 +293,7 @@ def _footer(found: RunPage) -> Element:
     version = manifest.versions.get("cortexc", "")
     return element(
         "footer",
-        f"Written by cortexc from the journal in {found.run.folder} "
+        f"Written by cortexc from the journal in {without_folders(str(found.run.folder))} "
         f"({counted(len(found.record.evaluations), 'individual')}; "
         f"searched with version {version}). This file needs no network and contains all its data.",
     )

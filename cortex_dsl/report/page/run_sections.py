@@ -37,6 +37,7 @@ from engine.search.evaluations import distinct_collisions, partners
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
+from engine.search.store import without_folders
 from engine.vocabulary import EndReason, Verdict
 
 # -- in plain words: what was searched, how much, what was found, and what it does not show ----------------------------
@@ -103,16 +104,18 @@ def _found(record: Record, came: Failures) -> Node:
     share = percent(ratio(hit, simulated.valid_runs))
     failed = "" if driver_text(came, record.manifest.objective) else driver_failed_text(came)
     more = (failed, *rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
-    return element(
-        "p",
+    avoidable: list[Node] = [
         figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
         " that a competent driver avoids, of ",
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
         "; ",
+    ]
+    kinds: list[Node] = [" in all, of ", figure("failures.kinds", came.kinds, counted(came.kinds, "kind")), " and "]
+    return element(
+        "p",
+        avoidable if came.judged else None,
         figure("by_simulation.colliding_runs", hit, counted(hit, "collision")),
-        " in all, of ",
-        figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
-        " and ",
+        kinds if came.judged else " of ",
         figure("distinct_collisions", distinct, counted(distinct, "set")),
         " of params, in ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
@@ -153,7 +156,7 @@ def likely(run: OpenedRun) -> Element:
     found = kept(run.folder, run.scenario.program.digest)
     if found:
         return part("probability", "How probable is it?", NOTE, table(HEAD, [_row(each) for each in found], "likely"))
-    command = element("pre", f"cortexc probability {quote(str(run.folder))}", class_="command")
+    command = element("pre", f"cortexc probability {quote(without_folders(str(run.folder)))}", class_="command")
     missing = element("p", "Not estimated yet. This command estimates it, and the next report shows it:", class_="note")
     return part("probability", "How probable is it?", NOTE, missing, command)
 
@@ -205,7 +208,7 @@ def _words(end: End) -> tuple[str, str]:
 
 
 def again(run: OpenedRun) -> Element:
-    manifest, folder = run.record.manifest, run.folder
+    manifest, folder = run.record.manifest, without_folders(str(run.folder))
     command = markup.command_again(manifest.command_line) if manifest.command_line else ""
     facts = [
         ("file", manifest.file),

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from engine.search.store import without_folders
+from engine.strict_json import plain
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
@@ -235,7 +236,7 @@ def _again(study: Study) -> Element:
         "Reproduce it",
         "The same command gives the same study, run by run.",
         element("pre", markup.command_again(("study", *command)), class_="command") if command is not None else None,
-        element("pre", join(("cortexc", "report", str(study.folder))), class_="command"),
+        element("pre", join(("cortexc", "report", without_folders(str(study.folder)))), class_="command"),
         element("table", element("tbody", rows), class_="facts"),
     )
 
@@ -243,5 +244,6 @@ def _again(study: Study) -> Element:
 def _footer(study: Study) -> Element:
     return element(
         "footer",
-        f"Written by cortexc from the study in {study.folder}. This file needs no network and contains all its data.",
+        f"Written by cortexc from the study in {without_folders(str(study.folder))}. This file needs no network and "
+        "contains all its data.",
     )

@@ -34,6 +34,7 @@ from cortex_dsl.report.terminal.requirements_view import requirements_view
 from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline, title_of
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
+from engine.search.campaign import INTERRUPTED
 from engine.search.evaluations import Figures, partners
 from engine.search.protocol import SOUGHT
 from engine.search.result_files import broken_by
@@ -92,6 +93,7 @@ def headline(program: Program, report: SearchReport) -> Text:
         (failed or lead_text(came), "bad" if failed or came.collisions else "good"),
         f" in {counted(found.runs, 'simulation') if failed else _simulations(found)}",
         ("  interrupted" if campaign.stopped else "", "warn"),
+        (" before its collisions were judged" if campaign.status == INTERRUPTED else "", "warn"),
         *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
     )
 

@@ -3,7 +3,6 @@
 In trajectory mode a player only has to follow; in maneuver mode it drives by itself, and is asked for less.
 """
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from engine.interchange.contract import ExportOptions, Finding, InterchangeError
 from engine.interchange.esmini import Played, play
 from engine.interchange.openscenario.document import entity_names
 from engine.interchange.recording import SAME_INSTANT, RecordedCase, Recording
+from engine.strict_json import json_text
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -44,7 +44,7 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        return json.dumps(self.content, indent=1) + "\n"
+        return json_text(self.content, indent=1) + "\n"
 
     @property
     def line(self) -> str:

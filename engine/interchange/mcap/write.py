@@ -5,7 +5,6 @@ start. Field names and numbers of kinds are those of
 Foxglove's published message schemas. Bytes are not compressed: the same case is the same file.
 """
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from io import BytesIO
@@ -21,6 +20,7 @@ from engine.kernels.geometry import Box, box_distance
 from engine.maps import MapSpec
 from engine.road import build_network
 from engine.road.outline import outline
+from engine.strict_json import json_text
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
@@ -230,7 +230,7 @@ def _add(writer: Any, channel: int, sequence: int, instant: int, message: Messag
 
 
 def _bytes(value: Mapping[str, Any]) -> bytes:
-    return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    return json_text(value, separators=(",", ":")).encode()
 
 
 def _facts(recording: Recording) -> dict[str, str]:
@@ -243,7 +243,7 @@ def _facts(recording: Recording) -> dict[str, str]:
 def _what(actor: RecordedActor, is_ego: bool) -> str:
     """What a box does not say of an actor, so that it can be read back."""
     facts = {"kind": actor.kind.name.lower(), "rear_to_center": actor.rear_to_center, "ego": is_ego}
-    return json.dumps(facts, separators=(",", ":"))
+    return json_text(facts, separators=(",", ":"))
 
 
 # -- numbers

@@ -10,6 +10,7 @@ import numpy as np
 
 from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError
+from engine.strict_json import json_text
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
 """Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
@@ -31,7 +32,7 @@ def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str], road: t
         InterchangeError: pyarrow is not installed.
     """
     arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
-    metadata = {EGO: b"0", NAMES: json.dumps(list(names), ensure_ascii=False).encode()}
+    metadata = {EGO: b"0", NAMES: json_text(names).encode()}
     if road is not None:
         metadata |= dict(zip((ROAD_NAME, ROAD), (text.encode() for text in road), strict=True))
     out = BytesIO()

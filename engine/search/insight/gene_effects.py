@@ -50,17 +50,17 @@ class GeneEffect:
     effect: float
     """Mean absolute change of the continuous risk over the probes that can be compared: mu* of Campolongo, Cariboni and
     Saltelli (2007), after Morris (1991), "Factorial sampling plans for preliminary computational experiments"."""
-    compared: int
-    """Probes that stay valid with the finite choices of their case."""
-    changed: int
-    """Probes in which anything changed …"""
+    compared: int | None
+    """Probes that stay valid with the finite choices of their case; None if the gene was not probed."""
+    changed: int | None
+    """Probes in which anything changed; None if the gene was not probed."""
     probes: int
-    """… of this many."""
+    """Number of probes."""
 
     @property
-    def dead(self) -> bool:
-        """Whether the gene was probed and changed nothing."""
-        return self.probes > 0 and self.changed == 0
+    def dead(self) -> bool | None:
+        """Whether the gene was probed and changed nothing; None if it was not probed."""
+        return None if self.changed is None else self.changed == 0
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ def _gene_effect(box: Box, gene: int, evaluations: Evaluations, rows: Ints, prob
         worst=worst,
         concentration=_concentration(worst, box.high[gene] - box.low[gene]) if ordered else float("nan"),
         effect=float(probes.effect[gene]) if probes else float("nan"),
-        compared=int(probes.compared[gene]) if probes else 0,
-        changed=int(probes.changed[gene]) if probes else 0,
+        compared=int(probes.compared[gene]) if probes else None,
+        changed=int(probes.changed[gene]) if probes else None,
         probes=probes.count if probes else 0,
     )
 

@@ -86,6 +86,14 @@ class Failures:
     """Of the collisions."""
     avoidable_kinds: int
 
+    @property
+    def judged(self) -> bool:
+        """Whether the reference driver was asked about a collision; also where there is no collision to ask about.
+
+        Otherwise nothing is known of the counts by blame: they are no zeros.
+        """
+        return self.unknown < self.collisions or not self.collisions
+
     def share(self, count: int) -> float:
         """What share of valid simulations a count stands for: (n + 1) / (N + 2), Laplace's rule of succession, as none
         found in N is not never.

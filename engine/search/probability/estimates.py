@@ -15,9 +15,9 @@ import numpy as np
 from engine.atomic import write_one
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
-from engine.search.journal import finite
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
+from engine.strict_json import json_text
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
@@ -168,7 +168,7 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     row = {**content(found), **intervals, "seed": seed, "program_digest": program_digest}
     rows[_place(row)] = row
     with store_errors(path):
-        text = json.dumps(finite(list(rows.values())), indent=2, allow_nan=False)
+        text = json_text(list(rows.values()), indent=2)
         write_one(path, f"{text}\n".encode())
     return path
 

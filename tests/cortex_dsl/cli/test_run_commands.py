@@ -182,7 +182,7 @@ def test_results_that_cannot_be_put_away_are_still_shown(
     def full(*_: object) -> None:
         raise StoreError("no space left", "free some space")
 
-    monkeypatch.setattr("cortex_dsl.api.run_folder.write_exports", full)
+    monkeypatch.setattr("cortex_dsl.api.run_folder.write_derived", full)
     result = cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
     assert result.code == 2
     assert "among 36 individuals" in result.out

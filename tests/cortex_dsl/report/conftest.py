@@ -250,7 +250,7 @@ def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
         worst=worst_cases(evaluations),
         genes=gene_effects(Box.of(space), evaluations, probes),
         elapsed=1.4,
-        stopped=False,
+        status="finished",
         blame=blamed(evaluations, None),
     )
 

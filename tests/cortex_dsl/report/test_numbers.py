@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl.report.documents import document, plain
+from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.readable import column_decimals, counted, duration, fixed, percent, significant
 from cortex_dsl.report.terminal.canvas import Canvas, Window
 from cortex_dsl.report.terminal.theme import bar, sparkline
 from engine.streams import StreamKey
+from engine.strict_json import plain
 from engine.vocabulary import Verdict
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.atomic import write_all
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
@@ -24,7 +25,7 @@ from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
-from engine.search.result_files import write_exports
+from engine.search.result_files import result_files
 from engine.search.run import run_campaign
 from engine.search.searchers import build_searcher
 from engine.search.store import (
@@ -293,7 +294,7 @@ def test_all_exports_hold_the_same_values(
 ) -> None:
     """CSV and JSON lines have one row a rollout and read back to the same numbers; critical ones are apart."""
     found = run(space, evaluate, replace(CONFIG, generations=8, population=40))
-    write_exports(tmp_path, found, manifests(space, CONFIG))
+    write_all(tmp_path, result_files(found, manifests(space, CONFIG)))
     with (tmp_path / "evaluations.csv").open(newline="") as file:
         table = list(csv.DictReader(file))
     lines = [json.loads(line) for line in (tmp_path / "evaluations.jsonl").read_text().splitlines()]
@@ -321,7 +322,7 @@ def test_every_column_is_explained_beside_the_tables(
     tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
 ) -> None:
     """The page in the run directory names every file and every column, params and doubled figures by their prefix."""
-    write_exports(tmp_path, run(space, evaluate, CONFIG), manifests(space, CONFIG))
+    write_all(tmp_path, result_files(run(space, evaluate, CONFIG), manifests(space, CONFIG)))
     page = (tmp_path / "README.md").read_text()
     names = {path.name for path in tmp_path.iterdir()} - {"README.md"}
     for table in ("evaluations.csv", "generations.csv"):
@@ -335,7 +336,7 @@ def test_summary_and_generations(
 ) -> None:
     """The summary is strict JSON with manifest, figures, cases and genes; generations.csv has one row for each."""
     found = run(space, evaluate)
-    write_exports(tmp_path, found, manifests(space, CONFIG))
+    write_all(tmp_path, result_files(found, manifests(space, CONFIG)))
     document = json.loads((tmp_path / "summary.json").read_text(), parse_constant=lambda text: pytest.fail(text))
     assert document["manifest"]["preset"] == "cortex"
     assert document["by_individual"]["nc"] == found.by_individual.nc
@@ -359,7 +360,7 @@ def test_names_that_need_quotes(
         return rows(np.zeros(len(keys), dtype=np.int32), genomes[:, 0])
 
     found = run(space, evaluate, SearchConfig(generations=1, population=3))
-    write_exports(tmp_path, found, manifests(space, CONFIG))
+    write_all(tmp_path, result_files(found, manifests(space, CONFIG)))
     with (tmp_path / "evaluations.csv").open(newline="") as file:
         assert 'param_odd, "100 %s"' in next(csv.DictReader(file))
     assert 'param_odd, "100 %s"' in json.loads((tmp_path / "evaluations.jsonl").read_text().splitlines()[0])

@@ -1,0 +1,57 @@
+"""What is handed on names files without the folders of the computer on which it was made."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from engine.search.store import located, seen_from, without_folders
+
+Command = Callable[..., Any]
+SMALL = ("--ga", "--generations", 2, "--population", 20, "--seed", 5, "--jobs", 1)
+ROADS = Path(__file__).parents[3] / "examples" / "roads"
+
+
+@pytest.mark.parametrize("form", ["{}/a.scn", "--out={}/a.scn", "-p=FILE={}/a.scn"])
+def test_words_of_a_command_line(form: str) -> None:
+    """An absolute path is its file's name, in whatever option it stands; anything else is as it was typed."""
+    assert without_folders(form.format("/home/somebody")) == form.format("@").replace("@/", "")
+    assert without_folders(form.format("here")) == form.format("here")
+
+
+def test_names_as_seen_from_a_run(tmp_path: Path) -> None:
+    """Relative to its folder, from which they are found again; without a common folder only the name is left."""
+    run, file = tmp_path / "runs" / "first", tmp_path / "a.scn"
+    run.mkdir(parents=True)
+    file.write_text("")
+    assert seen_from(run, str(file)) == "../../a.scn"
+    assert located(run, "../../a.scn") == str(file)
+    assert seen_from(run, "/nowhere/a.scn") == "a.scn"
+    assert seen_from(run, "examples/a.scn") == located(run, "examples/a.scn") == "examples/a.scn"
+
+
+@pytest.mark.parametrize("of_a_map", [False, True])
+def test_no_file_names_the_folder(of_a_map: bool, cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Search, report and every export of a run and of a file, all named by absolute paths; and the run goes on."""
+    home = tmp_path / "some folder"
+    home.mkdir()
+    file = Path(shutil.copy(left_turn, home))
+    if of_a_map:
+        assert cortexc("export", file, "--to", "xodr", "--out", home).code == 0
+        text = file.read_text().split("\n")
+        file.write_text(
+            "\n".join('map opendrive("left_turn.xodr")' if line.startswith("map ") else line for line in text)
+        )
+    run = home / "run"
+    assert cortexc(file, *SMALL, "--out", run).code == 0
+    assert cortexc("resume", run, "--generations", 3).code == 0
+    assert cortexc("verify", run, "--sample", 2).code == 0
+    assert cortexc("report", run, "--cases", 1).code == 0
+    formats = "xosc,xodr,commonroad,csv,parquet,mcap,scn" + ("" if of_a_map else ",scenic")
+    assert cortexc("export", run, "--to", formats, "--out", home / "of_run").code == 0
+    assert cortexc("export", file, "--seed", 4, "--to", formats, "--out", home / "of_file").code == 0
+    made = [path for path in home.rglob("*") if path.is_file()]
+    assert len(made) > 30
+    assert [str(path.relative_to(home)) for path in made if str(home).encode() in path.read_bytes()] == []
