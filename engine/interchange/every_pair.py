@@ -16,8 +16,8 @@ from engine.host import pair_arrays
 from engine.interchange.contract import InterchangeError
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
-from engine.interchange.tables.read import actor_of, gaps_of, mixed_rates, usual_step
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.read import actor_of, mixed_rates, usual_step
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
     CONTACT,
     FASTEST_AT,
@@ -143,9 +143,10 @@ def _fill(states: Floats, track: TableTrack, instants: Floats) -> None:
     for column, values in motion:
         states[:, column] = np.interp(instants, track.time, values)
     states[:, State.PRESENT] = 1.0
-    for gap in gaps_of(track.time).tolist():
-        inside = (instants > track.time[gap] + SAME_INSTANT) & (instants < track.time[gap + 1] - SAME_INSTANT)
-        states[inside, State.PRESENT] = 0.0
+    for gap in track.gaps.tolist():
+        begin = int(np.searchsorted(instants, track.time[gap] + SAME_INSTANT, "right"))
+        end = int(np.searchsorted(instants, track.time[gap + 1] - SAME_INSTANT))
+        states[begin : max(end, begin + 1), State.PRESENT] = 0.0  # of a gap without an instant, the one after it
 
 
 def _bounds(track: TableTrack) -> tuple[float, float, float, float]:

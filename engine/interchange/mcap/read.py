@@ -18,7 +18,7 @@ from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.osi import fields, tracks_of_messages
 from engine.interchange.mcap.write import ACTORS, SLIDES
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 

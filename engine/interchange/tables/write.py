@@ -20,8 +20,8 @@ from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
 from engine.interchange.tables.columns import NAME, SLIDES
+from engine.interchange.tables.motion import across, along, rates
 from engine.interchange.tables.parquet import parquet_bytes
-from engine.interchange.tables.plausible import across, along, rates
 from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import State
 
