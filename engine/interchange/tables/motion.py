@@ -6,9 +6,11 @@ taken from a way that is long against the noise, and is NaN where there is no su
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from engine.interchange.contract import cited
 from engine.portable import arctan2
 from engine.tables import Bools, Floats, Ints
 
@@ -23,6 +25,9 @@ FAR = 2.0
 UNLIKE = 30.0
 """A step whose velocity differs by more from those of the steps before and after is a jump [m/s]. No impact is one: the
 velocity of the step in which it happens lies between the two."""
+
+LEAST_JUMP = 0.5
+"""A shorter way is no jump, however fast: times that are a microsecond apart are as inexact as that [m]."""
 
 # -- pieces, rates, directions -----------------------------------------------------------------------------------------
 
@@ -101,18 +106,21 @@ def usual_pace(time: Floats, positions: Floats) -> float:
 def jumps_of(time: Floats, positions: Floats) -> Ints:
     """Return the samples after which an actor makes a step that no road user makes.
 
-    Such a step is faster than `FASTEST`, or it leaves the steps before and after it by more than `UNLIKE` and `FAR`.
-    An actor whose usual pace is above `FASTEST` does not jump: its units are wrong.
+    The velocity of such a step is above `FASTEST`, and differs by more than `UNLIKE` from that of the step before or
+    after; or it differs from all between these two, by a way of more than `FAR`. An actor whose usual pace is above
+    `FASTEST` does not jump: its units are wrong.
     """
     steps = np.diff(time)
     if not len(steps) or usual_pace(time, positions) > FASTEST:
         return np.zeros(0, np.int64)
     ways = np.diff(positions, axis=0) / steps[:, np.newaxis]
-    found = np.hypot(*ways.T) > FASTEST
+    before, after = np.vstack([ways[:1], ways[:-1]]), np.vstack([ways[1:], ways[-1:]])
+    change = np.maximum(np.hypot(*(ways - before).T), np.hypot(*(ways - after).T))
+    speed = np.hypot(*ways.T)
+    found = (speed > FASTEST) & (change > UNLIKE) & (speed * steps > LEAST_JUMP)
     if len(steps) > 2:
-        before, after = ways[:-2], ways[2:]
-        off = np.hypot(*(ways[1:-1] - nearest_between(before, after, ways[1:-1])).T)
-        found[1:-1] |= (off > UNLIKE) & (off * steps[1:-1] > FAR)
+        off = np.hypot(*(ways - nearest_between(before, after, ways)).T)  # 0 at both ends, which have one neighbour
+        found |= (off > UNLIKE) & (off * steps > FAR)
     return np.flatnonzero(found)
 
 
@@ -133,7 +141,7 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
     kept, breaks = np.ones(len(time), np.bool_), np.zeros(len(time), np.bool_)
     edges = [0, *(jumps + 1).tolist(), len(time)]
     last = -1
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         if len(jumps) and end - begin == 1:
             kept[begin] = False
             continue
@@ -142,6 +150,17 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
             kept[begin] = last < begin - 1
         last = end - 1
     return kept, breaks, jumps
+
+
+def jump_remark(name: str, time: Floats, positions: Floats, jumps: Ints) -> str:
+    """Return what is to be said of jumps (`jumps_of`); "" without any."""
+    if not len(jumps):
+        return ""
+    first = int(jumps[0])
+    way = math.hypot(*(positions[first + 1] - positions[first]))
+    times = "" if len(jumps) == 1 else f" {len(jumps):,} times, first"
+    step, when = time[first + 1] - time[first], time[first]
+    return f"{cited(name)} jumps{times} {way:.1f} m in {step:.3g} s, at {when:.6g} s: that is a gap in its track"
 
 
 # -- headings of motion ------------------------------------------------------------------------------------------------
@@ -200,13 +219,12 @@ def motion_headings(motion: Motion, velocity: Floats | None = None, *, on_foot: 
 
 def _slices(pieces: Ints) -> list[slice]:
     edges = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
-    return [slice(begin, end) for begin, end in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(begin, end) for begin, end in pairwise(edges)]
 
 
 def _piece_headings(time: Floats, positions: Floats, on_foot: bool) -> Floats:
-    noise = noise_of(time, positions)
-    marks = _marks(positions, min(max(EXACT, TIMES_NOISE * noise), MOST))
-    if len(marks) < 2 or not _moves(time, positions, marks, noise):
+    marks = marks_of(time, positions)
+    if len(marks) < 2:
         return np.full(len(time), math.nan)
     legs = np.diff(positions[marks], axis=0)
     turned_back = (legs[:-1] * legs[1:]).sum(axis=1) < 0.0  # the sum of two such legs has any direction
@@ -217,19 +235,25 @@ def _piece_headings(time: Floats, positions: Floats, on_foot: bool) -> Floats:
     return heading[leg] + np.clip(way, 0.0, 1.0) * (heading[leg + 1] - heading[leg])
 
 
-def _marks(positions: Floats, spacing: float) -> Ints:
-    """Return the samples at which an actor is first so far from the mark before [m]; the first sample is one."""
+def marks_of(time: Floats, positions: Floats) -> Ints:
+    """Return the samples of one piece between which it moves: the way from each to the next is long against the noise.
+
+    The first sample is one. It is the only one of a piece that leads no farther than `FAR`, and is never fast or ends
+    where it began.
+    """
+    noise = noise_of(time, positions)
+    spacing = min(max(EXACT, TIMES_NOISE * noise), MOST)
     found, least = [0], spacing * spacing
     (at_x, at_y), rows = positions[0].tolist(), positions.tolist()
     for sample, (x, y) in enumerate(rows):
         if (x - at_x) ** 2 + (y - at_y) ** 2 >= least:
             found.append(sample)
             at_x, at_y = x, y
-    return np.array(found)
+    marks = np.array(found)
+    return marks if len(marks) > 1 and _moves(time, positions, marks, noise) else marks[:1]
 
 
 def _moves(time: Floats, positions: Floats, marks: Ints, noise: float) -> bool:
-    """Return True if a piece leads farther than `FAR`, or at its end is away from its begin, and once was fast."""
     away = np.hypot(*(positions - positions[0]).T)
     if len(away) > 2 and np.minimum(away[1:], away[:-1]).max() >= FAR:
         return True

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from engine.interchange.tables.motion import gaps_between
+from engine.interchange.tables.motion import gaps_between, jump_remark, without_jumps
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import ActorKind
 
@@ -42,7 +42,13 @@ class TableTrack:
         """Return the samples after which it is absent for a while."""
         return gaps_between(self.time, self.breaks)
 
-    def only(self, kept: slice) -> "TableTrack":
+    def without_jumps(self) -> tuple["TableTrack", tuple[str, ...]]:
+        """Return the track with a gap at each jump (`motion.without_jumps`), and a remark on them."""
+        kept, breaks, jumps = without_jumps(self.time, self.positions)
+        remark = jump_remark(self.name, self.time, self.positions, jumps)
+        return replace(self, breaks=breaks).only(kept), (remark,) if remark else ()
+
+    def only(self, kept: slice | Bools) -> "TableTrack":
         """Return the track of some of its samples alone."""
         columns = ("time", "positions", "heading", "speed", "slides", "breaks", "assumed")
         cut = {name: values[kept] for name in columns if (values := getattr(self, name)) is not None}

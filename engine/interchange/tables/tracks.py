@@ -1,6 +1,5 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
-import math
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from engine.interchange.tables.motion import (
     Motion,
     across,
     along,
+    jump_remark,
     motion_headings,
     pieces_of,
     rates,
@@ -290,17 +290,6 @@ class _Gathered:
             return (along_heading(held.values, ahead) * known if held.remark else speed), behind
         self.remarks.append("the table has no speeds: they are taken from motion")
         return along_heading(motion.rates(motion.positions - behind * along(ahead)), ahead) * known, behind
-
-
-def jump_remark(name: str, time: Floats, positions: Floats, jumps: Ints) -> str:
-    """Return what is to be said of jumps (`motion.jumps_of`); "" without any."""
-    if not len(jumps):
-        return ""
-    first = int(jumps[0])
-    way = math.hypot(*(positions[first + 1] - positions[first]))
-    times = "" if len(jumps) == 1 else f" {len(jumps):,} times, first"
-    step, when = time[first + 1] - time[first], time[first]
-    return f"{cited(name)} jumps{times} {way:.1f} m in {step:.3g} s, at {when:.6g} s: that is a gap in its track"
 
 
 def _turning_point(motion: Motion, velocity: Floats, heading: Floats, usual: float, loose: Bools) -> float:
