@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, cited
-from engine.interchange.tables.motion import MOVING, along
+from engine.interchange.motion import MOVING, along
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State

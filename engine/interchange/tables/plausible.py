@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.interchange.contract import cited
-from engine.interchange.tables.motion import (
+from engine.interchange.motion import (
     FAR,
     FASTEST,
     MOVING,

@@ -12,13 +12,13 @@ import numpy as np
 
 from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
+from engine.interchange.motion import gaps_between
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.facing import set_aside, with_assumed_headings
-from engine.interchange.tables.motion import gaps_between
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.interchange.tables.tracks import tracks_of
 from engine.tables import SLIDING, Floats

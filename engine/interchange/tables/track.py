@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from engine.interchange.tables.motion import gaps_between, jump_remark, without_jumps
+from engine.interchange.motion import gaps_between, jump_remark, without_jumps
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import ActorKind
 
@@ -43,7 +43,7 @@ class TableTrack:
         return gaps_between(self.time, self.breaks)
 
     def without_jumps(self) -> tuple["TableTrack", tuple[str, ...]]:
-        """Return the track with a gap at each jump (`motion.without_jumps`), and a remark on them."""
+        """Return the track with a gap at each jump (see `engine.interchange.motion`), and a remark on them."""
         kept, breaks, jumps = without_jumps(self.time, self.positions)
         remark = jump_remark(self.name, self.time, self.positions, jumps)
         return replace(self, breaks=breaks).only(kept), (remark,) if remark else ()

@@ -11,9 +11,7 @@ import numpy as np
 
 from engine.interchange.contract import InterchangeError, cited, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
-from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
-from engine.interchange.tables.conventions import ahead
-from engine.interchange.tables.motion import (
+from engine.interchange.motion import (
     Motion,
     across,
     along,
@@ -23,6 +21,8 @@ from engine.interchange.tables.motion import (
     rates,
     without_jumps,
 )
+from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.conventions import ahead
 from engine.interchange.tables.plausible import Held, along_heading, driven, held_headings, held_speeds, scale_remarks
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Bools, Floats, Ints

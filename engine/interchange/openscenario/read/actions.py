@@ -16,6 +16,7 @@ from itertools import chain, islice
 
 import numpy as np
 
+from engine.interchange.motion import marks_of
 from engine.interchange.openscenario.read.motion import (
     COARSE,
     SAME_PLACE,
@@ -25,7 +26,6 @@ from engine.interchange.openscenario.read.motion import (
     place,
 )
 from engine.interchange.openscenario.read.parameters import Catalogs
-from engine.interchange.tables.motion import marks_of
 from engine.interchange.xml import Node
 from engine.portable import arctan2
 from engine.tables import Floats
@@ -191,6 +191,8 @@ def _leaf(action: Node) -> tuple[Node | None, str | None]:
 
 # -- `FollowTrajectoryAction` with a timed polyline --------------------------------------------------------------------
 
+SHORTEST_WAY = 0.1
+"""A trajectory that leads no farther, and slower than a walk, has no direction [m]."""
 TOO_NEAR = 1e-10
 """Vertices this near in time [s] say a jump."""
 TIMED = 'only a timed polyline is replayed: <Polyline> with time="…" on each vertex'
@@ -290,7 +292,7 @@ def along_polyline(times: Floats, poses: Floats, given: Sequence[bool], node: No
     Elsewhere is farther than the noise of the vertices (`marks_of`). Given ones are turned by whole turns to be next to
     the one before.
     """
-    marks = marks_of(times, poses[:, :2])
+    marks = marks_of(times, poses[:, :2], SHORTEST_WAY)
     if len(marks) < 2 and not all(given):
         raise node.error("a trajectory at one place has no direction", "write a heading into each vertex")
     headings, missing = poses[:, 2].copy(), np.flatnonzero(~np.asarray(given, dtype=bool))

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.contract import InterchangeError
+from engine.interchange.motion import jump_remark, without_jumps
 from engine.interchange.openscenario.read.entities import Entity
 from engine.interchange.openscenario.read.motion import COARSE, Polyline, Track
 from engine.interchange.own_metadata import Carried, near, read_carried, step_in
 from engine.interchange.recording import SAME_INSTANT
-from engine.interchange.tables.motion import jump_remark, without_jumps
 from engine.tables import Bools, Floats
 from engine.vocabulary import State
 
@@ -137,8 +137,13 @@ def states(part: Part, times: Floats) -> Floats:
 
 
 def presence(part: Part, times: Floats) -> tuple[Bools, str]:
-    """Return when an entity is there (samples,), without the jumps of its track, and what is to be said of these."""
+    """Return when an entity is there (samples,), without the jumps of its track, and what is to be said of these.
+
+    A file of ours replays what was simulated, and has none.
+    """
     there = part.there(times)
+    if part.carried is not None:
+        return there, ""
     samples = np.flatnonzero(there)
     own, places = times[samples], part.track.poses(times)[samples, :2]
     kept, _, jumps = without_jumps(own, places)

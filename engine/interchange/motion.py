@@ -235,11 +235,11 @@ def _piece_headings(time: Floats, positions: Floats, on_foot: bool) -> Floats:
     return heading[leg] + np.clip(way, 0.0, 1.0) * (heading[leg + 1] - heading[leg])
 
 
-def marks_of(time: Floats, positions: Floats) -> Ints:
+def marks_of(time: Floats, positions: Floats, far: float = FAR) -> Ints:
     """Return the samples of one piece between which it moves: the way from each to the next is long against the noise.
 
-    The first sample is one. It is the only one of a piece that leads no farther than `FAR`, and is never fast or ends
-    where it began.
+    The first sample is one. It is the only one of a piece that leads no farther than `far` [m], and is never fast or
+    ends where it began.
     """
     noise = noise_of(time, positions)
     spacing = min(max(EXACT, TIMES_NOISE * noise), MOST)
@@ -250,12 +250,12 @@ def marks_of(time: Floats, positions: Floats) -> Ints:
             found.append(sample)
             at_x, at_y = x, y
     marks = np.array(found)
-    return marks if len(marks) > 1 and _moves(time, positions, marks, noise) else marks[:1]
+    return marks if len(marks) > 1 and _moves(time, positions, marks, noise, far) else marks[:1]
 
 
-def _moves(time: Floats, positions: Floats, marks: Ints, noise: float) -> bool:
+def _moves(time: Floats, positions: Floats, marks: Ints, noise: float, far: float) -> bool:
     away = np.hypot(*(positions - positions[0]).T)
-    if len(away) > 2 and np.minimum(away[1:], away[:-1]).max() >= FAR:
+    if max(away[-1], np.minimum(away[1:], away[:-1]).max()) >= far:  # a single sample may be wrong
         return True
     paces = np.hypot(*np.diff(positions[marks], axis=0).T) / np.diff(time[marks])
     return bool(away[-1] >= CERTAIN * noise and paces.max() >= MOVING)
