@@ -21,7 +21,7 @@ GAP = 5.0
 MOVING = 1.0
 """A slower motion shows no direction, unless it leads farther than `FAR` [m/s]."""
 FAR = 2.0
-"""An actor that stays within this distance and is slower than `MOVING` shows no direction [m]."""
+"""An actor that stays within this distance shows no direction, unless it is faster than `MOVING` or straight [m]."""
 UNLIKE = 30.0
 """A step whose velocity differs by more from those of the steps before and after is a jump [m/s]. No impact is one: the
 velocity of the step in which it happens lies between the two."""
@@ -173,6 +173,8 @@ MOST = 0.97
 """No longer way than this is asked for, which a turn would bend [m]."""
 CERTAIN = 10.0
 """A way of so many standard deviations is no noise."""
+SHORT, STRAIGHT = 0.5, 0.8
+"""A way shorter than `FAR` shows a direction if its ends are that far apart [m], and this share of its length."""
 FEWEST = 5
 """Samples that show noise."""
 MEDIAN_2D = math.sqrt(2.0 * math.log(2.0))
@@ -238,8 +240,8 @@ def _piece_headings(time: Floats, positions: Floats, on_foot: bool) -> Floats:
 def marks_of(time: Floats, positions: Floats, far: float = FAR) -> Ints:
     """Return the samples of one piece between which it moves: the way from each to the next is long against the noise.
 
-    The first sample is one. It is the only one of a piece that leads no farther than `far` [m], and is never fast or
-    ends where it began.
+    The first sample is one. It is the only one of a piece that leads no farther than `far` [m], unless its way is
+    straight, or is once fast and does not end where it began: a measured place that drifts does neither.
     """
     noise = noise_of(time, positions)
     spacing = min(max(EXACT, TIMES_NOISE * noise), MOST)
@@ -257,8 +259,10 @@ def _moves(time: Floats, positions: Floats, marks: Ints, noise: float, far: floa
     away = np.hypot(*(positions - positions[0]).T)
     if max(away[-1], np.minimum(away[1:], away[:-1]).max()) >= far:  # a single sample may be wrong
         return True
-    paces = np.hypot(*np.diff(positions[marks], axis=0).T) / np.diff(time[marks])
-    return bool(away[-1] >= CERTAIN * noise and paces.max() >= MOVING)
+    legs = np.hypot(*np.diff(positions[marks], axis=0).T)
+    steady = len(legs) > 1 and away[-1] >= max(SHORT, STRAIGHT * float(legs.sum()))
+    fast = away[-1] >= CERTAIN * noise and (legs / np.diff(time[marks])).max() >= MOVING
+    return bool(steady or fast)
 
 
 def _oriented(vectors: Floats, on_foot: bool) -> Floats:
