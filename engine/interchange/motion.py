@@ -1,7 +1,6 @@
-"""Motion that positions at given times show: rates, jumps that no road user makes, and headings.
+"""Motion that positions at given times show: its rates, and jumps that no road user makes.
 
-Times need not be even; arrays are row-aligned with them. A recording has noise, and noise is not motion: a direction is
-taken from a way that is long against the noise, and is NaN where there is no such way.
+Times need not be even; arrays are row-aligned with them.
 """
 
 import math
@@ -11,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 
 from engine.interchange.contract import cited
-from engine.portable import arctan2
 from engine.tables import Bools, Floats, Ints
 
 FASTEST = 150.0
@@ -161,128 +159,3 @@ def jump_remark(name: str, time: Floats, positions: Floats, jumps: Ints) -> str:
     times = "" if len(jumps) == 1 else f" {len(jumps):,} times, first"
     step, when = time[first + 1] - time[first], time[first]
     return f"{cited(name)} jumps{times} {way:.1f} m in {step:.3g} s, at {when:.6g} s: that is a gap in its track"
-
-
-# -- headings of motion ------------------------------------------------------------------------------------------------
-
-EXACT = 0.01
-"""Least way from which a direction is taken [m]."""
-TIMES_NOISE = 150.0
-"""And least way in standard deviations of the noise: the direction of two such ways is known to 0.3 degrees."""
-MOST = 0.97
-"""No longer way than this is asked for, which a turn would bend [m]."""
-CERTAIN = 10.0
-"""A way of so many standard deviations is no noise."""
-SHORT, STRAIGHT = 0.5, 0.8
-"""A way shorter than `FAR` shows a direction if its ends are that far apart [m], and this share of its length."""
-FEWEST = 5
-"""Samples that show noise."""
-MEDIAN_2D = math.sqrt(2.0 * math.log(2.0))
-"""Median length of a vector whose two coordinates are normal of deviation 1."""
-
-
-def noise_of(time: Floats, positions: Floats) -> float:
-    """Return the standard deviation of a coordinate of one piece [m]; 1 mm of fewer than `FEWEST` samples.
-
-    Each sample is compared with the cubic through the two before and the two after it, which motion follows; the median
-    of the differences is not moved by single errors.
-    """
-    if len(time) < FEWEST:
-        return 1e-3
-    weights = np.ones((len(time) - 4, 4))
-    at, around = time[2:-2], [time[shift : len(time) - 4 + shift] for shift in (0, 1, 3, 4)]
-    for one, own in enumerate(around):
-        for other in (each for number, each in enumerate(around) if number != one):
-            weights[:, one] *= (at - other) / (own - other)
-    foreseen = sum(
-        weights[:, [one]] * positions[shift : len(time) - 4 + shift] for one, shift in enumerate((0, 1, 3, 4))
-    )
-    off = np.hypot(*(positions[2:-2] - foreseen).T) / np.sqrt(1.0 + (weights**2).sum(axis=1))
-    return float(np.median(off)) / MEDIAN_2D
-
-
-def motion_headings(motion: Motion, velocity: Floats | None = None, *, on_foot: bool = False) -> Floats:
-    """Return the directions of motion (samples,), not wrapped, kept at standstill; NaN where no motion shows one.
-
-    `velocity` (samples, 2): shows the directions in each piece in which it is once faster than `MOVING`. Who is not on
-    foot keeps its front when it drives backwards: the front points where most of its way leads.
-    """
-    heading = np.full(len(motion.time), math.nan)
-    for own in _slices(motion.pieces):
-        vectors = np.zeros((1, 2)) if velocity is None else velocity[own]
-        moving = np.flatnonzero(np.hypot(*vectors.T) > MOVING)
-        if len(moving):
-            last = np.maximum(np.searchsorted(moving, np.arange(len(vectors)), "right") - 1, 0)
-            heading[own] = _oriented(vectors[moving], on_foot)[last]
-        else:
-            heading[own] = _piece_headings(motion.time[own], motion.positions[own], on_foot)
-    return _carried(heading, motion.positions, motion.pieces)
-
-
-def _slices(pieces: Ints) -> list[slice]:
-    edges = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
-    return [slice(begin, end) for begin, end in pairwise(edges)]
-
-
-def _piece_headings(time: Floats, positions: Floats, on_foot: bool) -> Floats:
-    marks = marks_of(time, positions)
-    if len(marks) < 2:
-        return np.full(len(time), math.nan)
-    legs = np.diff(positions[marks], axis=0)
-    turned_back = (legs[:-1] * legs[1:]).sum(axis=1) < 0.0  # the sum of two such legs has any direction
-    inner = np.where(turned_back[:, np.newaxis], legs[:-1], legs[:-1] + legs[1:])
-    heading = _oriented(np.vstack([legs[:1], inner, legs[-1:]]), on_foot)
-    leg = np.minimum(np.searchsorted(marks, np.arange(len(time)), "right") - 1, len(legs) - 1)
-    way = ((positions - positions[marks[leg]]) * legs[leg]).sum(axis=1) / (legs[leg] ** 2).sum(axis=1)
-    return heading[leg] + np.clip(way, 0.0, 1.0) * (heading[leg + 1] - heading[leg])
-
-
-def marks_of(time: Floats, positions: Floats, far: float = FAR) -> Ints:
-    """Return the samples of one piece between which it moves: the way from each to the next is long against the noise.
-
-    The first sample is one. It is the only one of a piece that leads no farther than `far` [m], unless its way is
-    straight, or is once fast and does not end where it began: a measured place that drifts does neither.
-    """
-    noise = noise_of(time, positions)
-    spacing = min(max(EXACT, TIMES_NOISE * noise), MOST)
-    found, least = [0], spacing * spacing
-    (at_x, at_y), rows = positions[0].tolist(), positions.tolist()
-    for sample, (x, y) in enumerate(rows):
-        if (x - at_x) ** 2 + (y - at_y) ** 2 >= least:
-            found.append(sample)
-            at_x, at_y = x, y
-    marks = np.array(found)
-    return marks if len(marks) > 1 and _moves(time, positions, marks, noise, far) else marks[:1]
-
-
-def _moves(time: Floats, positions: Floats, marks: Ints, noise: float, far: float) -> bool:
-    away = np.hypot(*(positions - positions[0]).T)
-    if max(away[-1], np.minimum(away[1:], away[:-1]).max()) >= far:  # a single sample may be wrong
-        return True
-    legs = np.hypot(*np.diff(positions[marks], axis=0).T)
-    steady = len(legs) > 1 and away[-1] >= max(SHORT, STRAIGHT * float(legs.sum()))
-    fast = away[-1] >= CERTAIN * noise and (legs / np.diff(time[marks])).max() >= MOVING
-    return bool(steady or fast)
-
-
-def _oriented(vectors: Floats, on_foot: bool) -> Floats:
-    """Return directions of vectors (rows, 2), not wrapped: of a vehicle those of its front, which never turns about."""
-    angles = arctan2(vectors[:, 1], vectors[:, 0])
-    if on_foot:
-        return np.unwrap(angles)
-    heading = np.unwrap(angles, period=math.pi)
-    forwards = float((vectors * along(heading)).sum())
-    return heading if forwards >= 0.0 else heading + math.pi
-
-
-def _carried(heading: Floats, positions: Floats, pieces: Ints) -> Floats:
-    """Return headings with those of the neighbouring piece where a piece shows none, and lies where that one ends."""
-    own = _slices(pieces)
-    for order, edge, other in ((own, 0, -1), (own[::-1], -1, 0)):
-        for piece, neighbour in zip(order[1:], order[:-1], strict=True):
-            near = np.hypot(*(positions[piece][edge] - positions[neighbour][other])) < FAR
-            if near and np.isnan(heading[piece]).all():
-                heading[piece] = heading[neighbour][other]
-    known = ~np.isnan(heading)
-    heading[known] = np.unwrap(heading[known])
-    return heading

@@ -3,7 +3,7 @@ not be even; arrays are row-aligned with them.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,6 @@ from engine.interchange.motion import (
     MOVING,
     Motion,
     along,
-    motion_headings,
     nearest_between,
     usual_pace,
 )
@@ -68,11 +67,13 @@ class Held:
     """Whether `values` are those of motion, all of them: then nothing of the column is used for anything."""
 
 
-def held_headings(who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, on_foot: bool) -> Held:
+def held_headings(
+    who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, of_motion: Callable[[], Floats]
+) -> Held:
     """Headings [rad], not wrapped; those of motion where most lie across it.
 
     `loose` (samples,): where it slides after an impact, which may be any way; `unit_said`: whether they are known to be
-    radians.
+    radians; `of_motion`: returns those of motion.
     """
     direction = np.where(loose, math.nan, _directions(motion))
     shown = np.flatnonzero(~np.isnan(direction))
@@ -86,7 +87,7 @@ def held_headings(who: str, motion: Motion, heading: Floats, loose: Bools, *, un
     degrees = not unit_said and 2 * fits > len(shown)
     if 2 * across > len(shown):
         message = f"headings of {cited(who)} lie across its motion at {across:,} of {len(shown):,} samples"
-        return Held(motion_headings(motion, on_foot=on_foot), f"{message}: they are taken from motion", degrees)
+        return Held(of_motion(), f"{message}: they are taken from motion", degrees)
     return Held(heading, f"{cited(who)} drives backwards, unless its headings are degrees" if degrees else "")
 
 

@@ -1,9 +1,10 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from types import MappingProxyType
 from typing import NoReturn
 
@@ -16,11 +17,11 @@ from engine.interchange.motion import (
     across,
     along,
     jump_remark,
-    motion_headings,
     pieces_of,
     rates,
     without_jumps,
 )
+from engine.interchange.motion_headings import motion_headings
 from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
 from engine.interchange.tables.conventions import ahead
 from engine.interchange.tables.plausible import Held, along_heading, driven, held_headings, held_speeds, scale_remarks
@@ -151,8 +152,10 @@ class _Gathered:
         rows, motion = rows[kept], Motion(own[kept], places[kept], pieces_of(own[kept], breaks[kept]))
         length, width = (self._size(quantity, kind, rows, name) for quantity in ("length", "width"))
         velocity = self._velocity(name, motion, rows)
-        heading = self._heading(name, motion, velocity, rows, on_foot=kind == ActorKind.PEDESTRIAN)
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
+        point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
+        lag, on_foot = behind and max(0.0, behind + point), kind == ActorKind.PEDESTRIAN
+        heading = self._heading(name, motion, velocity, rows, partial(motion_headings, lag=lag, on_foot=on_foot))
         speed, behind = self._speed(name, motion, velocity, heading, rows, behind)
         point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
         known = ~np.isnan(heading)
@@ -248,18 +251,22 @@ class _Gathered:
         self._remark(held.remark)
         return held
 
-    def _heading(self, name: str, motion: Motion, velocity: Held | None, rows: Ints, *, on_foot: bool) -> Floats:
+    def _heading(
+        self, name: str, motion: Motion, velocity: Held | None, rows: Ints, of_motion: Callable[..., Floats]
+    ) -> Floats:
+        """Return the headings of the table as they are believed, or else those of motion (`motion_headings`)."""
         key = "yaw" if self.cells.omega_prime else "heading"
         if key not in self.cells.numbers or not np.isfinite(self.cells.numbers[key][rows]).all():
             believed = velocity is not None and not velocity.rejected
             source = "velocities, or else of its motion" if believed else "motion"
             self.remarks.append(f"an actor without headings has the directions of its {source}")
-            return motion_headings(motion, velocity.values if velocity and believed else None, on_foot=on_foot)
+            return of_motion(motion, velocity.values if velocity and believed else None)
         column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
         if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
             self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
         loose, unit_said = self._slides(rows), bool(column.unit)
-        held = held_headings(name, motion, np.unwrap(heading), loose, unit_said=unit_said, on_foot=on_foot)
+        trusted = partial(of_motion, motion)
+        held = held_headings(name, motion, np.unwrap(heading), loose, unit_said=unit_said, of_motion=trusted)
         if held.in_degrees:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
         self._remark(held.remark)

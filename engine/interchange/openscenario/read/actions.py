@@ -16,7 +16,7 @@ from itertools import chain, islice
 
 import numpy as np
 
-from engine.interchange.motion import marks_of
+from engine.interchange.motion_headings import marks_of
 from engine.interchange.openscenario.read.motion import (
     COARSE,
     SAME_PLACE,
