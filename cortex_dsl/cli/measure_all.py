@@ -15,7 +15,7 @@ from cortex_dsl.interchange.formats import SCENARIO
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.ranking_report import RankedReport
-    from engine.interchange.tables.tracks import Tracks
+    from engine.interchange.tables.track import Tracks
 
 NEAREST, FARTHEST = 1.0, 1000.0
 ASKED = Asked("--table or --page", "--force")

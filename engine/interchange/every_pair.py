@@ -16,8 +16,9 @@ from engine.host import pair_arrays
 from engine.interchange.contract import InterchangeError
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
-from engine.interchange.tables.read import actor_of, gaps_of, mixed_rates, usual_step
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.facing import decides, undecided
+from engine.interchange.tables.read import actor_of, mixed_rates, usual_step
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
     CONTACT,
     FASTEST_AT,
@@ -103,8 +104,10 @@ def rank_pairs(
         raise InterchangeError(f"pairs are near one another at {judged:,} samples", cure, tracks.file)
     rows = judge_windows(crowd, windows, on)
     _judge_between_steps(tracks, windows, rows, on)
-    remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own))
-    return _ranked(tracks, windows, rows, on, profile, remarks)
+    aside = _decided_by_assumption(tracks, windows, rows, on)
+    remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own), *dict.fromkeys(aside.values()))
+    kept = np.setdiff1d(np.arange(len(windows)), list(aside))
+    return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
 
 
 # -- from tracks to a crowd --------------------------------------------------------------------------------------------
@@ -143,9 +146,10 @@ def _fill(states: Floats, track: TableTrack, instants: Floats) -> None:
     for column, values in motion:
         states[:, column] = np.interp(instants, track.time, values)
     states[:, State.PRESENT] = 1.0
-    for gap in gaps_of(track.time).tolist():
-        inside = (instants > track.time[gap] + SAME_INSTANT) & (instants < track.time[gap + 1] - SAME_INSTANT)
-        states[inside, State.PRESENT] = 0.0
+    for gap in track.gaps.tolist():
+        begin = int(np.searchsorted(instants, track.time[gap] + SAME_INSTANT, "right"))
+        end = int(np.searchsorted(instants, track.time[gap + 1] - SAME_INSTANT))
+        states[begin : max(end, begin + 1), State.PRESENT] = 0.0  # of a gap without an instant, the one after it
 
 
 def _bounds(track: TableTrack) -> tuple[float, float, float, float]:
@@ -182,6 +186,19 @@ def _judge_between_steps(tracks: Tracks, windows: Ints, rows: Floats, step: floa
         rows[row, [NEAREST_AT, FASTEST_AT]] += first * step
         if outcomes.collided[0]:
             rows[row, [CONTACT, TTC, TTC_TIME]] = TOUCHED, 0.0, rows[row, NEAREST_AT]
+
+
+def _decided_by_assumption(tracks: Tracks, windows: Ints, rows: Floats, step: float) -> dict[int, str]:
+    """Return the remarks on windows, by row, in which two touch with the heading assumed and not with every other."""
+    assumed = np.array([t.assumed is not None and bool(t.assumed.any()) for t in tracks.tracks])
+    touch = (rows[:, CONTACT] == TOUCHED) & assumed[windows[:, :2]].any(axis=1)
+    found: dict[int, str] = {}
+    for row in np.flatnonzero(touch).tolist():
+        one, other, first, last = (int(value) for value in windows[row])
+        pair = (tracks.tracks[one], tracks.tracks[other])
+        if decides(pair, _alone(pair, first * step, last * step, step).states)[1]:
+            found[row] = undecided(pair)
+    return found
 
 
 def _alone(pair: tuple[TableTrack, TableTrack], begin: float, end: float, step: float) -> Recording:

@@ -98,7 +98,7 @@ def _run(recording: Recording) -> _Run:
     bodies = _bodies(recording)
     outlines = outlines_of(bodies)
     instants: Floats = np.arange(_steps(recording) + 1, dtype=np.float64) * recording.step
-    steps = states_at(recording, instants)
+    steps = _with_absences(recording, instants, states_at(recording, instants))
     states = np.ascontiguousarray(recording.states)
     touch = _first(search_contact_of(states, outlines, 0, 1), _search_walls(recording, states, outlines))
     _refuse_overlap(recording, touch)
@@ -108,6 +108,19 @@ def _run(recording: Recording) -> _Run:
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
     return _Run(bodies, trajectory, outcomes, _is_sudden(states, end))
+
+
+def _with_absences(recording: Recording, instants: Floats, steps: Floats) -> Floats:
+    """Return the steps without an actor at the one after an absence that is shorter than a step: no pair is measured
+    over it.
+    """
+    sample, who = np.nonzero(~recording.there)
+    after = np.searchsorted(instants, recording.time[sample] - SAME_INSTANT)
+    between = (after > 0) & (after < len(instants))
+    after, who = after[between], who[between]
+    passed = steps[after - 1, who, State.PRESENT] != 0.0
+    steps[after[passed], who[passed], State.PRESENT] = 0.0
+    return steps
 
 
 def _not_judged(recording: Recording) -> Iterator[str]:

@@ -20,7 +20,7 @@ from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.opendrive.read import read_opendrive
 from engine.tables import SLIDING
 from engine.vocabulary import State
@@ -239,6 +239,7 @@ def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...
                 width=actor.width,
                 rear_to_center=actor.rear_to_center,
                 slides=states[:, State.PRESENT] == SLIDING,
+                breaks=np.diff(there, append=there[-1] + 1) > 1,
             )
         )
     return Tracks(tuple(tracks), remarks, file, begin, buildings=recording.buildings)

@@ -7,7 +7,7 @@ import numpy as np
 from cortex_dsl.report.findings.ranking_report import RankedReport, Window, ranking_content, windows
 from cortex_dsl.report.findings.readable import counted, fixed
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, table, top_bar
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.strict_json import plain
 from engine.tables import Floats
 

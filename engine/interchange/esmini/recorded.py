@@ -10,7 +10,7 @@ from engine.interchange.contract import InterchangeError
 from engine.interchange.esmini import answer_of
 from engine.interchange.logs.esmini import KEYS, LAYOUT
 from engine.interchange.logs.rows import Row, tracks_of_rows
-from engine.interchange.tables.tracks import Tracks
+from engine.interchange.tables.track import Tracks
 from engine.vocabulary import ActorKind
 
 STEP = 0.05

@@ -15,7 +15,7 @@ from engine.interchange.contract import InterchangeError, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.openscenario.carla import BLUEPRINTS
 from engine.interchange.tables.layouts import Layout, Point
-from engine.interchange.tables.tracks import Tracks
+from engine.interchange.tables.track import Tracks
 from engine.vocabulary import ActorKind
 
 MOST_BYTES = 1_000_000_000

@@ -7,8 +7,10 @@ from engine.interchange.contract import InterchangeError
 from engine.interchange.tables.cells import MOST_ROWS, gathered_cells
 from engine.interchange.tables.columns import TEXTS, Chosen, Column
 from engine.interchange.tables.conventions import applied
+from engine.interchange.tables.facing import with_assumed_headings
 from engine.interchange.tables.layouts import Layout
-from engine.interchange.tables.tracks import Tracks, tracks_of
+from engine.interchange.tables.track import Tracks
+from engine.interchange.tables.tracks import tracks_of
 
 Row = tuple[int, Mapping[str, float | str]]
 """The line at which it stands, and its values by meaning (see `tables.columns.PLAIN`), SI units."""
@@ -34,4 +36,5 @@ def tracks_of_rows(path: Path, layout: Layout, keys: tuple[str, ...], rows: Iter
     chosen = Chosen({key: Column(0, layout.columns.get(key, key)) for key in keys}, omega_prime=False)
     texts = {key: [str(value) for value in values[key]] for key in keys if key in TEXTS}
     numbers = {key: [float(value) for value in values[key]] for key in keys if key not in TEXTS}
-    return tracks_of(applied(gathered_cells(path.name, chosen, numbers, texts, lines), layout, path))
+    cells = applied(gathered_cells(path.name, chosen, numbers, texts, lines), layout, path)
+    return with_assumed_headings(tracks_of(cells))

@@ -18,7 +18,7 @@ from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.osi import fields, tracks_of_messages
 from engine.interchange.mcap.write import ACTORS, SLIDES
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
@@ -95,9 +95,15 @@ def _own_tracks(reader: Any, name: str) -> Tracks:
         raise InterchangeError("nobody moves in it", "record one actor at least", name)
     nothing: Mapping[str, str] = {}
     said = next((each.metadata for each in reader.iter_metadata() if each.name == ACTORS), nothing)
-    tracks = [_track(who, own, json.loads(said.get(who, "{}"))) for who, own in samples.items()]
-    remarks = () if said else ("it does not say what its actors are: all are taken for cars",)
-    return Tracks(tuple(tracks), remarks, name)
+    remarks = [] if said else ["it does not say what its actors are: all are taken for cars"]
+    tracks: list[TableTrack] = []
+    for who, own in samples.items():
+        track, jumps = _track(who, own, json.loads(said.get(who, "{}"))).without_jumps()
+        tracks.append(track)
+        remarks += jumps
+    if not any(len(track.time) for track in tracks):
+        raise InterchangeError("every actor in it jumps at every sample", "correct its names or units", name)
+    return Tracks(tuple(track for track in tracks if len(track.time)), tuple(remarks), name)
 
 
 def _refuse_others(schema: Any, name: str) -> None:

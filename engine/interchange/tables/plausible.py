@@ -1,79 +1,28 @@
-"""What positions at given times say of motion, and whether headings and speeds fit them: positions are believed where
-they contradict each other. Times need not be even; arrays are row-aligned with them.
+"""Whether headings and speeds fit the positions: positions are believed where they contradict each other. Times need
+not be even; arrays are row-aligned with them.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.interchange.contract import cited
+from engine.interchange.motion import (
+    FAR,
+    FASTEST,
+    MOVING,
+    Motion,
+    along,
+    nearest_between,
+    usual_pace,
+)
 from engine.portable import arctan2
-from engine.tables import Floats
-
-STANDING = 1e-6
-"""Less way between two samples shows no direction [m]."""
-
-
-def rates(time: Floats, values: Floats) -> Floats:
-    """(samples, …) rate of change: central differences, one-sided at both ends; 0 of a single sample.
-
-    Of headings that are not wrapped it is the yaw rate that `engine.kernels.pair.center_velocity` takes.
-    """
-    if len(time) < 2:
-        return np.zeros_like(values)
-    before = np.maximum(np.arange(len(time)) - 1, 0)
-    after = np.minimum(np.arange(len(time)) + 1, len(time) - 1)
-    span = (time[after] - time[before]).reshape(-1, *([1] * (values.ndim - 1)))
-    return (values[after] - values[before]) / span
-
-
-def along(heading: Floats) -> Floats:
-    """(samples, 2) unit vectors ahead."""
-    return np.column_stack([np.cos(heading), np.sin(heading)])
-
-
-def across(heading: Floats) -> Floats:
-    """(samples, 2) unit vectors to the left."""
-    return np.column_stack([-np.sin(heading), np.cos(heading)])
-
-
-def driven(time: Floats) -> int:
-    """Samples up to and with the first that is on no step: in a table of ours, that of first contact."""
-    steps = np.diff(time)
-    if len(steps) == 0:
-        return len(time)
-    short = np.flatnonzero(steps < 0.999 * np.median(steps))
-    return int(short[0]) + 2 if len(short) else len(time)
-
-
-def headings_of(positions: Floats) -> Floats:
-    """(samples,) directions of motion, not wrapped; at standstill the last one, or the first to come; 0 without any.
-
-    `positions` (samples, 2). The direction at a sample is that from the sample before to the one after it.
-    """
-    count = len(positions)
-    before, after = np.maximum(np.arange(count) - 1, 0), np.minimum(np.arange(count) + 1, count - 1)
-    found = directions(positions[after] - positions[before], STANDING)
-    return np.zeros(count) if found is None else found
-
-
-def directions(velocity: Floats, slowest: float) -> Floats | None:
-    """(samples,) where velocities point, not wrapped, while they are faster than `slowest`; else as before, or as the
-    first time. None where they never are.
-    """
-    moving = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > slowest)
-    if not len(moving):
-        return None
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(len(velocity)), "right") - 1, 0)]
-    return np.unwrap(arctan2(velocity[last, 1], velocity[last, 0]))
-
+from engine.tables import Bools, Floats
 
 # -- whether units can be those that are taken for granted -------------------------------------------------------------
 
-FASTEST = 150.0
-"""No road user moves faster over its whole way [m/s]."""
 SLOWEST_SAMPLING = 10.0
 """Rows of a recording do not lie further apart [s]."""
 
@@ -83,7 +32,7 @@ def scale_remarks(names: Sequence[str], tracks: Sequence[tuple[Floats, Floats]])
     steps = [float(np.median(np.diff(time))) for time, _ in tracks if len(time) > 1]
     if steps and min(steps) > SLOWEST_SAMPLING:
         yield f"rows lie {min(steps):.4g} s apart: if times are milliseconds, call them `time [ms]`"
-    pace = [float(np.hypot(*np.ptp(places, axis=0)) / max(time[-1] - time[0], STANDING)) for time, places in tracks]
+    pace = [usual_pace(time, places) for time, places in tracks]
     if pace and max(pace) > FASTEST:
         who = cited(names[int(np.argmax(pace))])
         cure = "if positions are millimetres, call them `x [mm]` and `y [mm]`; if times are not seconds, say their unit"
@@ -98,12 +47,6 @@ NOISE = 1.0
 """Of speeds taken from positions that were measured or rounded [m/s]; their median has a tenth of it."""
 SHARE = 0.2
 """How much two ways to measure a speed may differ."""
-GAP = 5.0
-"""Longer than so many of its usual steps without a row, an actor is not there."""
-MOVING = 1.0
-"""A slower motion shows no direction [m/s]."""
-FAR = 2.0
-"""An actor that stays within this distance only jitters, and shows no direction either [m]."""
 ASIDE = math.radians(45.0)
 """The largest angle between heading and motion of an actor that drives, forwards or backwards [rad]."""
 NEAR = math.radians(20.0)
@@ -120,17 +63,19 @@ class Held:
     remark: str = ""
     in_degrees: bool = False
     """What it holds are degrees."""
+    rejected: bool = False
+    """Whether `values` are those of motion, all of them: then nothing of the column is used for anything."""
 
 
 def held_headings(
-    who: str, time: Floats, positions: Floats, heading: Floats, loose: np.ndarray, *, unit_said: bool
+    who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, of_motion: Callable[[], Floats]
 ) -> Held:
     """Headings [rad], not wrapped; those of motion where most lie across it.
 
     `loose` (samples,): where it slides after an impact, which may be any way; `unit_said`: whether they are known to be
-    radians.
+    radians; `of_motion`: returns those of motion.
     """
-    direction = np.where(loose, math.nan, _directions(time, positions))
+    direction = np.where(loose, math.nan, _directions(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return Held(heading)
@@ -142,17 +87,27 @@ def held_headings(
     degrees = not unit_said and 2 * fits > len(shown)
     if 2 * across > len(shown):
         message = f"headings of {cited(who)} lie across its motion at {across:,} of {len(shown):,} samples"
-        return Held(headings_of(positions), f"{message}: they are taken from motion", degrees)
+        return Held(of_motion(), f"{message}: they are taken from motion", degrees)
     return Held(heading, f"{cited(who)} drives backwards, unless its headings are degrees" if degrees else "")
 
 
-def _directions(time: Floats, positions: Floats) -> Floats:
+def driven(time: Floats) -> int:
+    """Samples up to and with the first that is on no step: in a table of ours, that of first contact."""
+    steps = np.diff(time)
+    if len(steps) == 0:
+        return len(time)
+    short = np.flatnonzero(steps < 0.999 * np.median(steps))
+    return int(short[0]) + 2 if len(short) else len(time)
+
+
+def _directions(motion: Motion) -> Floats:
     """(samples,) of motion while it is driven; nan where there is none to be seen."""
-    if np.ptp(positions, axis=0).max(initial=0.0) < FAR:
-        return np.full(len(time), math.nan)
-    velocity = rates(time, positions)
+    away = motion.positions - motion.positions[0]
+    if np.hypot(*away.T).max() < FAR:
+        return np.full(len(away), math.nan)
+    velocity = motion.rates(motion.positions)
     shown = np.hypot(velocity[:, 0], velocity[:, 1]) > MOVING
-    shown[driven(time) :] = False
+    shown[driven(motion.time) :] = False
     return np.where(shown, arctan2(velocity[:, 1], velocity[:, 0]), math.nan)
 
 
@@ -161,38 +116,37 @@ def _apart(one: Floats, other: Floats) -> Floats:
     return np.abs((one - other + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-def held_speeds(who: str, column: str, time: Floats, positions: Floats, velocity: Floats, factor: float) -> Held:
+def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor: float) -> Held:
     """(samples, 2) velocities of the centre; those of motion where they do not fit: all of them if most do not.
 
     `column`: what the file calls them; `factor`: from its unit to m/s, 0 where its name says no unit.
     """
-    steps = np.diff(time)
-    near = steps <= GAP * np.median(steps) if len(steps) else np.zeros(0, bool)
+    time, near = motion.time, np.diff(motion.pieces) == 0
     if not near.any():
         return Held(velocity)
-    moved = rates(time, positions)
+    moved = motion.rates(motion.positions)
     if remark := _contradiction(who, column, time, moved, velocity, factor):
-        return Held(moved, remark)
-    wrong = _misfits(positions, velocity, steps, near)
+        return Held(moved, remark, rejected=True)
+    wrong = _misfits(motion, velocity, near)
     if 2 * np.count_nonzero(wrong) > len(time):
-        return Held(moved, f"speeds of {cited(who)} do not fit its positions: they are taken from motion")
+        message = f"speeds of {cited(who)} do not fit its positions: they are taken from motion"
+        return Held(moved, message, rejected=True)
     if not wrong.any():
         return Held(velocity)
     message = f"{np.count_nonzero(wrong):,} of {len(time):,} speeds of {cited(who)} do not fit its positions"
     return Held(np.where(wrong[:, np.newaxis], moved, velocity), f"{message}: those are taken from motion")
 
 
-def _misfits(positions: Floats, velocity: Floats, steps: Floats, near: np.ndarray) -> np.ndarray:
+def _misfits(motion: Motion, velocity: Floats, near: Bools) -> Bools:
     """(samples,) which velocities lie nowhere between that of the way to them and that of the way from them.
 
     Where a contact comes between two samples these differ; an actor may come in from a standstill.
     """
-    ways = np.where(near[:, np.newaxis], np.diff(positions, axis=0) / steps[:, np.newaxis], 0.0)
+    steps = np.diff(motion.time)
+    ways = np.where(near[:, np.newaxis], np.diff(motion.positions, axis=0) / steps[:, np.newaxis], 0.0)
     none = np.zeros((1, 2))
     before, after = np.vstack([none, ways]), np.vstack([ways, none])
-    span = after - before
-    part = ((velocity - before) * span).sum(axis=1) / np.maximum((span * span).sum(axis=1), 1e-12)
-    between = before + np.clip(part, 0.0, 1.0)[:, np.newaxis] * span
+    between = nearest_between(before, after, velocity)
     fastest = np.maximum(np.hypot(*before.T), np.hypot(*after.T))
     allowed = NOISE + SHARE * fastest + HARDEST * np.median(steps)
     judged = np.append(False, near) | np.append(near, False)

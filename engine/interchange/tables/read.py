@@ -12,13 +12,15 @@ import numpy as np
 
 from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
+from engine.interchange.motion import gaps_between
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.conventions import pedestrians_beside
-from engine.interchange.tables.plausible import GAP
-from engine.interchange.tables.tracks import TableTrack, Tracks, tracks_of
+from engine.interchange.tables.facing import set_aside, with_assumed_headings
+from engine.interchange.tables.track import TableTrack, Tracks
+from engine.interchange.tables.tracks import tracks_of
 from engine.tables import SLIDING, Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
@@ -54,9 +56,9 @@ def read_tracks(path: Path, rate: float | None = None) -> Tracks:
     """All actors of a table, and of the one beside it where a data set writes two; as `read_table`."""
     cells = _cells(path, rate)
     tracks = tracks_of(cells)
-    if (other := pedestrians_beside(cells.layout, path)) is None:
-        return tracks
-    return joined(tracks, tracks_of(_cells(other, rate)))
+    if (other := pedestrians_beside(cells.layout, path)) is not None:
+        tracks = joined(tracks, tracks_of(_cells(other, rate)))
+    return with_assumed_headings(tracks)
 
 
 def joined(one: Tracks, other: Tracks) -> Tracks:
@@ -91,17 +93,18 @@ def recording_of(
         ordered = _within(ordered, window, tracks.file)
     kept, left_out = _whom_it_meets(ordered, tracks.file)
     time, remarks = _clock(kept, tracks)
+    kept, aside = set_aside(kept, lambda pair: states_of(pair, time), tracks.file)
     recording = Recording(
         name=name,
         actors=tuple(map(actor_of, kept)),
         time=time - time[0],
-        states=_states(kept, time),
+        states=states_of(kept, time),
         step=usual_step(time) if step is None else step,
         buildings=tracks.buildings,
         commands=False,
     )
-    gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_of(t.time)))
-    return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *remarks, *gaps))
+    gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_between(t.time)))
+    return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
 
 
 def _cells(path: Path, rate: float | None = None) -> Cells:
@@ -193,14 +196,7 @@ def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
     kept = slice(*np.searchsorted(track.time, [first - SAME_INSTANT, last + SAME_INSTANT]).tolist())
     if kept.start >= kept.stop:
         return None
-    return replace(
-        track,
-        time=track.time[kept],
-        positions=track.positions[kept],
-        heading=track.heading[kept],
-        speed=track.speed[kept],
-        slides=None if track.slides is None else track.slides[kept],
-    )
+    return track.only(kept)
 
 
 def _comes_near(track: TableTrack, ego: TableTrack) -> bool:
@@ -212,7 +208,7 @@ def _comes_near(track: TableTrack, ego: TableTrack) -> bool:
 
 
 def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[str, ...]]:
-    """Return all instants at which an actor has a row, and remarks on them."""
+    """Return all instants at which an actor has a row, with one in each gap, and remarks on them."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
@@ -225,7 +221,9 @@ def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[s
         uneven_steps = f"{uneven:,} of {len(steps):,} steps are uneven"
         remarks.append(f"{uneven_steps}: motion is taken as linear, in steps of {step:g} s")
     remarks.extend(mixed_rates(tracks, step))
-    return time, tuple(remarks)
+    edges = np.array([track.time[[gap, gap + 1]] for track in tracks for gap in track.gaps]).reshape(-1, 2)
+    empty = np.searchsorted(time, edges[:, 0], "right") == np.searchsorted(time, edges[:, 1])
+    return np.unique(np.concatenate([time, edges[empty].mean(axis=1)])), tuple(remarks)
 
 
 def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
@@ -251,16 +249,10 @@ def usual_step(time: Floats) -> float:
     return round(step, DIGITS) if abs(round(step, DIGITS) - step) * len(time) < 10.0**-DIGITS else float(step)
 
 
-def gaps_of(time: Floats) -> np.ndarray:
-    """The samples after which an actor is missing for a while."""
-    steps = np.diff(time)
-    return np.flatnonzero(steps > GAP * np.median(steps)) if len(steps) else np.zeros(0, np.int64)
-
-
 # -- states -----------------------------------------------------------------------------------------------------------
 
 
-def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
+def states_of(tracks: Sequence[TableTrack], time: Floats) -> Floats:
     """(instants, actors, len(State)): between two of its rows an actor moves linearly; outside of them it is absent."""
     states = np.zeros((len(time), len(tracks), len(State)))
     for actor, track in enumerate(tracks):
@@ -268,7 +260,7 @@ def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
         for column, values in zip((State.X, State.Y, State.HEADING, State.SPEED), motion.T, strict=True):
             states[:, actor, column] = np.interp(time, track.time, values)
         there = (time >= track.time[0]) & (time <= track.time[-1])
-        for gap in gaps_of(track.time):
+        for gap in track.gaps:
             there &= (time <= track.time[gap]) | (time >= track.time[gap + 1])
         before = np.maximum(np.searchsorted(track.time, time, "right") - 1, 0)
         loose = False if track.slides is None else track.slides[before]

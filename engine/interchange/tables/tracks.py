@@ -1,9 +1,10 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from types import MappingProxyType
 from typing import NoReturn
 
@@ -11,22 +12,21 @@ import numpy as np
 
 from engine.interchange.contract import InterchangeError, cited, quoted
 from engine.interchange.kinds import UNSET, Code, kind_of
-from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
-from engine.interchange.tables.conventions import ahead
-from engine.interchange.tables.plausible import (
-    MOVING,
+from engine.interchange.motion import (
+    Motion,
     across,
     along,
-    along_heading,
-    directions,
-    driven,
-    headings_of,
-    held_headings,
-    held_speeds,
+    jump_remark,
+    pieces_of,
     rates,
-    scale_remarks,
+    without_jumps,
 )
-from engine.tables import Floats, Ints
+from engine.interchange.motion_headings import motion_headings
+from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.conventions import ahead
+from engine.interchange.tables.plausible import Held, along_heading, driven, held_headings, held_speeds, scale_remarks
+from engine.interchange.tables.track import TableTrack, Tracks
+from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
@@ -66,45 +66,6 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
 """What tables call kinds, in small letters."""
 
 
-@dataclass(frozen=True)
-class TableTrack:
-    """One actor as a table describes it; SI units, headings not wrapped, positions of centres."""
-
-    label: str
-    """What its rows are marked with: a name, or an idx."""
-    name: str
-    kind: ActorKind
-    is_ego: bool
-    """Whether the table marks it as the ego."""
-    time: Floats
-    """(samples,) ascending; from the table's first [s]."""
-    positions: Floats
-    """(samples, 2)"""
-    heading: Floats
-    speed: Floats
-    """Of the rear axle, along the heading."""
-    length: float
-    width: float
-    rear_to_center: float
-    slides: np.ndarray | None = None
-    """(samples,) where it is loose after an impact; None where nothing says so."""
-
-
-@dataclass(frozen=True)
-class Tracks:
-    """All actors of a recording, in the order in which it names them."""
-
-    tracks: tuple[TableTrack, ...]
-    remarks: tuple[str, ...]
-    file: str
-    begin: float = 0.0
-    """The first time, as the file counts [s]; tracks count from there."""
-    numbered: bool = False
-    """Whether actors have numbers alone, of which 0 is the ego's unless something else is said."""
-    buildings: Floats | None = None
-    """As `Recording.buildings`."""
-
-
 def tracks_of(cells: Cells) -> Tracks:
     """Raises InterchangeError: too many actors, two rows of one actor at one time, a size that is none."""
     gathered = _Gathered(cells, [*_read_as(cells), *_assumed_units(cells)])
@@ -112,7 +73,12 @@ def tracks_of(cells: Cells) -> Tracks:
     if len(actors) > MOST_TRACKS:
         raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_TRACKS:,} in it", cells.file)
     time = _times(cells)
-    tracks = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
+    found = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
+    tracks = [track for track in found if track is not None]
+    if not tracks:
+        raise InterchangeError(
+            "every actor in it jumps at every row", "correct its units, or the names of its actors", cells.file
+        )
     if len({track.name for track in tracks}) < len(tracks):
         raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
     odd = scale_remarks([track.name for track in tracks], [(track.time, track.positions) for track in tracks])
@@ -170,26 +136,47 @@ class _Gathered:
     cells: Cells
     remarks: list[str]
 
-    def track(self, label: str, rows: Ints, time: Floats) -> TableTrack:
-        """`rows` of one actor, in the order of time."""
+    def track(self, label: str, rows: Ints, time: Floats) -> TableTrack | None:
+        """Return the track of `rows` of one actor, in the order of time; None if it jumps at each of them."""
         cells, own = self.cells, time[rows]
         if len(same := np.flatnonzero(np.diff(own) <= 0.0)):
             one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
             message = f"{cited(label)} has two rows at one time, the other on line {cells.lines[one]}"
             raise InterchangeError(message, "leave one of them out", cells.place(two))
         name, kind = self._name(label, rows), self._kind(label, rows)
+        places = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
+        kept, breaks, jumps = without_jumps(own, places)
+        self._remark(jump_remark(name, own, places, jumps))
+        if not kept.any():
+            return None
+        rows, motion = rows[kept], Motion(own[kept], places[kept], pieces_of(own[kept], breaks[kept]))
         length, width = (self._size(quantity, kind, rows, name) for quantity in ("length", "width"))
-        positions = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
-        heading = self._heading(name, own, positions, rows)
+        velocity = self._velocity(name, motion, rows)
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
-        speed, behind = self._speed(name, own, positions, heading, rows, behind)
-        if self.cells.layout is not None:
-            positions = positions - ahead(self.cells.layout.point, length, behind) * along(heading)
-        is_ego = self._is_ego(label, rows)
-        slides = self._slides(rows)
-        return TableTrack(label, name, kind, is_ego, own, positions, heading, speed, length, width, behind, slides)
+        point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
+        lag, on_foot = behind and max(0.0, behind + point), kind == ActorKind.PEDESTRIAN
+        heading = self._heading(name, motion, velocity, rows, partial(motion_headings, lag=lag, on_foot=on_foot))
+        speed, behind = self._speed(name, motion, velocity, heading, rows, behind)
+        point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
+        known = ~np.isnan(heading)
+        return TableTrack(
+            label=label,
+            name=name,
+            kind=kind,
+            is_ego=self._is_ego(label, rows),
+            time=motion.time,
+            positions=motion.positions - np.where(known[:, np.newaxis], point * along(heading), 0.0),
+            heading=heading,
+            speed=speed,
+            length=length,
+            width=width,
+            rear_to_center=behind,
+            slides=self._slides(rows),
+            breaks=breaks[kept],
+            ahead=point,
+        )
 
-    def _slides(self, rows: Ints) -> np.ndarray:
+    def _slides(self, rows: Ints) -> Bools:
         """(samples,) where it is loose after an impact, as a table of ours says."""
         return self.cells.whole[SLIDES][rows] != 0 if SLIDES in self.cells.whole else np.zeros(len(rows), bool)
 
@@ -252,29 +239,38 @@ class _Gathered:
         self.remarks.append(f"{found}: each has that of its kind in cortexc")
         return float(getattr(MODELS[kind], quantity))
 
-    def _heading(self, name: str, time: Floats, positions: Floats, rows: Ints) -> Floats:
+    def _velocity(self, name: str, motion: Motion, rows: Ints) -> Held | None:
+        """Return the velocities of the centre as they are believed; None without columns of them."""
+        numbers, columns = self.cells.numbers, self.cells.columns
+        if not all(each in numbers for each in VELOCITY):
+            return None
+        velocity = np.column_stack([numbers[each][rows] for each in VELOCITY])
+        called = ", ".join(columns[each].name for each in VELOCITY)
+        unit = columns[VELOCITY[0]].factor if columns[VELOCITY[0]].unit else 0.0
+        held = held_speeds(name, called, motion, velocity, unit)
+        self._remark(held.remark)
+        return held
+
+    def _heading(
+        self, name: str, motion: Motion, velocity: Held | None, rows: Ints, of_motion: Callable[..., Floats]
+    ) -> Floats:
+        """Return the headings of the table as they are believed, or else those of motion (`motion_headings`)."""
         key = "yaw" if self.cells.omega_prime else "heading"
         if key not in self.cells.numbers or not np.isfinite(self.cells.numbers[key][rows]).all():
-            return self._direction(positions, rows)
+            believed = velocity is not None and not velocity.rejected
+            source = "velocities, or else of its motion" if believed else "motion"
+            self.remarks.append(f"an actor without headings has the directions of its {source}")
+            return of_motion(motion, velocity.values if velocity and believed else None)
         column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
         if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
             self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
         loose, unit_said = self._slides(rows), bool(column.unit)
-        held = held_headings(name, time, positions, np.unwrap(heading), loose, unit_said=unit_said)
+        trusted = partial(of_motion, motion)
+        held = held_headings(name, motion, np.unwrap(heading), loose, unit_said=unit_said, of_motion=trusted)
         if held.in_degrees:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
         self._remark(held.remark)
         return held.values
-
-    def _direction(self, positions: Floats, rows: Ints) -> Floats:
-        """Headings where none are written: where velocities point, or else the way to the next position."""
-        if all(each in self.cells.numbers for each in VELOCITY):
-            found = directions(np.column_stack([self.cells.numbers[each][rows] for each in VELOCITY]), MOVING)
-            if found is not None:
-                self.remarks.append("who has no headings has the directions of its velocities")
-                return found
-        self.remarks.append("the table has no headings: they are taken from motion")
-        return headings_of(positions)
 
     def _remark(self, remark: str) -> None:
         if remark:
@@ -286,38 +282,32 @@ class _Gathered:
         raise InterchangeError(message, cure, self.cells.place(int(rows[int(np.abs(heading).argmax())]), key))
 
     def _speed(
-        self, name: str, time: Floats, positions: Floats, heading: Floats, rows: Ints, behind: float
+        self, name: str, motion: Motion, velocity: Held | None, heading: Floats, rows: Ints, behind: float
     ) -> tuple[Floats, float]:
         """The rear axle's speed [m/s], and how far ahead of it the centre lies [m]."""
         numbers, columns = self.cells.numbers, self.cells.columns
-        if all(each in numbers for each in VELOCITY):
-            velocity = np.column_stack([numbers[each][rows] for each in VELOCITY])
-            called = ", ".join(columns[each].name for each in VELOCITY)
-            unit = columns[VELOCITY[0]].factor if columns[VELOCITY[0]].unit else 0.0
-            held = held_speeds(name, called, time, positions, velocity, unit)
-            self._remark(held.remark)
-            turning_point = _turning_point(time, held.values, heading, behind, self._slides(rows))
-            return along_heading(held.values, heading), turning_point
+        known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is no speed
+        if velocity is not None:
+            turning_point = _turning_point(motion, velocity.values, ahead, behind, self._slides(rows))
+            return along_heading(velocity.values, ahead) * known, turning_point
         if "speed" in numbers:
             speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0
-            ahead = speed[:, np.newaxis] * along(heading)
-            held = held_speeds(name, columns["speed"].name, time, positions, ahead, unit)
+            held = held_speeds(name, columns["speed"].name, motion, speed[:, np.newaxis] * along(ahead), unit)
             self._remark(held.remark)
-            return (along_heading(held.values, heading) if held.remark else speed), behind
+            return (along_heading(held.values, ahead) * known if held.remark else speed), behind
         self.remarks.append("the table has no speeds: they are taken from motion")
-        rear = positions - behind * along(heading)
-        return along_heading(rates(time, rear), heading), behind
+        return along_heading(motion.rates(motion.positions - behind * along(ahead)), ahead) * known, behind
 
 
-def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float, loose: np.ndarray) -> float:
+def _turning_point(motion: Motion, velocity: Floats, heading: Floats, usual: float, loose: Bools) -> float:
     """How far the centre lies ahead of the point that does not swing in a turn: the rear axle.
 
     Every driven sample of a turn says it, as the centre's velocity across the heading over the yaw rate. What follows
     contact does not: it begins, in a table of ours, with the one sample that is on no step. Nor does one at which it is
     `loose`. Where samples disagree, as measured ones do, it is the usual one of such a body.
     """
-    last = driven(time)
-    turning = rates(time[:last], heading[:last])
+    last = driven(motion.time)
+    turning = rates(motion.time[:last], heading[:last], motion.pieces[:last])
     swing = (velocity * across(heading)).sum(axis=1)[:last]
     shown = (np.abs(turning) > TURNING) & ~loose[:last]
     if not shown.any():

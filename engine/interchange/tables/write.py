@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
+from engine.interchange.motion import across, along, rates
 from engine.interchange.recording import Recording
 from engine.interchange.tables.columns import NAME, SLIDES
 from engine.interchange.tables.parquet import parquet_bytes
-from engine.interchange.tables.plausible import across, along, rates
 from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import State
 

@@ -15,7 +15,7 @@ from engine.interchange.every_pair import RankedWindows, rank_pairs
 from engine.interchange.measuring import measure
 from engine.interchange.sources import read_traffic
 from engine.interchange.tables.read import recording_of
-from engine.interchange.tables.tracks import TableTrack, Tracks
+from engine.interchange.tables.track import TableTrack, Tracks
 from engine.vocabulary import ActorKind
 from tests.laws import examples
 

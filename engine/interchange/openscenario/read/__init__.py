@@ -25,7 +25,7 @@ from engine.interchange.openscenario.read.actions import (
 from engine.interchange.openscenario.read.entities import Entity, read_entities
 from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
 from engine.interchange.openscenario.read.parameters import Catalogs, substituted
-from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, states
+from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, presence, states
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
@@ -209,7 +209,8 @@ def read_openscenario(
     recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
     if road is not None:
         recording = replace(recording, buildings=road.buildings)
-    on_motion = (remark for part in parts for remark in part.remarks)
+    jumps = (presence(part, times.times)[1] for part in parts)
+    on_motion = [*(remark for part in parts for remark in part.remarks), *filter(None, jumps)]
     recording, on_contact = _motion_alone(recording)
     return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact))
 

@@ -16,6 +16,7 @@ from itertools import chain, islice
 
 import numpy as np
 
+from engine.interchange.motion_headings import marks_of
 from engine.interchange.openscenario.read.motion import (
     COARSE,
     SAME_PLACE,
@@ -26,6 +27,7 @@ from engine.interchange.openscenario.read.motion import (
 )
 from engine.interchange.openscenario.read.parameters import Catalogs
 from engine.interchange.xml import Node
+from engine.portable import arctan2
 from engine.tables import Floats
 
 ACTED_ON = ("TeleportAction", "SpeedAction", "FollowTrajectoryAction", "AddEntityAction", "DeleteEntityAction")
@@ -189,6 +191,8 @@ def _leaf(action: Node) -> tuple[Node | None, str | None]:
 
 # -- `FollowTrajectoryAction` with a timed polyline --------------------------------------------------------------------
 
+SHORTEST_WAY = 0.1
+"""A trajectory that leads no farther, and slower than a walk, has no direction [m]."""
 TOO_NEAR = 1e-10
 """Vertices this near in time [s] say a jump."""
 TIMED = 'only a timed polyline is replayed: <Polyline> with time="…" on each vertex'
@@ -233,7 +237,7 @@ def _path(start: float, times: Floats, vertices: Sequence[Node], around: Surroun
     raw = np.array([each.pose for each in placed], dtype=np.float64)
     if len(vertices) == 1 and not given[0]:
         given = [True]  # one place: it looks where that place looks
-    poses = along_polyline(raw, given, vertices[0])
+    poses = along_polyline(times, raw, given, vertices[0])
     return Polyline(start, times, poses, final_speed(times, poses))
 
 
@@ -282,19 +286,20 @@ def _check_order(times: Floats, vertices: Sequence[Node]) -> None:
 # -- vertices as a way -------------------------------------------------------------------------------------------------
 
 
-def along_polyline(poses: Floats, given: Sequence[bool], node: Node) -> Floats:
+def along_polyline(times: Floats, poses: Floats, given: Sequence[bool], node: Node) -> Floats:
     """Poses whose missing headings are those of the way to the next vertex elsewhere, as esmini has it.
 
-    Given ones are turned by whole turns to be next to the one before.
+    Elsewhere is farther than the noise of the vertices (`marks_of`). Given ones are turned by whole turns to be next to
+    the one before.
     """
-    ways = np.diff(poses[:, :2], axis=0)
-    moving = np.flatnonzero(np.hypot(ways[:, 0], ways[:, 1]) > SAME_PLACE)
-    if not len(moving) and not all(given):
+    marks = marks_of(times, poses[:, :2], SHORTEST_WAY)
+    if len(marks) < 2 and not all(given):
         raise node.error("a trajectory at one place has no direction", "write a heading into each vertex")
-    headings = poses[:, 2].copy()
-    for vertex in np.flatnonzero(~np.asarray(given, dtype=bool)).tolist():
-        way = ways[moving[min(int(np.searchsorted(moving, vertex)), len(moving) - 1)]]
-        headings[vertex] = math.atan2(way[1], way[0])
+    headings, missing = poses[:, 2].copy(), np.flatnonzero(~np.asarray(given, dtype=bool))
+    if len(missing):
+        ways = np.diff(poses[marks, :2], axis=0)
+        way = ways[np.minimum(np.searchsorted(marks, missing, "right") - 1, len(ways) - 1)]
+        headings[missing] = arctan2(way[:, 1], way[:, 0])
     return np.column_stack([poses[:, :2], np.unwrap(headings)])
 
 

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.contract import InterchangeError
+from engine.interchange.motion import jump_remark, without_jumps
 from engine.interchange.openscenario.read.entities import Entity
 from engine.interchange.openscenario.read.motion import COARSE, Polyline, Track
 from engine.interchange.own_metadata import Carried, near, read_carried, step_in
 from engine.interchange.recording import SAME_INSTANT
-from engine.tables import Floats
+from engine.tables import Bools, Floats
 from engine.vocabulary import State
 
 FINE = 0.05
@@ -122,7 +123,7 @@ def states(part: Part, times: Floats) -> Floats:
     the heading, by central differences over the neighbouring samples (one-sided at both ends).
     """
     poses, carried = part.track.poses(times), part.carried
-    there = part.there(times)
+    there, _ = presence(part, times)
     found = np.zeros((len(times), len(State)))
     found[:, [State.X, State.Y, State.HEADING]] = centers(poses, part.entity)
     found[:, State.PRESENT] = there
@@ -133,6 +134,21 @@ def states(part: Part, times: Floats) -> Floats:
         _derive(found, poses, times, there)
     found[~there, State.SPEED :] = 0.0
     return found
+
+
+def presence(part: Part, times: Floats) -> tuple[Bools, str]:
+    """Return when an entity is there (samples,), without the jumps of its track, and what is to be said of these.
+
+    A file of ours replays what was simulated, and has none.
+    """
+    there = part.there(times)
+    if part.carried is not None:
+        return there, ""
+    samples = np.flatnonzero(there)
+    own, places = times[samples], part.track.poses(times)[samples, :2]
+    kept, _, jumps = without_jumps(own, places)
+    there[samples[~kept]] = False
+    return there, jump_remark(part.entity.actor.name, own, places, jumps)
 
 
 def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:

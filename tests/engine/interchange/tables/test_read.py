@@ -106,10 +106,10 @@ def test_headings_are_unwrapped(table) -> None:
 
 def test_who_is_the_ego(table) -> None:
     """Who is asked for; else who is called so; else the first, with a remark."""
-    text = "time,id,x,y\n0,a,0,0\n0,Ego,50,0\n0,c,90,0\n"
+    text = "time,id,x,y,heading\n0,a,0,0,0\n0,Ego,50,0,0\n0,c,90,0,0\n"
     assert table(text).recording.actors[0].name == "Ego"
     assert [actor.name for actor in table(text, ego="c").recording.actors] == ["c", "a", "Ego"]
-    by_role = "time,id,x,y,role\n0,a,0,0,\n0,b,50,0,ego\n"
+    by_role = "time,id,x,y,heading,role\n0,a,0,0,0,\n0,b,50,0,0,ego\n"
     assert table(by_role).recording.actors[0].name == "b"
     assert any("`a` is taken" in remark for remark in table(text.replace("Ego", "b")).remarks)
     with pytest.raises(InterchangeError, match="`eggo`") as caught:
@@ -267,9 +267,9 @@ def test_long_names_of_columns_take_no_time(table, header: str) -> None:
 
 def test_one_long_name_does_not_make_every_row_long(table) -> None:
     """The memory is that of the file."""
-    rows = "".join(f"{k / 10},b,0,0\n" for k in range(12_000))
+    rows = "".join(f"{k / 10},b,0,0,0\n" for k in range(12_000))
     tracemalloc.start()
-    assert len(table(f"time,id,x,y\n0,{'n' * 9_000},1,1\n{rows}").recording.actors) == 2
+    assert len(table(f"time,id,x,y,yaw\n0,{'n' * 9_000},1,1,0\n{rows}").recording.actors) == 2
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 60e6
@@ -333,7 +333,7 @@ def test_size_is_bounded(table, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InterchangeError, match="MB"):
         table(FULL)
     monkeypatch.undo()
-    crowd = "\n".join(["time,id,x,y", *(f"0,{n},{n},0" for n in range(1001))])
+    crowd = "\n".join(["time,id,x,y,yaw", *(f"0,{n},{n},0,0" for n in range(1001))])
     found = table(crowd)
     assert len(found.recording.actors) == 200
     assert any(
@@ -341,7 +341,7 @@ def test_size_is_bounded(table, monkeypatch: pytest.MonkeyPatch) -> None:
         for remark in found.remarks
     )
     with pytest.raises(InterchangeError, match="1,001 actors"):
-        table("\n".join(["time,id,x,y", *(f"0,{n},{n / 10},0" for n in range(1001))]))
+        table("\n".join(["time,id,x,y,yaw", *(f"0,{n},{n / 10},0,0" for n in range(1001))]))
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1 and more that is no table PAR1"])

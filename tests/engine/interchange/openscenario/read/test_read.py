@@ -90,9 +90,14 @@ def test_a_trajectory_that_begins_elsewhere_is_reported(tmp_path: Path) -> None:
 
 def test_a_vertex_far_from_its_neighbours_is_reported(tmp_path: Path) -> None:
     """Where no acceleration explains it; a turn of a coarse polyline is none."""
-    way = [(t / 10, world(float(t), 30.0 if t == 5 else 0.0, 0.0)) for t in range(9)]
-    (remark,) = read(tmp_path, simple(polyline(*way))).remarks
-    assert remark == "Ego: its vertex at 0.5 s lies 30.0 m off the way of its neighbours"
+    for off, jumps in ((1.5, 0), (30.0, 2)):
+        way = [(t / 10, world(float(t), off if t == 5 else 0.0, 0.0)) for t in range(9)]
+        found = read(tmp_path, simple(polyline(*way)))
+        assert found.remarks[0] == f"Ego: its vertex at 0.5 s lies {off:.1f} m off the way of its neighbours"
+        assert [remark.count(f"`Ego` jumps {jumps} times, first 30.0 m") for remark in found.remarks[1:]] == [1] * (
+            jumps // 2
+        )
+        assert found.recording.there[:, 0].tolist() == [not (jumps and t == 5) for t in range(9)]
     corner = polyline((0.0, world(0, 0, 0)), (1.0, world(10, 0, 0)), (2.0, world(10, 10, 1.6)))
     assert read(tmp_path, simple(corner)).remarks == ()
 

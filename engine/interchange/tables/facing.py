@@ -1,0 +1,144 @@
+"""Headings that nothing shows: what is assumed of an actor that never moves, and which pairs that assumption decides.
+
+A standing actor whose heading is not recorded is taken to face along the nearest traffic, as parked cars mostly do. A
+remark says so. A contact that happens with this heading and not with every other one is none to report: that pair is
+set aside.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, cited
+from engine.interchange.motion import MOVING, along
+from engine.interchange.tables.track import TableTrack, Tracks
+from engine.tables import Floats
+from engine.vocabulary import ActorKind, State
+
+MOST_SAMPLES = 100_000
+"""Samples of traffic among which the nearest is looked for."""
+MOST_NAMED = 8
+TURNS = 12
+"""Headings that are tried for a contact: 15 degrees apart, as an outline turned by half a turn is the same."""
+CURE = "add a column `heading`"
+
+
+def with_assumed_headings(tracks: Tracks) -> Tracks:
+    """Return tracks without NaN in headings, and remarks that name the actors of which one was assumed, or left out."""
+    unknown = [track for track in tracks.tracks if np.isnan(track.heading).any()]
+    if not unknown:
+        return tracks
+    traffic = _traffic(tracks.tracks)
+    if not len(traffic):
+        return _without_traffic(tracks, unknown)
+    found = tuple(_facing(track, traffic) if np.isnan(track.heading).any() else track for track in tracks.tracks)
+    said = (
+        f"no motion shows the heading of {_named(unknown)}: that of the nearest traffic is assumed; {CURE} to state it"
+    )
+    return replace(tracks, tracks=found, remarks=(*tracks.remarks, said))
+
+
+def _traffic(tracks: Iterable[TableTrack]) -> Floats:
+    """Return x, y and heading (rows, 3) of all that moves: vehicles, or walkers where no vehicle moves."""
+    rows: dict[bool, list[Floats]] = {True: [], False: []}
+    for track in tracks:
+        moves = ~np.isnan(track.heading) & (np.abs(track.speed) > MOVING)
+        walks = track.kind == ActorKind.PEDESTRIAN
+        rows[walks].append(np.column_stack([track.positions, track.heading])[moves])
+    vehicles, walkers = (np.concatenate([np.zeros((0, 3)), *rows[each]]) for each in (False, True))
+    found = vehicles if len(vehicles) else walkers
+    return found[:: 1 + len(found) // MOST_SAMPLES]
+
+
+def _facing(track: TableTrack, traffic: Floats) -> TableTrack:
+    unknown = np.isnan(track.heading)
+    heading, positions = track.heading.copy(), track.positions.copy()
+    edges = np.flatnonzero(np.diff(unknown.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    for begin, end in edges.tolist():
+        place = np.median(positions[begin:end], axis=0)
+        nearest = int(((traffic[:, :2] - place) ** 2).sum(axis=1).argmin())
+        heading[begin:end] = traffic[nearest, 2]
+        positions[begin:end] -= track.ahead * along(heading[begin:end])
+    return replace(track, heading=heading, positions=positions, assumed=unknown)
+
+
+def _without_traffic(tracks: Tracks, unknown: Sequence[TableTrack]) -> Tracks:
+    """Return the tracks of the actors with a heading, or of a single actor alone, whose heading decides nothing.
+
+    Raises:
+        InterchangeError: nothing shows the heading of the ego, or of any of several actors.
+    """
+    if len(tracks.tracks) == 1:
+        return replace(tracks, tracks=tuple(replace(each, heading=np.nan_to_num(each.heading)) for each in unknown))
+    if len(unknown) == len(tracks.tracks) or any(track.is_ego for track in unknown):
+        raise InterchangeError(f"nothing shows the heading of {_named(unknown)}: nobody moves", CURE, tracks.file)
+    left = tuple(track for track in tracks.tracks if not np.isnan(track.heading).any())
+    said = f"no motion shows the heading of {_named(unknown)}, and no traffic: no pair of it is evaluated; {CURE}"
+    return replace(tracks, tracks=left, remarks=(*tracks.remarks, said))
+
+
+def _named(tracks: Sequence[TableTrack]) -> str:
+    more = f" and {len(tracks) - MOST_NAMED:,} more" if len(tracks) > MOST_NAMED else ""
+    return ", ".join(cited(track.name) for track in tracks[:MOST_NAMED]) + more
+
+
+# -- pairs that an assumption decides ----------------------------------------------------------------------------------
+
+
+def decides(pair: Sequence[TableTrack], states: Floats) -> tuple[bool, bool]:
+    """Return whether two touch with the headings assumed, and whether they do with some headings and not with others.
+
+    `states` (samples, 2, len(State)): of both. Every heading of the one without is tried, `TURNS` of them.
+    """
+    from engine.kernels.approach import search_contact_of
+
+    outlines = np.array([[track.length, track.width] for track in pair])
+    reach = np.hypot(*outlines.T).sum() / 2.0
+    there = (states[:, :, State.PRESENT] != 0.0).all(axis=1)
+    places = states[:, :, [State.X, State.Y]]
+    apart = np.hypot(*(places[:, 1] - places[:, 0]).T)
+    step = np.hypot(*np.diff(places, axis=0).reshape(-1, 2).T).max(initial=0.0)
+    if not there.any() or apart[there].min() > reach + 2.0 * step:
+        return False, False
+    turned = [number for number, track in enumerate(pair) if track.assumed is not None and track.assumed.any()]
+    touches: list[bool] = []
+    for turn in range(TURNS):
+        now = states.copy()
+        now[:, turned, State.HEADING] += turn * math.pi / TURNS
+        touches.append(search_contact_of(now, outlines, 0, 1).sample >= 0)
+    return touches[0], any(touches) and not all(touches)
+
+
+def undecided(pair: Sequence[TableTrack]) -> str:
+    """Return the remark on a pair that is set aside."""
+    who = next(track.name for track in pair if track.assumed is not None and track.assumed.any())
+    one, other = (cited(track.name) for track in pair)
+    return f"whether {one} and {other} touch depends on the heading of {cited(who)}: the pair is not evaluated; {CURE}"
+
+
+def set_aside(
+    tracks: list[TableTrack], states_of: Callable[[Sequence[TableTrack]], Floats], file: str
+) -> tuple[list[TableTrack], tuple[str, ...]]:
+    """Return the tracks, the ego's first, without those with which only an assumed heading makes a contact.
+
+    Raises:
+        InterchangeError: nobody is left with the ego.
+    """
+    kept, remarks = tracks[:1], list[str]()
+    for track in tracks[1:]:
+        pair = (tracks[0], track)
+        touch = depends = False
+        if any(each.assumed is not None and each.assumed.any() for each in pair):
+            touch, depends = decides(pair, states_of(pair))
+        if touch and depends:
+            remarks.append(undecided(pair))
+            continue
+        if depends:
+            remarks.append(f"with another heading {cited(tracks[0].name)} and {cited(track.name)} would touch")
+        kept.append(track)
+    if len(kept) == 1 and len(tracks) > 1:
+        message, _, cure = remarks[0].partition(": the pair is not evaluated; ")
+        raise InterchangeError(message, cure, file)
+    return kept, tuple(remarks)
