@@ -25,8 +25,25 @@ one who stands there.
 import math
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting.braking import MARGIN, blocked, closing_speed, inner_acts, moves, stays_close, waits
-from cortex_dsl.semantics.acting.foreseeing import LEAST_LINE, Conflict, Sight, braking_helps, can_stop, foreseen
+from cortex_dsl.semantics.acting.braking import (
+    MARGIN,
+    STANDSTILL,
+    blocked,
+    closing_speed,
+    inner_acts,
+    moves,
+    stays_close,
+    waits,
+)
+from cortex_dsl.semantics.acting.foreseeing import (
+    LEAST_LINE,
+    SAME_WAY,
+    Conflict,
+    Sight,
+    braking_helps,
+    can_stop,
+    foreseen,
+)
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
@@ -86,12 +103,23 @@ class _Beside:
     """From my front to its rear, along my lane; less than 0 where they overlap [m]."""
     apart: Term
     """Between the sides of both outlines, across my lane [m]."""
+    along: Term
+    """Cosine of its heading against that of my lane."""
     speed: Term
     """Along my lane …"""
     nearing: Term
     """… and towards me, across it [m/s]."""
     deviation: Term
     """From the middle of its own lane [m]."""
+
+    @property
+    def comes_over(self) -> Term:
+        """Whether it drives my way and, beside me, moves towards me.
+
+        A cone and a least speed, not signs: of one who goes along or right across my lane, a component of its velocity
+        is 0 but for rounding. Definition 6 says nothing of those who cross.
+        """
+        return (self.along > SAME_WAY) & (self.speed > STANDSTILL) & (self.apart > 0.0) & (self.nearing > STANDSTILL)
 
 
 def _seen(job: Job, other: Actor) -> _Seen:
@@ -115,12 +143,13 @@ def _beside(job: Job, other: Actor) -> _Beside:
     aside = _left_of(path, s, there) - _left_of(path, foot, here)
     _, _, heading = path_pose(path, s)
     speed, turn = state(ev, other, State.SPEED), there.heading - heading
-    across = speed * sin(turn)
+    across, along = speed * sin(turn), cos(turn)
     own = _lane_path(job, there, [each.path for each in network.lanes])
     return _Beside(
         ahead=where(unhidden(ev, job.actor, other), s - foot - long, math.inf),
         apart=abs(aside) - wide,
-        speed=speed * cos(turn),
+        along=along,
+        speed=speed * along,
         nearing=where(aside > 0.0, -across, across),
         deviation=path_distance(own, there.x, there.y),
     )
@@ -187,8 +216,9 @@ def _is_dangerous(job: Job, seen: _Seen) -> Term:
     if (beside := seen.beside) is None:
         return dangerous
     near = (beside.ahead >= 0.0) & (beside.ahead < _safe_behind(job, beside.speed))
-    near = near & (beside.apart > 0.0) & (beside.nearing > 0.0) & (beside.speed > 0.0)
-    return dangerous | (is_present(job.ev, seen.other) & near & (beside.apart < _safe_beside(job, beside.nearing)))
+    return dangerous | (
+        is_present(job.ev, seen.other) & near & beside.comes_over & (beside.apart < _safe_beside(job, beside.nearing))
+    )
 
 
 def _least(job: Job) -> Term:
@@ -275,8 +305,8 @@ def _is_risk(job: Job, seen: _Seen) -> Term:
     risk = (seen.in_lane & (soon | alarming)) | meets
     if (beside := seen.beside) is None:
         return risk
-    cuts_in = (beside.ahead >= 0.0) & (beside.ahead < (speed - beside.speed) * CRITICAL) & (beside.speed > 0.0)
-    cuts_in = cuts_in & (beside.deviation > DEVIATION) & (beside.nearing > 0.0) & (beside.apart > 0.0)
+    cuts_in = (beside.ahead >= 0.0) & (beside.ahead < (speed - beside.speed) * CRITICAL)
+    cuts_in = cuts_in & beside.comes_over & (beside.deviation > DEVIATION)
     return risk | (is_present(job.ev, seen.other) & cuts_in & (beside.apart < NEXT_LANE))
 
 
@@ -319,7 +349,7 @@ def _cuts_in(job: Job, other: Actor, beside: _Beside) -> Term:
     long = size_of(job.actor, "length") + size_of(other, "length")
     closing = job.speed() - beside.speed
     before = beside.apart * closing < beside.nearing * (beside.ahead + long + SPARE * closing)
-    return (beside.ahead >= 0.0) & (beside.apart > 0.0) & (beside.nearing > 0.0) & (closing > 0.0) & before
+    return (beside.ahead >= 0.0) & beside.comes_over & (closing > STANDSTILL) & before
 
 
 def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:
