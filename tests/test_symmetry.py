@@ -6,7 +6,7 @@ result agrees to 1e-6. A result that differs was decided by the last bit of a nu
 `speed * cos(90 deg)`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import islice
 from typing import NamedTuple
@@ -130,6 +130,7 @@ ARGUMENTS = {
     "track": "{track}",
 }
 """What is given to each parameter that has no default, and to `trajectory`; a new one needs a row here."""
+NONE: Mapping[str, str] = {}
 
 
 @cache
@@ -153,14 +154,15 @@ def way(view: View, quarters: int, turn: ManeuverType, lane: int) -> str:
     return f"[{', '.join(each.source for each in found.lanes)}]"
 
 
-def call(name: str, view: View, way: str, partner: str, speed: str) -> str:
-    """A behavior with the arguments that it needs."""
+def call(name: str, view: View, way: str, partner: str, speed: str, more: Mapping[str, str] = NONE) -> str:
+    """A behavior with the arguments that it needs, and more."""
     sign = -1.0 if view.mirrored else 1.0
     track = TRACK.format(sign * 0.5, sign * 0.2, sign * 3.5)
     inner = "_laneToRight" if view.mirrored else "_laneToLeft"
     given = {"way": way, "partner": partner, "speed": speed, "track": track, "inner": inner}
-    needed = (p.name for p in BUILTINS[name].parameters if p.default is None or p.name == "trajectory")
-    return f"{name}({', '.join(f'{each}={ARGUMENTS[each].format(**given)}' for each in needed)})"
+    needed = [p.name for p in BUILTINS[name].parameters if p.default is None or p.name == "trajectory"]
+    arguments = {each: ARGUMENTS[each].format(**given) for each in needed} | dict(more)
+    return f"{name}({', '.join(f'{each}={text}' for each, text in arguments.items())})"
 
 
 def text(name: str, view: View) -> str:
