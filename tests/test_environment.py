@@ -1,5 +1,7 @@
 """`environment(...)`: grip and sight of everybody, in the language, in both hosts and in exports."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from cortex_dsl import CompileError, compile_text
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import Severity
 from cortex_dsl.interchange.cases import surroundings_of
+from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.unparse import unparse
@@ -14,6 +17,7 @@ from engine import batch, world
 from engine.interchange.contract import ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.recording import Surroundings, recorded_run
+from engine.metrics.measures import recorded
 from engine.scenes import actor_columns
 from engine.vocabulary import Column
 from tests.schemas import findings
@@ -175,3 +179,25 @@ def test_openscenario_says_it(version: str, weather: Surroundings) -> None:
     assert ('frictionScaleFactor="0.4"' in text) == (weather.friction is not None)
     assert ('visualRange="60"' in text) == (weather.sight is not None)
     assert any("light" in remark for remark in export.remarks) == (weather.light is not None)
+
+
+@pytest.mark.parametrize("environment", ["", "environment(friction=0.5, light=0.5, sight=20 m)"])
+def test_a_name_means_one_quantity(environment: str) -> None:
+    """`record ego.P` is the column `ego.P` of the table at time 0, for every property that has one.
+
+    What tyres and road come to together is `grip`, and how far somebody sees in this weather is `view_distance`.
+    """
+    records = "".join(f'record initial ego.{name} as "{name}"\n' for name in PROPERTIES)
+    scenario = compiled(environment, BRAKING + records)
+    scenes = scenario.sample(1, seed=1)
+    run = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    table = {name.split(" ")[0]: column[0] for name, column in scenario.table(scenes).items()}
+    known = {each.name: each.values[0] for each in recorded(scenario.program, run)}
+    named = {name: re.sub("[A-Z]", lambda found: f"_{found[0].lower()}", name) for name in PROPERTIES}
+    equal = {name for name in PROPERTIES if f"ego.{named[name]}" in table}
+    assert set(PROPERTIES) - equal == {"friction", "visibleDistance"}
+    for name in equal:
+        assert known[name] == table[f"ego.{named[name]}"], name
+    factor = 0.5 if environment else 1.0
+    assert table["ego.grip"] == known["friction"] * factor
+    assert table["ego.view_distance"] == (20.0 if environment else known["visibleDistance"])

@@ -48,6 +48,8 @@ START_UNITS: Mapping[Column, str] = {
     Column.PEDAL_TIME: "s",
     Column.DRAG: "m/s^2",
 }
+START_NAMES: Mapping[Column, str] = {Column.FRICTION: "grip"}
+"""Names other than the column's: what tyres and weather come to is not `ego.friction`, which is that of the tyres."""
 STATE_UNITS: Mapping[State, str] = {
     State.X: "m",
     State.Y: "m",
@@ -84,7 +86,8 @@ def _scenes(program: Program, scenes: "Scenes") -> "Named":
         yield _named(name, unit), _values(program.space.options[gene], scenes.genomes[:, gene])
     for actor, who in enumerate(program.actors):
         for column, unit in START_UNITS.items():
-            yield _named(f"{who}.{column.name.lower()}", unit), scenes.values[:, actor * len(Column) + column]
+            name = START_NAMES.get(column, column.name.lower())
+            yield _named(f"{who}.{name}", unit), scenes.values[:, actor * len(Column) + column]
 
 
 def _values(options: "Sequence[str]", genes: "NDArray") -> "NDArray":

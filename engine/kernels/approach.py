@@ -38,8 +38,9 @@ FRACTION_AT_START = 1e-9
 """Reported where outlines touch already at the start of a step: contact belongs to (0, 1]."""
 MAX_ADVANCES = 4096
 """After so many advances the gap was on average below 1/4096 of the way of one step (1 mm for 4 m): contact."""
-DISTANCE_TOLERANCE = 1e-5
-"""How far above the true minimum over a step the distance found may lie [m]."""
+DISTANCE_TOLERANCE = 1e-8
+"""How far above the true minimum over a step the distance found may lie [m]: where two pass on nearly parallel lines,
+a distance known to 1e-5 m leaves milliseconds of doubt about its instant. This costs 4 % more time than 1e-5 m."""
 MAX_SPLITS = 256
 """Bound on the work of one search; reached only where the motion in a step is absurd."""
 

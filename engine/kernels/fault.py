@@ -47,7 +47,8 @@ def fault_of(
     are intersections. A road without regions says nothing of where one may stand.
     """
     forwards = met.ego_speed > -STANDING
-    faster = met.other_speed * math.cos(met.approach_angle) > max(0.0, met.ego_speed)
+    same_way = math.cos(met.approach_angle)
+    faster = same_way > ACROSS and met.other_speed * same_way > max(0.0, met.ego_speed)
     if int(met.side) == REAR and forwards and faster and _was_followed(states, last, time_step, other, outlines):
         return FROM_BEHIND
     if _stood(states, last, time_step) and not _is_in_the_way(states, last, outlines, road, intersections):

@@ -9,6 +9,8 @@ With p the way from the ego's centre to the other's and v its rate of change:
     TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
                     infinite
     MD              least distance between the outlines over continuous time; 0 on contact
+    instant of MD   the first sample no farther than MD + 1e-6 m; without such a sample, the instant itself: while two
+                    stand or pass on parallel lines the arg min is rounding noise
     approach        speeds, angle, c and side at the instant of MD, or of contact
 
 Two that are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
@@ -30,6 +32,8 @@ CLOSING_SPEED_TOLERANCE = 0.01
 NOISE_FLOOR = 1e-9
 """Only what closes faster approaches [m/s]: two that keep their distance have a closing speed of some 1e-15 either way,
 and whether D_MS is a number must not hang on its sign."""
+SAME_DISTANCE = 1e-6
+"""Distances that differ by less are equal [m]: which of them is the least is decided by rounding."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
@@ -106,6 +110,7 @@ def measure_pair(
         least, least_at = _least_distance(states, together, other, outlines, seed)
         if beyond:
             least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
+        least_at = _first_as_near(states, other, outlines, least, least_at)
     least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
     approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
     return PairMetrics(
@@ -220,7 +225,10 @@ def _mix(start: float, end: float, part: float) -> float:
 
 @inlined
 def side_of(ego: Box, other: Box) -> int:
-    """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least."""
+    """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least.
+
+    Of two sides that are equally far, as where corners meet, front or rear.
+    """
     cos, sin = math.cos(ego.heading), math.sin(ego.heading)
     x, y = other.x - ego.x, other.y - ego.y
     ahead, aside = cos * x + sin * y, cos * y - sin * x
@@ -228,7 +236,7 @@ def side_of(ego: Box, other: Box) -> int:
     turned_sin = abs(math.sin(other.heading - ego.heading))
     along = 0.5 * (ego.length + other.length * turned_cos + other.width * turned_sin)
     across = 0.5 * (ego.width + other.length * turned_sin + other.width * turned_cos)
-    if abs(ahead) - along >= abs(aside) - across:
+    if abs(ahead) - along >= abs(aside) - across - SAME_DISTANCE:
         return FRONT if ahead >= 0.0 else REAR
     return LEFT if aside > 0.0 else RIGHT
 
@@ -280,6 +288,20 @@ def _least_distance(states: Floats, together: int, other: int, outlines: Floats,
         if fraction >= 0.0:
             at, reach2 = k + fraction, (best + radii) ** 2
     return best, at
+
+
+@kernel
+def _first_as_near(states: Floats, other: int, outlines: Floats, least: float, at: float) -> float:
+    """The instant of MD, in steps: the first sample as near as MD but for `SAME_DISTANCE`, or `at` without one."""
+    limit = least + SAME_DISTANCE
+    radii = half_diagonal(outline_at(states, 0, 0, outlines)) + half_diagonal(outline_at(states, 0, other, outlines))
+    reach2 = (limit + radii) ** 2  # centres farther apart than this: no need to look at the outlines
+    for k in range(math.ceil(at)):
+        ego, them = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
+        x, y = them.x - ego.x, them.y - ego.y
+        if x * x + y * y <= reach2 and box_distance(ego, them) <= limit:
+            return float(k)
+    return at
 
 
 @kernel

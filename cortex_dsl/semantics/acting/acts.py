@@ -21,6 +21,7 @@ from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.evaluation.operators import combine
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, Value, Weights
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
@@ -103,7 +104,7 @@ def _named(body: Body, value: Value, node: nodes.Expression) -> Iterator[Candida
 
 def _weight(body: Body, value: Value, node: nodes.Expression) -> Term:
     expr = numbers.adopt(body.ev, value, PURE, node.span, WHAT)
-    return numbers.in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
+    return in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
 
 
 # -- the statements ----------------------------------------------------------------------------------------------------
@@ -189,7 +190,7 @@ def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expressio
         seconds = steps.expr * step
     else:
         seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
-        numbers.in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
+        in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
     return seconds - CLOCK_TOLERANCE
 
 

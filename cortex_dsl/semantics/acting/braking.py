@@ -8,13 +8,16 @@ collision, exact for the outlines, at constant velocities. The default threshold
 
 the time that a steady 6 m/s^2 takes away from the relative speed while closing half as fast on average, and 0.35 s
 before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
-larger, so earlier, for those who cross. Once it brakes it goes on until the actor stands or is off its collision
-course: nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving (Hirst and
-Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while an actor is
-close ahead in the lane or intersection.
+larger, so earlier, for those who cross. Braking for an actor that is ahead on the way goes on until that one has left
+the way, is faster, or the actor stands; it then holds. `min_speed` and `max_speed` are conditions to begin: a brake
+that ended above standstill and could not begin again would let its vehicle roll into what it has braked for. Other
+braking ends where nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving
+(Hirst and Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it also holds
+while an actor is close ahead in the lane or intersection.
 """
 
 import math
+from collections.abc import Iterable, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.foreseeing import (
@@ -36,6 +39,7 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, sin, where
+from engine.frozen import frozen
 from engine.vocabulary import State
 
 REFERENCE_DECELERATION = 6.0
@@ -71,14 +75,69 @@ def inner_acts(job: Job) -> ir.Block:
 def emergency_brake(job: Job) -> ir.Block:
     """Another behaviour; full brakes while a collision is close, until it is not or the actor stands."""
     if job.flag("foresees", default=True):
-        partners, sight = others(job.ev, job.actor), Sight.of(job)
-        close = job.ev.algebra.any_of([_is_close(job, each, sight) for each in partners]) & _works(job)
-        # It brakes on while it would begin to: a handler that ends at once would be entered again, without an action.
-        on = close | job.ev.algebra.any_of([stays_close(job, each, sight) for each in partners]) | blocked(job)
-    else:
-        close = _collision_is_close(job)
-        on = _on_collision_course(job) | blocked(job)
-    return (ir.TryInterrupt(job.call.span, inner_acts(job), ((close, (_full_brake(job, on),)),)),)
+        return _brake_for_ways(job)
+    on = _on_collision_course(job) | blocked(job)
+    return (ir.TryInterrupt(job.call.span, inner_acts(job), ((_collision_is_close(job), (_full_brake(job, on),)),)),)
+
+
+def _brake_for_ways(job: Job) -> ir.Block:
+    """The limits of speed are conditions to begin: for whom the brake has acted, it acts again at any speed."""
+    span, any_of, sight, partners = job.call.span, job.ev.algebra.any_of, Sight.of(job), others(job.ev, job.actor)
+    conflicts = [_now(job, each, sight) for each in partners]
+    pairs = list(zip(partners, conflicts, strict=True))
+    close = [_is_close(job, other, conflict) for other, conflict in pairs]
+    targets = Targets.of(job, close, [is_present(job.ev, other) & conflict.exists for other, conflict in pairs])
+    again = any_of([near & acted for near, acted in zip(close, targets.acted, strict=True)])
+    begins = moves(job) & (again | (any_of(close) & _works(job)))
+    stays = any_of([stays_close(job, each, sight) for each in partners])
+    # It brakes on while it would begin to: a handler that ends at once would be entered again, without an action.
+    on = begins | stays | targets.block(job, pairs) | blocked(job)
+    handlers = (targets.gone, (begins, (*targets.note, ir.Loop(span, on, (*targets.note, _pedal(job))))))
+    return (*targets.forget, ir.TryInterrupt(span, inner_acts(job), handlers))
+
+
+@frozen
+class Targets:
+    """For whom of the others braking has begun, and who is on the way since: a local for each.
+
+    Braking for them lasts to standstill, which is then held: who ends it earlier may be too late, or too slow, to
+    begin again.
+    """
+
+    acted: tuple[Term, ...]
+    forget: ir.Block
+    """Acts that forget all, …"""
+    note: ir.Block
+    """… that learn of the moment, …"""
+    gone: tuple[Term, ir.Block]
+    """… and a handler for when one of them has left the way."""
+
+    @staticmethod
+    def of(job: Job, close: Sequence[Term], on_way: Sequence[Term]) -> "Targets":
+        """From whether it is time to brake for each, and whether each is on the way."""
+        algebra, span = job.ev.algebra, job.call.span
+        locals_ = [job.ev.run.new_local() for _ in close]
+        acted = tuple(algebra.local(each) > 0.0 for each in locals_)
+        rows = list(zip(locals_, acted, close, on_way, strict=True))
+        no, yes = algebra.literal(0.0), algebra.literal(1.0)
+        note = tuple(ir.SetLocal(span, each, where(near | (was & on), yes, no)) for each, was, near, on in rows)
+        forget = tuple(ir.SetLocal(span, each, no) for each in locals_)
+        return Targets(acted, forget, note, (algebra.any_of([was & ~on for _, was, _, on in rows]), note))
+
+    def block(self, job: Job, pairs: Iterable[tuple[Actor, Conflict]]) -> Term:
+        """Whether one of them is ahead on the way and no faster."""
+        return job.ev.algebra.any_of(
+            [
+                acted & _is_before(job, other, conflict)
+                for acted, (other, conflict) in zip(self.acted, pairs, strict=True)
+            ]
+        )
+
+
+def _is_before(job: Job, other: Actor, conflict: Conflict) -> Term:
+    """Whether another is on the way, ahead or oncoming, and goes away no faster than the actor follows."""
+    before = is_present(job.ev, other) & conflict.exists & (conflict.is_ahead | conflict.comes)
+    return before & (closing_speed(job, other, conflict) > -STANDSTILL)
 
 
 def _on_collision_course(job: Job) -> Term:
@@ -104,17 +163,20 @@ def _within_reference(job: Job, other: Actor) -> Term:
 
 
 def _works(job: Job) -> Term:
-    """Whether the actor moves, within the range of speeds in which its brake works."""
+    """Whether the actor is in the range of speeds in which its brake begins to act."""
     speed = job.speed()
-    return moves(job) & (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
+    return (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
 
 
-def _is_close(job: Job, other: Actor, sight: Sight) -> Term:
+def _now(job: Job, other: Actor, sight: Sight) -> Conflict:
+    """What is foreseen as the actor is going."""
+    return foreseen(job, -1.0, other, sight, job.speed(), job.ev.algebra.literal(0.0))
+
+
+def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
     """Whether it is time to brake for another: where ways cross, as long as one can stop before the area, or passes
     behind; in one lane by time to collision.
     """
-    still = job.ev.algebra.literal(0.0)
-    conflict = foreseen(job, -1.0, other, sight, job.speed(), still)
     speed, closing = job.speed(), closing_speed(job, other, conflict)
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
     delay = job.number("delay", REFERENCE_DELAY)
@@ -180,7 +242,11 @@ def moves(job: Job) -> Term:
 
 
 def _full_brake(job: Job, while_: Term) -> ir.Act:
-    return ir.Loop(job.call.span, while_, (job.braking(job.number("brake", 1.0)),))
+    return ir.Loop(job.call.span, while_, (_pedal(job),))
+
+
+def _pedal(job: Job) -> ir.Act:
+    return job.braking(job.number("brake", 1.0))
 
 
 def _relative_speed(job: Job, other: Actor) -> Term:

@@ -143,6 +143,9 @@ WALKING_SPEED = 0.5
 CROSSING_SPEED = 1.0
 CROSSING_THRESHOLD = 10.0
 """Defaults of the behaviours of the same names in Scenic's CARLA model [m/s, m]."""
+ABREAST = 0.01
+"""Whoever has less than this left to the other's way counts as there [m]: of two exactly abreast it is 0 but for
+rounding, and its inverse is a speed."""
 
 
 def walk_forward(job: Job) -> ir.Block:
@@ -164,7 +167,7 @@ def cross(job: Job) -> ir.Block:
     ratio = state(job.ev, other, State.SPEED) / ahead
     speed = maximum(least, abs(across) * ratio)
     far = job.number("threshold", CROSSING_THRESHOLD) < apart
-    coming = ahead > 0.0
+    coming = ahead > ABREAST
     return (
         ir.Loop(job.call.span, far, (ir.Wait(job.call.span),)),
         ir.Loop(job.call.span, coming, (ir.Take(job.call.span, ((Command.SPEED, speed),)),)),

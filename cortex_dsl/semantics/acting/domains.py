@@ -1,18 +1,16 @@
 """Requirements that hold what is drawn within its domain: no negative length, no speed below 0.
 
-A number that can be bounded is checked where it is given (`numbers.in_range`). What has no bound, such as the value of
-a `Normal`, is checked in every scene that is drawn. What is no number at all, or infinite, passes: it is reported as an
-error of its own, at its place in the file.
+A number that can be bounded is checked where it is given (`ranges.within`). What has no bound, such as the value of a
+`Normal`, is checked in every scene that is drawn.
 """
 
-import math
 from collections.abc import Iterable, Iterator
 
-from cortex_dsl import ir
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING
+from cortex_dsl.semantics.evaluation.ranges import at_most, inside, require
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor
-from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 
@@ -23,8 +21,7 @@ def require_domains(ev: Evaluator, actors: Iterable[Actor]) -> None:
     for actor in actors:
         found.extend(_of_actor(ev, actor))
     for condition, what, span in found:
-        name = f"{what} within its domain"
-        ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(span)))
+        require(ev, condition, f"{what} within its domain", span)
 
 
 _Found = tuple[Term, str, Span]
@@ -33,7 +30,7 @@ _Found = tuple[Term, str, Span]
 def _of_environment(ev: Evaluator) -> Iterator[_Found]:
     if (environment := ev.run.built.environment) is not None:
         for name, value in environment.values.items():
-            if (condition := _within(ev, value, ENVIRONMENT[name])) is not None:
+            if (condition := inside(ev, value, ENVIRONMENT[name])) is not None:
                 yield condition, f"{name} of the environment", environment.span
 
 
@@ -41,7 +38,7 @@ def _of_actor(ev: Evaluator, actor: Actor) -> Iterator[_Found]:
     for name, spec in PROPERTIES.items():
         value = actor.properties[name]
         assert isinstance(value, Term)
-        condition = _within(ev, value, spec)
+        condition = inside(ev, value, spec)
         if name == "speed":
             condition = _below_top(ev, actor, value, condition)
         if condition is not None:
@@ -54,21 +51,4 @@ def _below_top(ev: Evaluator, actor: Actor, speed: Term, condition: Term | None)
     assert isinstance(top, Term)
     if ev.interval(speed)[1] <= ev.interval(top)[0] * (1.0 + ROUNDING):
         return condition
-    return _at_most(speed, top) if condition is None else condition & _at_most(speed, top)
-
-
-def _within(ev: Evaluator, value: Term, spec: Domain) -> Term | None:
-    """The condition that a value lies in a domain; None where it surely does, or has been checked."""
-    low, high = ev.interval(value)
-    if math.isfinite(low) and math.isfinite(high):
-        return None
-    parts = []
-    if low < spec.low or (spec.above and low == spec.low):
-        parts.append(~((value <= spec.low if spec.above else value < spec.low) & (-math.inf < value)))
-    if spec.high < high and spec.high < math.inf:
-        parts.append(_at_most(value, spec.high))
-    return ev.algebra.all_of(parts) if parts else None
-
-
-def _at_most(value: Term, limit: Term | float) -> Term:
-    return ~((limit < value) & (value < math.inf))
+    return at_most(speed, top) if condition is None else condition & at_most(speed, top)

@@ -14,7 +14,7 @@ from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Quantity, Value
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.builtins import BUILTINS, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from cortex_dsl.semantics.quantities.units import PURE
 from engine.frozen import frozen
@@ -57,10 +57,17 @@ class Job:
     def number(self, name: str, default: float | None = None) -> Term:
         if self.given(name) is None and default is not None:
             return self.ev.algebra.literal(default)
+        return number_for(self.ev, self._parameter(name), Given(self.call.arguments[name], self.call.spans[name]))
+
+    def check_numbers(self) -> None:
+        """Refuse numbers outside their range, whether or not what the behaviour does depends on them here."""
+        for name in self.call.arguments:
+            if self._parameter(name).dimension is not None and self.given(name) is not None:
+                self.number(name)
+
+    def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)
-        row = BUILTINS[self.call.behaviour.name]
-        parameter = next(p for p in row.parameters if p.name == name)
-        return number_for(self.ev, parameter, Given(self.call.arguments[name], self.call.spans[name]))
+        return next(p for p in BUILTINS[self.call.behaviour.name].parameters if p.name == name)
 
     def flag(self, name: str, *, default: bool = False) -> bool:
         """A switch that must be known at compile time."""

@@ -22,30 +22,30 @@ would meet within 4 s, as `engine.avoidability` does, and the fuzzy model takes 
 one who stands there.
 """
 
-import math
-
 from cortex_dsl import ir
-from cortex_dsl.semantics.acting.braking import MARGIN, blocked, closing_speed, inner_acts, moves, stays_close, waits
-from cortex_dsl.semantics.acting.foreseeing import LEAST_LINE, Conflict, Sight, braking_helps, can_stop, foreseen
+from cortex_dsl.semantics.acting.braking import (
+    STANDSTILL,
+    Targets,
+    blocked,
+    inner_acts,
+    moves,
+    stays_close,
+    waits,
+)
+from cortex_dsl.semantics.acting.foreseeing import (
+    LEAST_LINE,
+    Sight,
+)
 from cortex_dsl.semantics.acting.job import Job
-from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES
-from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
-from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
-from cortex_dsl.semantics.evaluation.roads import network_of
-from cortex_dsl.semantics.evaluation.seeing import unhidden
-from cortex_dsl.semantics.model.values import Actor, Pose
+from cortex_dsl.semantics.acting.partners import Beside, Seen, partners_of
+from cortex_dsl.semantics.evaluation.geometry import is_present, others, size_of, state
+from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
-    cos,
     maximum,
     minimum,
-    path_distance,
-    path_pose,
-    path_project,
-    sin,
     where,
 )
-from engine.frozen import frozen
 from engine.vocabulary import State
 
 GRAVITY = 9.81
@@ -55,95 +55,9 @@ NOT_RISKY = -1.0
 """In the place of the time since when there is a risk."""
 
 
-@frozen
-class _Seen:
-    """Another, as the models look at it."""
-
-    other: Actor
-    conflict: Conflict
-    in_lane: Term
-    """Whether it is on my way already, before me …"""
-    speed: Term
-    """… how fast it goes my way [m/s]; less than 0 of who comes towards me."""
-    closing: Term
-    """How fast the gap shrinks [m/s]."""
-    crosses: Term
-    """Whether both are in an area of ways that cross at a time, and I can do something about it."""
-    beside: "_Beside | None"
-    """Where it is on a lane beside mine; None of who never is in a lane."""
-
-    @property
-    def gap(self) -> Term:
-        """To it, or to the area [m]."""
-        return self.conflict.enter
-
-
-@frozen
-class _Beside:
-    """Another against the lane that I am in."""
-
-    ahead: Term
-    """From my front to its rear, along my lane; less than 0 where they overlap [m]."""
-    apart: Term
-    """Between the sides of both outlines, across my lane [m]."""
-    speed: Term
-    """Along my lane …"""
-    nearing: Term
-    """… and towards me, across it [m/s]."""
-    deviation: Term
-    """From the middle of its own lane [m]."""
-
-
-def _seen(job: Job, other: Actor) -> _Seen:
-    still = job.ev.algebra.literal(0.0)
-    conflict = foreseen(job, -1.0, other, Sight.of(job), job.speed(), still)
-    present, closing = is_present(job.ev, other), closing_speed(job, other, conflict)
-    in_lane = present & conflict.exists & (conflict.is_ahead | conflict.comes)
-    crosses = present & conflict.crosses & conflict.coincides(MARGIN) & (conflict.enter > 0.0)
-    crosses = crosses & (can_stop(job, conflict) | braking_helps(job, conflict))
-    beside = None if other.kind in NOT_VEHICLES else _beside(job, other)
-    return _Seen(other, conflict, in_lane, job.speed() - closing, closing, crosses, beside)
-
-
-def _beside(job: Job, other: Actor) -> _Beside:
-    ev, network = job.ev, network_of(job.ev)
-    here, there = current_pose(ev, job.actor), current_pose(ev, other)
-    path = _lane_path(job, here, [each.default_route for each in network.lanes])
-    s, foot = path_project(path, there.x, there.y), path_project(path, here.x, here.y)
-    long = 0.5 * (size_of(job.actor, "length") + size_of(other, "length"))
-    wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
-    aside = _left_of(path, s, there) - _left_of(path, foot, here)
-    _, _, heading = path_pose(path, s)
-    speed, turn = state(ev, other, State.SPEED), there.heading - heading
-    across = speed * sin(turn)
-    own = _lane_path(job, there, [each.path for each in network.lanes])
-    return _Beside(
-        ahead=where(unhidden(ev, job.actor, other), s - foot - long, math.inf),
-        apart=abs(aside) - wide,
-        speed=speed * cos(turn),
-        nearing=where(aside > 0.0, -across, across),
-        deviation=path_distance(own, there.x, there.y),
-    )
-
-
-def _lane_path(job: Job, pose: Pose, paths: list[int]) -> Term:
-    lane = index_of(job.ev, lane_at(job.ev, pose))
-    assert lane is not None
-    return looked_up(job.ev, lane, [float(path) for path in paths], missing=0.0)
-
-
-def _left_of(path: Term, s: Term, pose: Pose) -> Term:
-    x, y, heading = path_pose(path, s)
-    return (pose.y - y) * cos(heading) - (pose.x - x) * sin(heading)
-
-
-def _partners(job: Job) -> list[_Seen]:
-    return [_seen(job, other) for other in others(job.ev, job.actor)]
-
-
-def _brake(job: Job, while_: Term, deceleration: Term) -> ir.Act:
+def _brake(job: Job, while_: Term, deceleration: Term, note: ir.Block = ()) -> ir.Act:
     pedal = minimum(1.0, deceleration / size_of(job.actor, "maxBraking"))
-    return ir.Loop(job.call.span, while_, (job.braking(pedal),))
+    return ir.Loop(job.call.span, while_, (*note, job.braking(pedal)))
 
 
 def _must_wait(job: Job) -> Term:
@@ -165,7 +79,7 @@ DRIFTING, DRIFT_BRAKING, DRIFT_MARGIN = 0.2, 0.8, 0.1
 
 def responsibility(job: Job) -> ir.Block:
     """Another behaviour; the proper response while a situation is dangerous."""
-    seen = _partners(job)
+    seen = partners_of(job)
     dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
     needed = job.ev.algebra.literal(0.0)
     for each in seen:
@@ -179,7 +93,7 @@ def responsibility(job: Job) -> ir.Block:
     return (ir.TryInterrupt(job.call.span, inner_acts(job), ((dangerous, (brake,)),)),)
 
 
-def _is_dangerous(job: Job, seen: _Seen) -> Term:
+def _is_dangerous(job: Job, seen: Seen) -> Term:
     speed, gap = job.speed(), seen.gap
     following = seen.in_lane & seen.conflict.is_ahead & (gap < _safe_behind(job, seen.speed))
     meeting = seen.in_lane & seen.conflict.comes & (gap < _safe_oncoming(job, -seen.speed))
@@ -187,8 +101,9 @@ def _is_dangerous(job: Job, seen: _Seen) -> Term:
     if (beside := seen.beside) is None:
         return dangerous
     near = (beside.ahead >= 0.0) & (beside.ahead < _safe_behind(job, beside.speed))
-    near = near & (beside.apart > 0.0) & (beside.nearing > 0.0) & (beside.speed > 0.0)
-    return dangerous | (is_present(job.ev, seen.other) & near & (beside.apart < _safe_beside(job, beside.nearing)))
+    return dangerous | (
+        is_present(job.ev, seen.other) & near & beside.comes_over & (beside.apart < _safe_beside(job, beside.nearing))
+    )
 
 
 def _least(job: Job) -> Term:
@@ -224,7 +139,9 @@ def _safe_beside(job: Job, nearing: Term) -> Term:
 # -- the models of UN R157: a risk is seen for some time, then brakes build up -----------------------------------------
 
 
-def _after_a_while(job: Job, risk: Term, late: Term, on: Term, deceleration: Term) -> ir.Block:
+def _after_a_while(
+    job: Job, risk: Term, late: Term, on: Term, deceleration: Term, targets: Targets | None = None
+) -> ir.Block:
     """The behaviour that is given; once there has been a risk for some time brakes, as long as `on`."""
     algebra, span = job.ev.algebra, job.call.span
     number = job.ev.run.new_local()
@@ -233,12 +150,14 @@ def _after_a_while(job: Job, risk: Term, late: Term, on: Term, deceleration: Ter
     for_long = now - since
     begun = (since >= 0.0) & moves(job) & (for_long >= late - 1e-9)
     built_up = JERK * (for_long - late)
+    never, note = ((), ()) if targets is None else (targets.forget, targets.note)
     handlers = (
         (risk & (since < 0.0), (ir.SetLocal(span, number, now),)),
         (~risk & (since >= 0.0), (forget,)),
-        (begun, (_brake(job, on, minimum(deceleration, built_up)), forget)),
+        (begun, (*note, _brake(job, on, minimum(deceleration, built_up), note), forget)),
     )
-    return (forget, ir.TryInterrupt(span, inner_acts(job), handlers))
+    first = () if targets is None else (targets.gone,)
+    return (*never, forget, ir.TryInterrupt(span, inner_acts(job), (*first, *handlers)))
 
 
 PERCEPTION = 0.4
@@ -255,18 +174,21 @@ HORIZON = 4.0
 
 def careful_driver(job: Job) -> ir.Block:
     """Another behaviour; the brakes of UN R157's careful human driver while there is a risk."""
-    seen, sight = _partners(job), Sight.of(job)
-    risk = job.ev.algebra.any_of([_is_risk(job, each) for each in seen]) & moves(job)
-    goes_on = job.ev.algebra.any_of([stays_close(job, each.other, sight) for each in seen]) | blocked(job)
+    seen, sight = partners_of(job), Sight.of(job)
+    risks = [_is_risk(job, each) for each in seen]
+    targets = Targets.of(job, risks, [is_present(job.ev, each.other) & each.conflict.exists for each in seen])
+    risk = job.ev.algebra.any_of(risks) & moves(job)
+    stays = job.ev.algebra.any_of([stays_close(job, each.other, sight) for each in seen])
+    goes_on = stays | targets.block(job, [(each.other, each.conflict) for each in seen]) | blocked(job)
     late = job.number("perception", PERCEPTION) + job.number("delay", DELAY)
     hardest = job.number("reference_deceleration", HARDEST)
     # Afterwards it speeds up for nobody whom it follows nearer than that headway.
     near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
     brakes = risk | goes_on
-    return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0))
+    return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0), targets)
 
 
-def _is_risk(job: Job, seen: _Seen) -> Term:
+def _is_risk(job: Job, seen: Seen) -> Term:
     conflict, speed = seen.conflict, job.speed()
     soon = seen.gap < seen.closing * CRITICAL
     brakes = state(job.ev, seen.other, State.ACCELERATION) < -ALARMING
@@ -275,8 +197,8 @@ def _is_risk(job: Job, seen: _Seen) -> Term:
     risk = (seen.in_lane & (soon | alarming)) | meets
     if (beside := seen.beside) is None:
         return risk
-    cuts_in = (beside.ahead >= 0.0) & (beside.ahead < (speed - beside.speed) * CRITICAL) & (beside.speed > 0.0)
-    cuts_in = cuts_in & (beside.deviation > DEVIATION) & (beside.nearing > 0.0) & (beside.apart > 0.0)
+    cuts_in = (beside.ahead >= 0.0) & (beside.ahead < (speed - beside.speed) * CRITICAL)
+    cuts_in = cuts_in & beside.comes_over & (beside.deviation > DEVIATION)
     return risk | (is_present(job.ev, seen.other) & cuts_in & (beside.apart < NEXT_LANE))
 
 
@@ -292,7 +214,7 @@ SPARE = 0.1
 
 def fuzzy_safety(job: Job) -> ir.Block:
     """Another behaviour; brakes by how unsafe the fuzzy model finds the situation."""
-    seen = _partners(job)
+    seen = partners_of(job)
     braking = job.ev.algebra.literal(0.0)
     for each in seen:
         braking = maximum(braking, _reaction(job, each))
@@ -303,7 +225,7 @@ def fuzzy_safety(job: Job) -> ir.Block:
     return _after_a_while(job, risk, job.number("delay", DELAY), on, held)
 
 
-def _reaction(job: Job, seen: _Seen) -> Term:
+def _reaction(job: Job, seen: Seen) -> Term:
     """By how much to brake for another [m/s^2]."""
     lead = where(seen.in_lane, maximum(seen.speed, 0.0), 0.0)
     counts, gap = seen.in_lane | seen.crosses, seen.gap
@@ -314,12 +236,12 @@ def _reaction(job: Job, seen: _Seen) -> Term:
     return where(counts, _fuzzy(job, minimum(gap, 1e4), lead), 0.0)
 
 
-def _cuts_in(job: Job, other: Actor, beside: _Beside) -> Term:
+def _cuts_in(job: Job, other: Actor, beside: Beside) -> Term:
     """Whether another is beside the ego before that has gone past it."""
     long = size_of(job.actor, "length") + size_of(other, "length")
     closing = job.speed() - beside.speed
     before = beside.apart * closing < beside.nearing * (beside.ahead + long + SPARE * closing)
-    return (beside.ahead >= 0.0) & (beside.apart > 0.0) & (beside.nearing > 0.0) & (closing > 0.0) & before
+    return (beside.ahead >= 0.0) & beside.comes_over & (closing > STANDSTILL) & before
 
 
 def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:

@@ -24,6 +24,7 @@ from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.genes import param_value
 from cortex_dsl.semantics.evaluation.lists import unpack
 from cortex_dsl.semantics.evaluation.operators import combine
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.roads import map_line, reasons_for_road
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -179,7 +180,7 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
         return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
         attempts = whole_number(ev, value, span, "`max_attempts`")
-        numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
+        in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
         return attempts
     low, high = TIME_STEPS if name == "time_step" else (1e-4, 1e5)
     return known_number(ev, argument, TIME, f"`{name}`", low, high)
@@ -208,7 +209,7 @@ def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str
     """A constant inside its legal range."""
     expr = numbers.adopt(ev, argument.value, dimension, argument.span, what)
     value = ev.constant(Quantity(expr, dimension), argument.span, what)
-    numbers.in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
+    in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
     return value
 
 
@@ -242,7 +243,7 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
     amount = Given(ev.evaluate(node.amount), node.amount.span)
     if node.in_steps:
         steps = whole_number(ev, amount.value, amount.span, "a number of steps")
-        numbers.in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
+        in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
         ev.file.max_steps = steps
         return
     seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)

@@ -6,7 +6,7 @@ from cortex_dsl.semantics.errors.names import UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.evaluation.making import checked
+from cortex_dsl.semantics.evaluation.property_values import checked
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Instance
 from cortex_dsl.semantics.model.wording import kind_name

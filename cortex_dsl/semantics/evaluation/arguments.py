@@ -6,7 +6,8 @@ from functools import cache
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import TOO_FEW_ARGUMENTS, TOO_MANY_ARGUMENTS, WRONG_KIND
-from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
 from cortex_dsl.semantics.model.wording import kind_name

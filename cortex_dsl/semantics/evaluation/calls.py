@@ -27,6 +27,7 @@ from cortex_dsl.semantics.evaluation.arguments import (
     number_for,
 )
 from cortex_dsl.semantics.evaluation.bounds_given import Site
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
     ActionCall,
@@ -62,7 +63,7 @@ def scenic_steering(ev: Evaluator, steer: Given) -> Term:
     if given.dimension == ANGLE or ev.moment.actor is None:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
     share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
-    share = numbers.in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
+    share = in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
     return -(share * geometry.size_of(ev.moment.actor, "maxSteer"))
 
 

@@ -6,23 +6,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.names import CLASS_ABOVE, UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.objects import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
-from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN, WRONG_KIND
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
-from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.placements import Placement
+from cortex_dsl.semantics.evaluation.property_values import checked, refuse_scenic_only
 from cortex_dsl.semantics.model.areas import Area
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
-from cortex_dsl.semantics.model.wording import kind_name, shown
+from cortex_dsl.semantics.model.wording import shown
 from cortex_dsl.semantics.names.classes import ACTOR_KINDS, LOW, PLACED, PLACES
-from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, MODEL_FIELDS, PROPERTIES, all_properties
+from cortex_dsl.semantics.names.properties import FLAGS, MODEL_FIELDS, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import SPEED, UNITS
@@ -58,6 +56,8 @@ def define(ev: Evaluator, node: nodes.ClassDefinition) -> ClassValue:
             raise CANNOT_ASSIGN.mistake(default.name_span, name=default.name, reason=reason)
     bases = _bases(ev, node)
     kind = bases[0].kind if bases else ACTOR_KINDS[node.base or "Object"]
+    for default in node.properties:
+        refuse_scenic_only(default.name, default.name_span, f"the class `{node.name}`")
     made = ClassValue(node, kind, bases, ev.scopes, ev.home)
     _warn_of_slips(ev, made)
     return made
@@ -133,12 +133,12 @@ class Making:
     def _check_speed(self) -> None:
         """Nobody starts faster than it can drive; what has no bound is a requirement of the scene."""
         speed, top = self.ev.interval(self.number("speed")), self.ev.interval(self.number("topSpeed"))
-        if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] * (1.0 + numbers.ROUNDING):
+        if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] + numbers.ROUNDING * (1.0 + top[0]):
             return
         places = {name: default.value.span for name, (_, default) in self.defaults.items()}
         places |= {each.property: each.value.span for each in self.given}
         raise FASTER_THAN_TOP.mistake(
-            places["speed"],
+            places["speed" if "speed" in places else "topSpeed"],
             may="is" if speed[0] == speed[1] else "may become",
             actual=shown(speed[1], SPEED),
             name=self.own.node.name if self.own else self.kind.name.capitalize(),
@@ -215,11 +215,12 @@ class Making:
     # -- values ------------------------------------------------------------------------------------------------------
 
     def _given(self, node: nodes.With) -> Value:
-        name = node.property
+        name, kind = node.property, self.own.node.name if self.own else self.kind.name.capitalize()
+        refuse_scenic_only(name, node.property_span, f"a {kind}")
         if not (name in all_properties() or name in self.defaults or self._is_own(name)):
             raise UNKNOWN_PROPERTY.mistake(
                 node.property_span,
-                kind=f"a {self.own.node.name if self.own else self.kind.name.capitalize()}",
+                kind=f"a {kind}",
                 name=name,
                 suggestion=did_you_mean(name, {*all_properties(), *self.defaults}),
             )
@@ -310,41 +311,3 @@ class _Asking:
 
     def __exit__(self, *_: object) -> None:
         del self.pending[self.name]
-
-
-def checked(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
-    """A value of a property, as it is stored."""
-    if name in IGNORED:
-        return None
-    if name in FLAGS:
-        return _flag(ev, name, value, span, may_act=may_act)
-    if name not in PROPERTIES:
-        return value
-    spec = PROPERTIES[name]
-    if spec.truth:
-        return numbers.truth(ev, value, span)
-    expr = numbers.adopt(ev, value, spec.dimension, span, f"`{name}`")
-    return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, span, f"`{name}`", above=spec.above)
-
-
-def _flag(ev: Evaluator, name: str, value: Value, span: Span, *, may_act: bool) -> Value:
-    if name == "behavior":
-        return _behaviour(value, span, may_act=may_act)
-    if name in ("allowCollisions", "requireVisible"):
-        return known_truth(ev, value, span, f"`{name}`")
-    if name == "name" and not isinstance(value, str):
-        raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
-    return value
-
-
-def _behaviour(value: Value, span: Span, *, may_act: bool) -> Value:
-    if value is None:
-        return None
-    behaviour = as_behaviour(value, span)
-    if behaviour is None:
-        raise WRONG_KIND.mistake(
-            span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
-        )
-    if not may_act:
-        raise OBSTACLE_BEHAVIOUR.mistake(span)
-    return behaviour

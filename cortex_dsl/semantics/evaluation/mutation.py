@@ -12,6 +12,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.objects import CANNOT_MUTATE, MUTATED_ALIAS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.random_values import SMALLEST_UNIFORM
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose
 from cortex_dsl.semantics.model.wording import kind_name
@@ -64,7 +65,7 @@ def _scale(ev: Evaluator, node: nodes.Mutate) -> Term:
     if node.amount is None:
         return ev.algebra.literal(1.0)
     scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, "the scale of `mutate`")
-    return numbers.in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
+    return in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
 
 
 def _noisy(ev: Evaluator, number: Term, scale: Term, deviation: float) -> Term:

@@ -17,9 +17,7 @@ from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import (
     DIMENSION_MISMATCH,
-    MAY_LEAVE_RANGE,
     NOT_FINITE,
-    OUT_OF_RANGE,
     POWER_NOT_CONSTANT,
     SUSPICIOUS_ACCELERATION,
     SUSPICIOUS_ANGLE,
@@ -31,7 +29,7 @@ from cortex_dsl.semantics.errors.values import (
 )
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
-from cortex_dsl.semantics.model.wording import kind_name, range_text, shown
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
 from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
 from cortex_dsl.semantics.quantities.units import (
@@ -161,42 +159,6 @@ def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) ->
         return span, range_labels(number.expr, ev.file.genes)
     gene = next(islice(ev.file.genes.values(), number.expr.index, None))
     return gene.span, (Label(span, f"taken for {dimension_name(dimension)}"),)
-
-
-def in_range(
-    ev: Evaluator, expr: Term, low: float, high: float, dimension: Dimension, span: Span, what: str, *,
-    above: bool = False,
-) -> Term:  # fmt: skip
-    """The expression, if its legal range allows; `above` leaves the lower end itself out.
-
-    Raises:
-        Mistake: when it is, or may become, something illegal.
-    """
-    least, greatest = ev.interval(expr)
-    value = closed_value(expr)
-    if value is not None and math.isnan(value):
-        raise NOT_FINITE.mistake(span, reason=f"{what} is not a number")
-    if value is not None:
-        least = greatest = value
-    elif math.inf in (abs(least), abs(greatest)):
-        return expr
-    slack = ROUNDING * max(1.0, abs(least), abs(greatest)) if value is None else 0.0
-    too_low = least + slack <= low if above else least + slack < low
-    if not too_low and greatest - slack <= high:
-        return expr
-    problem = MAY_LEAVE_RANGE if value is None else OUT_OF_RANGE
-    raise problem.mistake(
-        span,
-        what=what,
-        actual=shown(least if too_low else greatest, dimension),
-        expected=range_text(low, high, dimension, above),
-        secondary=range_labels(expr, ev.file.genes) if value is None else (),
-        cure=(
-            "turn the object with `facing` to have it drive the other way"
-            if too_low and dimension == SPEED
-            else "write a number in that range"
-        ),
-    )
 
 
 # -- arithmetic --------------------------------------------------------------------------------------------------------

@@ -15,7 +15,8 @@ from cortex_dsl.semantics.evaluation import geometry, polygons
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.evaluation.geometry import between, moved
-from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.areas import Area, Coordinates, Draw, Spot, convex
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (

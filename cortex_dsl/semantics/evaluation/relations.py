@@ -11,7 +11,8 @@ from cortex_dsl.semantics.errors.compile_time import NO_FIELD_AT
 from cortex_dsl.semantics.errors.objects import NO_RELATION, NOT_A_FIELD
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
-from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.areas import Velocity
 from cortex_dsl.semantics.model.context import Evaluator

@@ -17,6 +17,7 @@ from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import (
@@ -95,7 +96,7 @@ def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
             return ev.algebra.literal(default)
         what, argument = f"`{name}` of the lights", given[name]
         expr = numbers.adopt(ev, argument.value, TIME, argument.span, what)
-        return numbers.in_range(ev, expr, low, 1e5, TIME, argument.span, what, above=above)
+        return in_range(ev, expr, low, 1e5, TIME, argument.span, what, above=above)
 
     green, yellow = time("green", DEFAULT_GREEN, 0.0, above=True), time("yellow", DEFAULT_YELLOW, 0.0)
     plan = SignalPlan(green, yellow, time("all_red", DEFAULT_ALL_RED, 0.0), time("offset", 0.0, -1e5))

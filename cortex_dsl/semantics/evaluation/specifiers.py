@@ -15,8 +15,9 @@ from cortex_dsl.semantics.errors.objects import (
 )
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, seeing
-from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, in_area, on_path, somewhere_in, within
+from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.evaluation.relations import follow
 from cortex_dsl.semantics.evaluation.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.model.areas import Area

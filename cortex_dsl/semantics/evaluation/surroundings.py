@@ -10,6 +10,7 @@ from cortex_dsl.semantics.errors.roads import ENVIRONMENT_LATE, ENVIRONMENT_TWIC
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.ranges import within
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import Environment
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, Domain
@@ -51,7 +52,7 @@ def _name(argument: Given, seen: dict[str, Term]) -> str:
 def _value(ev: Evaluator, argument: Given, spec: Domain) -> Term:
     what = f"the {spec.name} of the environment"
     expr = numbers.adopt(ev, argument.value, spec.dimension, argument.span, what)
-    return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, argument.span, what, above=spec.above)
+    return within(ev, expr, spec, argument.span, what)
 
 
 def in_environment(ev: Evaluator, name: str, value: Term) -> Term:

@@ -143,10 +143,16 @@ class Pool:
 
     values: list[float] = field(default_factory=list)
     _offsets: dict[tuple[float, ...], int] = field(default_factory=dict)
+    _bounds: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def offset(self, options: Sequence[float]) -> int:
         key = tuple(options)
         if key not in self._offsets:
             self._offsets[key] = len(self.values)
             self.values.extend(key)
+            self._bounds[self._offsets[key]] = (min(key), max(key))
         return self._offsets[key]
+
+    def bounds(self, offset: int) -> tuple[float, float]:
+        """The least and the greatest of the options at an offset."""
+        return self._bounds[offset]

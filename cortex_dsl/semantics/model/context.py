@@ -18,7 +18,7 @@ from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Algebra
-from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, interval, leaves
+from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, folded, leaves, part_interval
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -239,7 +239,17 @@ class Evaluator:
         return frozenset(sites)
 
     def interval(self, expression: ir.Expr) -> Interval:
-        return interval(expression, self.file.gene_bounds())
+        """Numbers between which the value of an expression surely lies."""
+        if isinstance(expression, ir.Literal):
+            return (expression.value, expression.value)
+        genes, pool = self.file.gene_bounds(), self.file.pool
+
+        def bounds(part: ir.Expr, within: list[Interval]) -> Interval:
+            if isinstance(part, ir.Apply) and part.op is Op.TABLE:
+                return pool.bounds(part.immediates[0])
+            return part_interval(part, within, genes)
+
+        return folded(expression, bounds)
 
     @contextmanager
     def naming(self, name: str) -> Iterator[None]:

@@ -100,6 +100,22 @@ IGNORED: Mapping[str, str] = {
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""
 
+_FACING, _FLAT, _NOISE = "`facing` turns it", "the world is flat", "`mutate` has its own noise: `mutate NAME by 2`"
+_SPEED, _PLACE = "write `with speed V`; it goes the way it heads", "say where it is by a specifier, as `on road`"
+SCENIC_ONLY: Mapping[str, str] = {
+    **dict.fromkeys(("yaw", "orientation", "parentOrientation"), _FACING),
+    **dict.fromkeys(("pitch", "roll", "baseOffset", "elevation", "onSurface", "cameraOffset"), _FLAT),
+    **dict.fromkeys(("mutator", "mutationScale", "positionStdDev", "headingStdDev", "orientationStdDev"), _NOISE),
+    **dict.fromkeys(("velocity", "angularVelocity", "angularSpeed"), _SPEED),
+    **dict.fromkeys(("onDirection", "contactTolerance", "sideComponentThresholds"), _PLACE),
+    "viewAngles": "write `with viewAngle 90 deg`",
+    "shape": "every outline is a rectangle: `with length L, with width W`",
+    "density": "write `with mass M`",
+}
+"""Properties by which Scenic moves, turns or measures an object, and what to write instead: none may be the file's own,
+which would be ignored.
+"""
+
 
 def all_properties() -> tuple[str, ...]:
     return (*PROPERTIES, *FLAGS, *IGNORED)

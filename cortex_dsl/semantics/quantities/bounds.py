@@ -154,6 +154,7 @@ def closed_value(
 
 Interval = tuple[float, float]
 EVERYTHING: Interval = (-math.inf, math.inf)
+UNIFORM: Interval = (0.0, 1.0 - 2.0**-53)
 
 
 def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
@@ -173,7 +174,7 @@ def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int,
         case ir.Gene(index=index):
             return genes.get(index, EVERYTHING)
         case ir.Draw():
-            return (0.0, 1.0)
+            return UNIFORM
         case ir.Apply(op=op) if op in _INTERVALS:
             result = _INTERVALS[op](*within)
             return EVERYTHING if math.isnan(result[0] + result[1]) else result
@@ -237,7 +238,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
     Op.AND: lambda a, b: _truth(_never_zero(a) and _never_zero(b), (0.0, 0.0) in (a, b)),
     Op.OR: lambda a, b: _truth(_never_zero(a) or _never_zero(b), a == b == (0.0, 0.0)),
     Op.NOT: lambda a: _truth(a == (0.0, 0.0), _never_zero(a)),
-    Op.RANDOM: lambda: (0.0, 1.0),
+    Op.RANDOM: lambda: UNIFORM,
     Op.HYPOT: lambda a, b: _lengths(_magnitude(a), _magnitude(b)),
     **dict.fromkeys((Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE),
                     lambda *_: (0.0, math.inf)),

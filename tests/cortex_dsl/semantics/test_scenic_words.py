@@ -9,8 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from cortex_dsl import compile_text
+from cortex_dsl import CompileError, compile_text
 from cortex_dsl.semantics.model import limits
+from cortex_dsl.semantics.names.properties import SCENIC_ONLY
 from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
 
@@ -449,3 +450,21 @@ def test_the_lane_at_a_known_point_is_a_lane() -> None:
     rows(text + "assert lane in network.lanes and len(lane.maneuvers) == 3\nrequire ego in lane\n")
     rows(f"{HERE}assert network.laneAt(new Point at (1.75, -30)) is network.laneAt((1.75, -20))\n{EGO}")
     assert errors(f"{HERE}x = network.laneAt((0.3, 0.4)).maneuvers\n{EGO}") == ["SCN630"]
+
+
+@pytest.mark.parametrize("name", SCENIC_ONLY)
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a = new Car at (9, 9), with {name} 1\n",
+        "a = new Object at (9, 9), with {name} 1\n",
+        "class T(Car):\n    mine: 1\na = new T at (9, 9), with {name} 1\n",
+        "class T:\n    {name}: 1\na = new T at (9, 9)\n",
+        "class T(Car):\n    {name}: 1\na = new T at (9, 9)\n",
+    ],
+)
+def test_what_turns_or_moves_an_object_in_scenic_alone_is_refused(name: str, text: str) -> None:
+    """Also where an object may have properties of its own: it would have no effect, without a word."""
+    with pytest.raises(CompileError) as error:
+        compile_text(f"ego = new Car at (0, 0)\n{text.format(name=name)}")
+    assert error.value.message.startswith("SCN204")

@@ -1,0 +1,97 @@
+"""Legal ranges of numbers: of a constant and of bounded chance at once, of all else in each scene that is drawn.
+
+Whatever a scene holds is written as a constant into its concrete copy, where the range is checked again. So nothing
+that is drawn may lie outside: a value whose bounds leave the range is an error, and a value without bounds, or within
+rounding of the end, is a requirement on the scene.
+"""
+
+import math
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.values import MAY_LEAVE_RANGE, NOT_FINITE, OUT_OF_RANGE
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.wording import range_text, shown
+from cortex_dsl.semantics.names.properties import Domain
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic, range_labels
+from cortex_dsl.semantics.quantities.units import SPEED
+from cortex_dsl.source import Span
+
+
+def in_range(
+    ev: Evaluator, expr: Term, low: float, high: float, dimension: ir.Dimension, span: Span, what: str, *,
+    above: bool = False,
+) -> Term:  # fmt: skip
+    """The expression, if its legal range allows, and of what is drawn the requirement that it stays there; `above`
+    leaves the lower end itself out.
+
+    Raises:
+        Mistake: when it is, or may become, something illegal.
+    """
+    domain = Domain(what.replace("`", ""), dimension, low, high, above)
+    if not isinstance(within(ev, expr, domain, span, what), ir.Literal) and not is_dynamic(expr):
+        require(ev, inside(ev, expr, domain), f"{domain.name} within its domain", span)
+    return expr
+
+
+def within(ev: Evaluator, expr: Term, domain: Domain, span: Span, what: str) -> Term:
+    """The expression, if its legal range allows, as far as its bounds are known.
+
+    Raises:
+        Mistake: when it is, or may become, something illegal.
+    """
+    least, greatest = ev.interval(expr)
+    value = closed_value(expr)
+    if value is not None and math.isnan(value):
+        raise NOT_FINITE.mistake(span, reason=f"{what} is not a number")
+    if value is not None:
+        least = greatest = value
+    elif math.inf in (abs(least), abs(greatest)):
+        return expr
+    slack = ROUNDING * max(1.0, abs(least), abs(greatest)) if value is None else 0.0
+    # An end that is left out is met exactly: by a whole number, a gene at its end, one of several options.
+    too_low = least <= domain.low if domain.above else least + slack < domain.low
+    if not too_low and greatest - slack <= domain.high:
+        return expr
+    problem = MAY_LEAVE_RANGE if value is None else OUT_OF_RANGE
+    raise problem.mistake(
+        span,
+        what=what,
+        actual=shown(least if too_low else greatest, domain.dimension),
+        expected=range_text(domain.low, domain.high, domain.dimension, domain.above),
+        secondary=range_labels(expr, ev.file.genes) if value is None else (),
+        cure=(
+            "turn the object with `facing` to have it drive the other way"
+            if too_low and domain.dimension == SPEED
+            else "write a number in that range"
+        ),
+    )
+
+
+def inside(ev: Evaluator, value: Term, domain: Domain) -> Term | None:
+    """The condition that a value lies in its legal range; None where it surely does.
+
+    What is no number at all, or infinite, passes: it is reported as an error of its own, at its place in the file.
+    """
+    low, high = ev.interval(value)
+    parts = []
+    if low < domain.low or (domain.above and low == domain.low):
+        parts.append(~((value <= domain.low if domain.above else value < domain.low) & (-math.inf < value)))
+    if domain.high < high and domain.high < math.inf:
+        parts.append(at_most(value, domain.high))
+    return ev.algebra.all_of(parts) if parts else None
+
+
+def at_most(value: Term, limit: Term | float) -> Term:
+    """The condition that a value does not exceed a limit; infinity passes."""
+    return ~((limit < value) & (value < math.inf))
+
+
+def require(ev: Evaluator, condition: Term | None, name: str, span: Span) -> None:
+    """Require a condition of the scene, once."""
+    if condition is None:
+        return
+    found, known = ir.Requirement(condition, 1.0, name, ev.file.line(span)), ev.run.built.requirements
+    if found not in known:
+        known.append(found)

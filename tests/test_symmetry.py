@@ -1,0 +1,249 @@
+"""Results do not depend on where north is, on which side is the left one, on names, or on units.
+
+One encounter on a symmetric intersection is written for each of its four arms, in left-hand traffic with everything
+mirrored, with another name of the second actor, and in other units. All of these are the same encounter, so every
+result agrees to 1e-6. A result that differs was decided by the last bit of a number, as by the sign of
+`speed * cos(90 deg)`.
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from cortex_dsl.semantics.acting.behaviours import LIBRARY
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from engine.batch import trajectory
+from engine.frozen import frozen
+from engine.maps import RoadSpec
+from engine.metrics import bodies_of
+from engine.metrics.measures import measure_trajectory
+from engine.outcomes import OUTCOMES, Outcomes
+from engine.road.build import build_network
+from engine.road.network import Maneuver, Network
+from engine.scenes import Scenes
+from engine.search.objectives import BUILT_IN, Runs
+from engine.tables import Floats
+from engine.vocabulary import ManeuverType, Side, Verdict
+from tests.laws import share
+
+SCENES = share(20)
+"""Per behavior and encounter: 2 to 5 while somebody waits, 200 in a night."""
+APPROACH = 80.0
+LANES = 2
+TOLERANCE = 1e-6
+AT_MD = dict.fromkeys(("min_distance_time", "ego_speed", "other_speed", "closing_speed", "cos", "sin"), 5e-3)
+"""Tolerance of what is read at the instant of MD, which is less certain than MD itself: of two that pass on nearly
+parallel lines the distance changes by some 1e-3 m/s, so that the search for it (1e-8 m) leaves 1e-5 s."""
+METRICS = share(8)
+"""Scenes for which the table of metrics is computed as well, which takes longer than to simulate them."""
+
+
+class Units(NamedTuple):
+    """A word of the language and how many of it are one SI unit, for speed and length."""
+
+    speed: tuple[str, float] = ("m/s", 1.0)
+    length: tuple[str, float] = ("m", 1.0)
+
+
+@frozen
+class View:
+    """One way to write an encounter."""
+
+    arm: int = 0
+    """The ego comes from this arm; arms are numbered counterclockwise."""
+    mirrored: bool = False
+    name: str = "other"
+    units: Units = Units()
+
+    def arm_at(self, quarters: int) -> int:
+        """The arm so many quarters to the right of the ego's; to the left in the mirror image."""
+        return (self.arm + (-quarters if self.mirrored else quarters)) % 4
+
+    def length(self, metres: float) -> str:
+        word, each = self.units.length
+        return f"{metres * each!r} {word}"
+
+    def speed(self, metres_per_second: float) -> str:
+        word, each = self.units.speed
+        return f"{metres_per_second * each!r} {word}"
+
+
+OTHER_UNITS = Units(("km/h", 3.6), ("cm", 100.0))
+VIEWS = {
+    "next arm": View(1),
+    "all at once": View(2, mirrored=True, name="aaa", units=OTHER_UNITS),
+    **{f"arm {arm}": View(arm) for arm in (2, 3)},
+    **{f"arm {arm}, mirrored": View(arm, mirrored=True) for arm in (0, 1, 3)},
+    "renamed": View(name="aaa"),
+    "other units": View(units=OTHER_UNITS),
+}
+COMPARED = dict(islice(VIEWS.items(), share(8)))
+"""Two of them while somebody waits, all in a night."""
+
+
+class Encounter(NamedTuple):
+    """The ways of both, turns as in right-hand traffic, and the arm of the second one: 0 is the ego's own."""
+
+    mine: ManeuverType
+    quarters: int
+    theirs: ManeuverType
+    lane: int = 1
+    """Of the second actor, 1 next to the kerb."""
+
+
+AHEAD, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
+ENCOUNTERS = {
+    "crossing from the left": Encounter(AHEAD, 3, AHEAD),
+    "crossing from the right": Encounter(AHEAD, 1, AHEAD),
+    "oncoming turns left": Encounter(AHEAD, 2, LEFT, lane=2),
+    "turning left before oncoming": Encounter(LEFT, 2, AHEAD),
+    "merging from the right": Encounter(AHEAD, 1, RIGHT),
+    "same lane": Encounter(AHEAD, 0, AHEAD),
+    "next lane": Encounter(AHEAD, 0, AHEAD, lane=2),
+}
+
+TEXT = """
+map intersection(approach={approach}, lanes={lanes}, left_hand={mirrored})
+param MINE = Range({near}, {far}) {length}
+param THEIRS = Range({near}, {far}) {length}
+param FAST = Range({slow}, {fast}) {speed}
+number = Uniform({numbers})
+mine, theirs = [{mine}][number], [{theirs}][number]
+ego = new Car before intersection by MINE along mine, with speed {usual}, with behavior {ego}
+{name} = new Car before intersection by THEIRS along theirs, with speed FAST, with behavior {other}
+terminate after 8 s
+"""
+TRACK = '"""\ntime,x,y,heading,speed\n0,0,0,0,8\n1,8,{0},{1},8\n3,23,{2},{1},8\n"""'
+ARGUMENTS = {
+    "trajectory": "{way}",
+    "behavior": "FollowTrajectoryBehavior({speed}, {way})",
+    "target_speed": "{speed}",
+    "speed": "{speed}",
+    "laneSectionToSwitch": "{way}[0].sections[0].{inner}",
+    "reference_actor": "{partner}",
+    "x": "0.4",
+    "track": "{track}",
+}
+"""What is given to each parameter that has no default, and to `trajectory`; a new one needs a row here."""
+NONE: Mapping[str, str] = {}
+
+
+@cache
+def network(mirrored: bool) -> Network:
+    return build_network(RoadSpec(lanes=LANES, approach=APPROACH, left_hand=mirrored))
+
+
+def way(view: View, quarters: int, turn: ManeuverType, lane: int) -> str:
+    """The lanes of a way, as text."""
+    road = network(view.mirrored)
+    if view.mirrored:
+        turn = {LEFT: RIGHT, RIGHT: LEFT}.get(turn, turn)
+
+    def angle(each: Maneuver) -> float:
+        end = road.paths.pose(each.start_lane.path, 0.0)
+        return float(np.arctan2(end.y, end.x)) % (2.0 * np.pi)
+
+    arm = view.arm_at(quarters)
+    ways = [m for m in road.maneuvers if m.type is turn and round(angle(m) / (0.5 * np.pi)) % 4 == arm]
+    found = min(ways, key=lambda m: abs(m.start_lane.number - lane))
+    return f"[{', '.join(each.source for each in found.lanes)}]"
+
+
+def call(name: str, view: View, way: str, partner: str, speed: str, more: Mapping[str, str] = NONE) -> str:
+    """A behavior with the arguments that it needs, and more."""
+    sign = -1.0 if view.mirrored else 1.0
+    track = TRACK.format(sign * 0.5, sign * 0.2, sign * 3.5)
+    inner = "_laneToRight" if view.mirrored else "_laneToLeft"
+    given = {"way": way, "partner": partner, "speed": speed, "track": track, "inner": inner}
+    needed = [p.name for p in BUILTINS[name].parameters if p.default is None or p.name == "trajectory"]
+    arguments = {each: ARGUMENTS[each].format(**given) for each in needed} | dict(more)
+    return f"{name}({', '.join(f'{each}={text}' for each, text in arguments.items())})"
+
+
+def text(name: str, view: View) -> str:
+    """All encounters, with a behavior at the wheel of the ego, in a view."""
+    ways = [
+        (way(view, 0, each.mine, 2 if each.mine is LEFT else 1), way(view, each.quarters, each.theirs, each.lane))
+        for each in ENCOUNTERS.values()
+    ]
+    usual, blind = view.speed(11.0), "FollowTrajectoryBehavior({}, {})"
+    if any(each.name == "reference_actor" for each in BUILTINS[name].parameters):
+        drivers = {"ego": blind.format(usual, "mine"), "other": call(name, view, "theirs", "ego", usual)}
+    else:
+        drivers = {"ego": call(name, view, "mine", view.name, usual), "other": blind.format("FAST", "theirs")}
+    return TEXT.format(
+        approach=view.length(APPROACH),
+        lanes=LANES,
+        mirrored=view.mirrored,
+        near=15.0 * view.units.length[1],
+        far=60.0 * view.units.length[1],
+        length=view.units.length[0],
+        slow=4.0 * view.units.speed[1],
+        fast=14.0 * view.units.speed[1],
+        speed=view.units.speed[0],
+        numbers=", ".join(map(str, range(len(ways)))),
+        mine=", ".join(mine for mine, _ in ways),
+        theirs=", ".join(theirs for _, theirs in ways),
+        usual=usual,
+        name=view.name,
+        **drivers,
+    )
+
+
+def results(name: str, view: View) -> dict[str, Floats]:
+    """Every outcome, objective and metric of the scenes, as arrays whose first axis is the scene."""
+    scenario = cx.compile_text(text(name, view))
+    if name == "ExternalBehavior":
+        scenario = scenario.driven_by("python:examples.own_driver.planner:drive")
+    scenes = scenario.sample(SCENES, seed=8)
+    outcomes = scenario.simulate(scenes)
+    assert (outcomes.verdict == Verdict.VALID).all()
+    found = {row.name: np.asarray(getattr(outcomes, row.name), dtype=float) for row in OUTCOMES}
+    runs = Runs(scenario.program, scenario.config, scenes, outcomes, scenario.assess(outcomes))
+    found |= {"score": runs.risk.score, "continuous": runs.risk.continuous}
+    found |= {f"objective {row.name}": np.asarray(row.value(runs), dtype=float) for row in BUILT_IN}
+    return upright(found, view) | dict(metrics(scenario, scenes, outcomes))
+
+
+def upright(found: dict[str, Floats], view: View) -> dict[str, Floats]:
+    """The same with directions as in right-hand traffic; an angle as its cosine and sine."""
+    angle, side = found.pop("approach_angle"), found["side"]
+    if view.mirrored:
+        angle = -angle
+        found["side"] = np.select([side == Side.LEFT, side == Side.RIGHT], [Side.RIGHT, Side.LEFT], side)
+    return found | {"cos": np.cos(angle), "sin": np.sin(angle)}
+
+
+def metrics(scenario: cx.Scenario, scenes: Scenes, outcomes: Outcomes) -> Iterator[tuple[str, Floats]]:
+    """The table of metrics of the first scenes."""
+    rows = range(min(METRICS, len(scenes)))
+    simulation = scenario.config.simulation
+    tables = [
+        measure_trajectory(
+            trajectory(scenario.program, scenes, row, simulation),
+            outcomes,
+            bodies_of(scenario.program, scenes.values[row]),
+            row,
+        )
+        for row in rows
+    ]
+    for row, table in enumerate(tables):
+        for each in table:
+            yield f"{each.name} of {each.actors} in scene {row}", np.array([each.value])
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_results_do_not_depend_on_the_point_of_view(name: str) -> None:
+    """Of every behavior of the library."""
+    expected = results(name, View())
+    for what, view in COMPARED.items():
+        found = results(name, view)
+        assert found.keys() == expected.keys()
+        for key, values in expected.items():
+            limit = AT_MD.get(key, TOLERANCE)
+            np.testing.assert_allclose(found[key], values, limit, limit, err_msg=f"{key} of {name}, {what}")
