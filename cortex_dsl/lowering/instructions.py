@@ -4,7 +4,7 @@ Scene code and step code are written in the same way. Shared sub-expressions are
 """
 
 from collections import ChainMap
-from collections.abc import Callable, MutableMapping, Sequence
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
@@ -160,6 +160,8 @@ class ExpressionWriter:
     """Block of each monitor."""
     shades: tuple[ir.Expr, ...] = ()
     """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
+    before: Mapping[int, int] = field(default_factory=dict)
+    """How many of the first actors alone hide, by the identity of a look on which the next actor depends."""
 
     def branch(self) -> "ExpressionWriter":
         """A writer into the same buffer whose results the original will not rely on; it writes nothing meanwhile."""
@@ -218,18 +220,18 @@ class ExpressionWriter:
             self.buffer.emit(Op.MOVE, Temporary(first.index + position), source)
         return first
 
-    def _shades(self) -> Register:
-        """How many outlines hide, and what they are: written once for all looks of a buffer."""
-        if (key := id(self.shades)) not in self.known:
-            count = self.constants.add(float(len(self.shades) // SHADE))
-            sources = [count, *(self.register(item) for item in self.shades)]
+    def _shades(self, look: ir.Expr) -> Register:
+        """How many outlines hide, and what they are: written once for all looks that the same ones may hide."""
+        number = self.before.get(id(look), len(self.shades) // SHADE)
+        if (key := -1 - number) not in self.known:  # no identity is below 0
+            sources = [self.constants.add(float(number)), *map(self.register, self.shades[: number * SHADE])]
             self.known[key] = self._side_by_side(sources)
         return self.known[key]
 
     def _apply(self, expression: ir.Apply) -> Register:
-        registers = [self.register(argument) for argument in expression.arguments]
+        registers, immediates = [self.register(argument) for argument in expression.arguments], expression.immediates
         if expression.op == Op.CAN_SEE:
-            registers.append(self._shades())
+            registers, immediates = [*registers, self._shades(expression)], ()
         destination = self.buffer.temporary(expression.width)
-        self.buffer.emit(expression.op, destination, *expression.immediates, *registers)
+        self.buffer.emit(expression.op, destination, *immediates, *registers)
         return destination
