@@ -13,6 +13,10 @@ from cortex_dsl.source import Span
 
 EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
+VARIANT_EVALUATIONS = 100_000
+"""How many of these in one variant: a second at most, for editors compile a file at every key. The largest file of the
+tests takes 11,000, in all of its variants.
+"""
 COPIES = 64
 """Items or characters that are copied for what evaluating an expression costs."""
 MUCH = 20
@@ -27,10 +31,21 @@ class Budget:
     """
 
     evaluations: int = 0
+    _end: int = 0
+    """The count at which it is too much."""
+    _limit: int = 0
+    """The limit that this count comes from."""
     _under_way: dict[Span, int] = field(default_factory=dict)
     """What repeats other work and is being worked out, from the outside in, with the count at which it began."""
     _most: dict[Span, int] = field(default_factory=dict)
     """The most that one such place took at once."""
+
+    def begin_variant(self) -> None:
+        """Count the work of the next variant."""
+        if self._end <= self.evaluations and self._end:
+            return  # it is too much already
+        most = min(EVALUATION_LIMIT, self.evaluations + VARIANT_EVALUATIONS)
+        self._end, self._limit = most, EVALUATION_LIMIT if most == EVALUATION_LIMIT else VARIANT_EVALUATIONS
 
     def spend(self, span: Span, evaluations: int = 1) -> None:
         """Count work.
@@ -38,12 +53,14 @@ class Budget:
         Raises:
             Mistake: it has become too much, which is said once.
         """
-        reported = self.evaluations >= EVALUATION_LIMIT
+        if not self._end:
+            self.begin_variant()
+        reported = self.evaluations >= self._end
         self.evaluations += evaluations
         if reported:
             raise Mistake
-        if self.evaluations >= EVALUATION_LIMIT:
-            raise TOO_MUCH_WORK.mistake(self._heaviest(span), limit=EVALUATION_LIMIT)
+        if self.evaluations >= self._end:
+            raise TOO_MUCH_WORK.mistake(self._heaviest(span), limit=self._limit)
 
     def copy(self, span: Span, count: int) -> None:
         """`spend` for so many items or characters that are copied, before they are."""

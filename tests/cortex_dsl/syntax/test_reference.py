@@ -14,7 +14,7 @@ from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
 from cortex_dsl.semantics.evaluation.maps import MAP_ARGUMENTS
 from cortex_dsl.semantics.model import limits
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
-from cortex_dsl.semantics.model.limits import CALL_LIMIT, EVALUATION_LIMIT
+from cortex_dsl.semantics.model.limits import CALL_LIMIT, EVALUATION_LIMIT, VARIANT_EVALUATIONS
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.classes import CLASSES
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, all_properties
@@ -66,7 +66,8 @@ def test_tables_and_lists_are_complete() -> None:
     assert f"at most {MAX_BYTES >> 10} KiB long" in REFERENCE
     assert f"nest at most {MAX_DEPTH} deep. After {MAX_ERRORS} errors" in REFERENCE
     limits = REFERENCE.partition("## Limits")[2]
-    for limit in (VARIANT_LIMIT, MAX_INTERSECTIONS, RANGE_LIMIT, CALL_LIMIT, EVALUATION_LIMIT, MAX_SAMPLES):
+    evaluations = EVALUATION_LIMIT, VARIANT_EVALUATIONS
+    for limit in (VARIANT_LIMIT, MAX_INTERSECTIONS, RANGE_LIMIT, CALL_LIMIT, *evaluations, MAX_SAMPLES):
         assert re.search(rf"\b{limit:,}\b", limits), limit
     assert f"{SimulationConfig().instruction_budget:,} instructions" in " ".join(limits.split())
 
