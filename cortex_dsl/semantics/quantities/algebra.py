@@ -322,8 +322,6 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
 region_depth, region_box_depth, box_distance = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH, Op.BOX_DISTANCE))
 """`box_distance`: between two outlines [m]."""
-in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)` at the start, a view being packed x, y, heading, angle, reach, the viewer's number or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
