@@ -17,7 +17,6 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.plain_text import as_argument
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.tally import Tally
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.outcomes import Outcomes
@@ -212,7 +211,7 @@ def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> N
     if request.json:
         from cortex_dsl.report.findings.run_report import run_content
 
-        terminal.write(document("run", run_content(report, str(request.file))))
+        terminal.document("run", run_content(report, str(request.file)))
     else:
         from cortex_dsl.report.terminal.run_view import run_view
 
@@ -234,8 +233,9 @@ def _no_scene(
         from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
+        show_misplaced(scenario.compiled, blame, request, terminal)
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
-        terminal.write(document("run", {**content, "blame": blame_content(blame)}))
+        terminal.document("run", {**content, "blame": blame_content(blame)})
     else:
         from cortex_dsl.report.terminal.requirements_view import exhausted_view
 

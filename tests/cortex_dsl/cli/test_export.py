@@ -233,7 +233,7 @@ def test_json_of_a_file_with_errors_is_a_document(cortexc: Command, tmp_path: Pa
     assert result.document["errors"] == 1
     file.write_text("ego = new Car on road\nterminate after 1 s\n")
     (case,) = cortexc("export", file, "--to", "csv", "--json", "--out", tmp_path).document["cases"]
-    assert case["facts"]["command"] == f"cortexc {file} --seed 0"
+    assert case["facts"]["command"] == f"cortexc {file.name} --seed 0"
 
 
 def test_the_list_as_a_document(cortexc: Command) -> None:
