@@ -2,8 +2,8 @@
 
 Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
 Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
-pairs; ties go to the lower pair. It follows that a collision, whose MD is 0, scores at least 14, that 13 cannot occur,
-and that a score of 14 or more is a collision.
+pairs, and is decided by the pair that has it; see `deciding_pair` for ties. It follows that a collision, whose MD is 0,
+scores at least 14, that 13 cannot occur, and that a score of 14 or more is a collision.
 
 The printed table contradicts itself once (the row "[3780, 4255[" of D_MS overlaps the next; the widths say 4020) and
 names no units; `PAPER` is the reading that fits the paper's own numbers, `PAPER_MM` its rival. Thresholds are data.
@@ -16,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from engine.errors import ArgumentError
+from engine.kernels.fault import STANDING
 from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
@@ -126,7 +127,7 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     metrics = _metrics(outcomes, profile)
     continuous = parts[..., 0] + sum(continuous_score(values, edges) for values, edges in metrics)
     per_pair = parts.sum(axis=-1)
-    deciding = per_pair.argmax(axis=1)
+    deciding = deciding_pair(per_pair, continuous, outcomes)
     every = np.arange(rows)
     return Risk(
         score=np.where(valid, per_pair[every, deciding], INVALID).astype(np.int32),
@@ -134,6 +135,22 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
         parts=np.where(valid[:, None], parts[every, deciding], 0).astype(np.int32),
         pair=np.where(valid, deciding, -1).astype(np.int32),
     )
+
+
+def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Ints:
+    """(n,) the pair that decides the risk of each scene, whatever the order of the actors: of those with the highest
+    score, one with a moving partner, then with the highest continuous score, then with the least distance.
+
+    A pair in contact has the highest score (see above). Motion comes after the score: a near miss with an obstacle is
+    not safer because somebody moves elsewhere. It comes before the continuous score, as of two near misses the one with
+    another road user is what a reader asks about.
+    """
+    leading = np.ones(per_pair.shape, dtype=np.bool_)
+    moving = np.abs(outcomes.other_speed) > STANDING
+    for key in (per_pair.astype(np.float64), moving.astype(np.float64), continuous, -outcomes.min_distance):
+        value = np.where(leading & ~np.isnan(key), key, -np.inf)
+        leading &= value == value.max(axis=1, keepdims=True)
+    return leading.argmax(axis=1)
 
 
 def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Edges], ...]:

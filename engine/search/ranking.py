@@ -1,10 +1,11 @@
 """The worst cases of a campaign: by risk, those that a competent driver would have avoided before others of the same
-risk, then by continuous risk, then age, and of many kinds.
+risk, then by continuous risk, then age, and of many kinds. Where something else than the risk is sought, contacts come
+first: avoidable collisions, other collisions, then near misses, each by what is sought.
 
 Of the collisions in that order (of all valid simulations, where there are fewer than asked for) the worst is taken,
 then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that a
-competent driver would have avoided goes before one that it would not. Where something else than the risk is sought, it
-stands for the risk, and its finds for the collisions: of a search for failures of a controller these are cases, too.
+competent driver would have avoided goes before one that it would not. Where something else is sought, no near miss is
+taken before the last collision. In a search for failures of a controller these come before all collisions.
 """
 
 from dataclasses import dataclass
@@ -45,15 +46,23 @@ class Case:
 
 
 def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
-    """Return the simulated rows that have a fitness, worst first: integer risk, or what else is sought; then those
-    that a competent driver would have avoided, where `blame` (n, k) tells; then continuous risk, then birth.
+    """Return the simulated rows that have a fitness, worst first: integer risk, then those that a competent driver
+    would have avoided, where `blame` (n, k) tells; then continuous risk, then birth. Where something else is sought,
+    contact stands for the integer risk, and what is sought for the continuous one.
     """
     rows = np.flatnonzero(evaluations.scored & evaluations.simulated)
-    first = -evaluations.continuous if is_aimed(evaluations.rollouts) else -evaluations.score
+    first = _contact_order(evaluations, rows) if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
         avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first[rows]))]
+    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first))]
+
+
+def _contact_order(evaluations: Evaluations, rows: Ints) -> Ints:
+    """(m,) of the worst rollout of rows: 0 where a controller failed, 1 with contact, 2 without."""
+    place = rows, evaluations.worst_rollout[rows]
+    runs = evaluations.rollouts
+    return np.where(runs.verdict[place] == Verdict.CONTROLLER, 0, np.where(runs.collided[place], 1, 2))
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
@@ -62,7 +71,13 @@ def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = 
     """
     rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
-        rows = _of_each_kind(evaluations, rows, count, blame)
+        aimed = is_aimed(evaluations.rollouts)
+        first = _contact_order(evaluations, rows) < 2 if aimed else evaluations.found[rows]
+        if aimed and count > np.count_nonzero(first):
+            others = _of_each_kind(evaluations, rows[~first], count - int(np.count_nonzero(first)), blame)
+            rows = np.concatenate([rows[first], others])
+        else:
+            rows = _of_each_kind(evaluations, rows[first] if np.count_nonzero(first) >= count else rows, count, blame)
     worst = evaluations.worst_rollout
     return tuple(
         _case(evaluations, row, int(worst[row]), rank) for rank, row in enumerate(rows[:count].tolist(), start=1)
@@ -86,10 +101,8 @@ def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
     return tuple(_case(evaluations, row, rollout, rank) for rank, (row, rollout) in enumerate(places, start=1))
 
 
-def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Ints:
-    """Up to `count` of the rows, in their order."""
-    finds = rows[evaluations.found[rows]]
-    pool = finds if len(finds) >= count else rows
+def _of_each_kind(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
+    """Return up to `count` rows of a pool in their order: the first, then one of each partner, then of each kind."""
     kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))

@@ -115,13 +115,41 @@ def test_pairs_that_never_approach_score_by_distance_alone() -> None:
     assert risk.continuous[0] == pytest.approx(4.0 - 1.0 / 8.2)
 
 
-def test_the_riskiest_pair_decides_and_ties_go_to_the_lower() -> None:
+def test_the_riskiest_pair_decides() -> None:
     """Parts are those of the deciding pair, whoever has the least distance."""
     near, fast = (1.0, 100.0, 100.0), (9.0, 30.0, 3.0)
-    risk = assess(outcomes((near, fast), (fast, fast), (FAR, near)))
+    risk = assess(outcomes((near, fast), (fast, near), (FAR, near)))
     assert risk.score.tolist() == [11, 11, 4]
     assert risk.pair.tolist() == [1, 0, 1]
     assert risk.parts[0].tolist() == [0, 3, 4, 4]
+
+
+def test_ties_go_to_who_moves_then_to_who_comes_nearer() -> None:
+    """Whatever the order of the actors: a truck in the next lane does not stand for a pedestrian in front."""
+    near, nearer = (1.47, 100.0, 100.0), (0.70, 100.0, 100.0)
+    for runs, best in (((near, nearer), 1), ((nearer, near), 0)):
+        risk = assess(outcomes(runs))
+        assert (risk.score.tolist(), risk.pair.tolist()) == ([4], [best])
+        standing = replace(outcomes(runs), other_speed=np.array([[0.0, 5.0]]))
+        assert assess(standing).pair.tolist() == [1]
+
+
+@given(st.lists(PAIRS, min_size=2, max_size=5), st.data())
+def test_the_order_of_pairs_changes_nothing(pairs: list[Pair], data: st.DataObject) -> None:
+    """Score, continuous score and parts are the same, and the deciding pair is the same one, or has equal metrics."""
+    order = data.draw(st.permutations(range(len(pairs))))
+    speeds = data.draw(st.lists(st.sampled_from((0.0, 3.0)), min_size=len(pairs), max_size=len(pairs)))
+    one = replace(outcomes(tuple(pairs)), other_speed=np.array([speeds]))
+    other = replace(outcomes(tuple(pairs[k] for k in order)), other_speed=np.array([[speeds[k] for k in order]]))
+    before, after = assess(one), assess(other)
+    assert (before.score, before.continuous, before.parts.tolist()) == (
+        after.score,
+        after.continuous,
+        after.parts.tolist(),
+    )
+    chosen, again = int(before.pair[0]), order[int(after.pair[0])]
+    distance = one.min_distance[0]
+    assert (chosen == again) or (speeds[chosen] > 0.1, distance[chosen]) == (speeds[again] > 0.1, distance[again])
 
 
 def test_contact_counts_for_the_egos_pair_alone() -> None:

@@ -12,6 +12,7 @@ from rich.text import Text
 from cortex_dsl.report.findings.driven_runs import DRIVEN
 from cortex_dsl.report.findings.failures import (
     APART,
+    collisions_text,
     driver_failed_text,
     driver_text,
     lead_text,
@@ -91,6 +92,7 @@ def headline(program: Program, report: SearchReport) -> Text:
     return Text.assemble(
         (f"{method_name(report.method)}: ", method_style(report.method)),
         (failed or lead_text(came), "bad" if failed or came.collisions else "good"),
+        f"; {collisions_text(came)} in all" if campaign.objective != SOUGHT and came.collisions and came.judged else "",
         f" in {counted(found.runs, 'simulation') if failed else _simulations(found)}",
         ("  interrupted" if campaign.stopped else "", "warn"),
         (" before its collisions were judged" if campaign.status == INTERRUPTED else "", "warn"),
