@@ -13,6 +13,7 @@ the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 # pyright: reportAttributeAccessIssue=false
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -115,8 +116,13 @@ class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
         self.action_space = vector.utils.batch_space(self.single_action_space, num_envs)
         self.observation_space = vector.utils.batch_space(self.single_observation_space, num_envs)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
-        """Begin the first episodes of a seed."""
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin the first episodes of a seed, or of one for each lane, which is then the environment of its seed."""
+        if isinstance(seed, Sequence):
+            drawn = [int(gymnasium.utils.seeding.np_random(each)[0].integers(SEEDS)) for each in seed]
+            return bounded(self.environment.reset(drawn)), {}
         super().reset(seed=seed, options=options)
         return bounded(self.environment.reset(int(self.np_random.integers(SEEDS)))), {}
 

@@ -150,10 +150,8 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
-        from cortex_dsl.report.documents import document
-
         content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
-        terminal.write(document("error", content))
+        terminal.document("error", content)
     return Exit.DIAGNOSTICS
 
 
@@ -162,9 +160,7 @@ def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Termi
     from cortex_dsl.report.terminal.interchange_view import measured_view
 
     if options.json:
-        from cortex_dsl.report.documents import document
-
-        terminal.write(document("measure", measured_content(report)))
+        terminal.document("measure", measured_content(report))
     else:
         console = terminal.out
         console.print(measured_view(report, console.width, ascii_only=console.options.ascii_only))

@@ -130,10 +130,9 @@ def _write(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace
 
 def _show(report: "RankedReport", options: argparse.Namespace, terminal: Terminal) -> None:
     if options.json:
-        from cortex_dsl.report.documents import document
         from cortex_dsl.report.findings.ranking_report import ranking_content
 
-        terminal.write(document("ranking", ranking_content(report)))
+        terminal.document("ranking", ranking_content(report))
     else:
         from cortex_dsl.report.terminal.ranking_view import ranking_view
 

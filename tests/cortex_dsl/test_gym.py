@@ -97,3 +97,24 @@ def test_pettingzoo_finds_nothing(scenario: cx.Scenario) -> None:
     env = ScenarioParallelEnv(scenario)
     assert env.possible_agents == ["ego", "other"]
     parallel_api_test(env, num_cycles=40)
+
+
+def test_lanes_with_seeds_of_their_own(scenario: cx.Scenario) -> None:
+    """Lane i is the single environment of its seed, in its first and its next episodes; a wrong number is refused."""
+    seeds = [1, 2, 1, 77]
+    many = ScenarioVectorEnv(len(seeds), scenario, others={"other": standing})
+    ones = [ScenarioEnv(scenario, others={"other": standing}) for _ in seeds]
+    seen, _ = many.reset(seed=seeds)
+    alone = [env.reset(seed=seed)[0] for env, seed in zip(ones, seeds, strict=True)]
+    np.testing.assert_array_equal(seen, alone)
+    assert (seen[0] == seen[2]).all()
+    assert (seen[0] != seen[1]).any()
+    wide = len(many.environment.actions)
+    for _ in range(15):
+        seen, rewards, terminated, truncated, _ = many.step(np.zeros((len(seeds), wide)))
+        steps = [env.step(np.zeros(wide)) for env in ones]
+        for lane, (one, reward, ended, late, _) in enumerate(steps):
+            np.testing.assert_array_equal(seen[lane], one)
+            assert (rewards[lane], terminated[lane], truncated[lane]) == (reward, ended, late)
+    with pytest.raises(cx.CortexError, match="2 seeds for 4 lanes"):
+        many.reset(seed=[1, 2])
