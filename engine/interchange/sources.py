@@ -177,7 +177,7 @@ def _with_road(read: Imported, path: Path) -> Imported:
     except InterchangeError as error:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)
-    return Imported(recording, road, (*read.remarks, *road.remarks))
+    return Imported(recording, road, (*read.remarks, *road.notes))
 
 
 def road_file(called: str) -> str:

@@ -269,7 +269,7 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
     if not Path(name).suffix:
         return None, [*remarks, f"the road {quoted(name)} is the name of a map, not a file: it is not read"]
     road = read_opendrive(_beside(node, folder, name), limits)
-    return road, [*remarks, *road.remarks, "whether an actor leaves the road is not judged: that needs a road of ours"]
+    return road, [*remarks, *road.notes, "whether an actor leaves the road is not judged: that needs a road of ours"]
 
 
 def _beside(node: Node, folder: Path, name: str) -> Path:
