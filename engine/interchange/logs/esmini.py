@@ -12,8 +12,8 @@ from pathlib import Path
 
 from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
-from engine.interchange.tables.cells import CsvRows
 from engine.interchange.tables.layouts import Layout, Point
+from engine.interchange.tables.notation import CsvRows
 from engine.interchange.tables.track import Tracks
 
 LAYOUT = Layout(
