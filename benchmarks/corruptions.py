@@ -24,7 +24,7 @@ from typing import Any
 
 import cortex_dsl as cx
 from benchmarks.campaigns import EXAMPLES
-from benchmarks.fuzz import limited
+from benchmarks.fuzz.texts import limited
 from engine.search.journal_reader import read_journal
 from engine.search.store import JOURNAL, StoreError
 

@@ -3,7 +3,7 @@
 import random
 import time
 
-from benchmarks import fuzz
+from benchmarks.fuzz import texts as fuzz
 from benchmarks.torture import texts
 from benchmarks.torture.commands import FILE
 from tests.laws import share

@@ -1,6 +1,6 @@
 """Is anything lost, or different? `python -m benchmarks.torture [--texts 100000] [--runs 5000] [--kills 500]`
 
-Texts of the fuzzer (`benchmarks.fuzz`) are compiled; of those that compile, so many run to the end: in both hosts,
+Texts of `benchmarks.fuzz` are compiled; of those that compile, so many run to the end: in both hosts,
 which must agree (`benchmarks.agreement`), and as the concrete scenario of their scene, which must run to the same bits.
 Then processes are killed at random moments: searches, their workers, those of a Dask cluster, studies, exports, the
 formatter and a driver's stack. What is left must be whole, and what goes on must end as if nobody had disturbed it.

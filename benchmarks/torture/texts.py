@@ -11,7 +11,8 @@ from itertools import count as numbers
 from pathlib import Path
 
 import cortex_dsl as cx
-from benchmarks import agreement, fuzz
+from benchmarks import agreement
+from benchmarks.fuzz import texts as fuzz
 from benchmarks.torture.ledger import Ledger
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.syntax.reading import decode

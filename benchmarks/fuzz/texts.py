@@ -1,6 +1,6 @@
 """Is there a text that breaks the compiler? Mutated bytes, tokens, meanings and numbers, and sentences of the grammar.
 
-    python -m benchmarks.fuzz --inputs 100000 [--seed 0] [--jobs 2] [--keep FOLDER] [--json]
+    python -m benchmarks.fuzz texts --inputs 100000 [--seed 0] [--jobs 2] [--keep FOLDER] [--json]
 
 Every input is compiled as `cortexc FILE --check` compiles it. It must end within the time limit in a program or in
 diagnostics with places inside the text: no other exception, no hang, no memory blow-up. Exit code 1 if one does not;
@@ -13,7 +13,6 @@ import random
 import re
 import resource
 import signal
-import sys
 import time
 import traceback
 from collections import Counter
@@ -30,7 +29,7 @@ from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.syntax.reading import decode
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 TIME_LIMIT = 20
 """For one text [s]."""
 MEMORY_LIMIT = 4 << 30
@@ -303,14 +302,14 @@ def fuzz(inputs: int, seed: int = 0, jobs: int = 1, keep: Path | None = None) ->
     )
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=Path)
     parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     found = fuzz(options.inputs, options.seed, options.jobs, options.keep)
     if options.json:
         print(json.dumps(asdict(found), indent=2))
@@ -319,7 +318,3 @@ def main() -> int:
             print(f"{name:22}{count:>9,}")
         print(f"broken {found.broken}, slowest {found.slowest:.2f} s, {found.memory:.0f} MiB, {found.seconds:.0f} s")
     return 1 if found.broken else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
