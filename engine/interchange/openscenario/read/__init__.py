@@ -15,6 +15,7 @@ import numpy as np
 from engine.interchange.after_contact import FACT, up_to_contact
 from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
+    ACTED_ON,
     TimedAction,
     condition_name,
     is_steered,
@@ -22,13 +23,14 @@ from engine.interchange.openscenario.read.actions import (
     stop_time,
     timed_actions,
 )
-from engine.interchange.openscenario.read.entities import Entity, read_entities
-from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
+from engine.interchange.openscenario.read.entities import BODIES, Entity, read_entities
+from engine.interchange.openscenario.read.motion import KINDS, Coast, Placed, Polyline, Surroundings, Track, place
 from engine.interchange.openscenario.read.parameters import Catalogs, substituted
 from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, presence, states
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
+from engine.interchange.unread import unread_elements
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import OdrNetwork, read_opendrive
 from engine.vocabulary import State
@@ -200,7 +202,8 @@ def read_openscenario(
     catalogs = Catalogs(scenario, path.parent, limits)
     entities = read_entities(scenario, catalogs, ego)
     storyboard = scenario.need("Storyboard")
-    tracks, said = read_tracks(entities, timed_actions(storyboard), road, catalogs)
+    actions = timed_actions(storyboard)
+    tracks, said = read_tracks(entities, actions, road, catalogs)
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
     times = grid(parts, end, step, path.name)
@@ -211,9 +214,26 @@ def read_openscenario(
     jumps = (presence(part, times.times)[1] for part in parts)
     on_motion = [*(remark for part in parts for remark in part.remarks), *filter(None, jumps)]
     recording, on_contact = _motion_alone(recording)
-    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact))
+    unread = unread_elements(scenario, READ, (*REMARKED, *(timed.action.tag for timed in actions if not timed.is_read)))
+    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact, *unread))
 
 
+READ = dict.fromkeys(
+    (
+        *("OpenSCENARIO", "FileHeader", "ParameterDeclarations", "CatalogLocations", "RoadNetwork", "LogicFile"),
+        *("Entities", "ScenarioObject", "CatalogReference", "Properties", "Property", *BODIES, "BoundingBox", "Center"),
+        *("Dimensions", "Performance", "Axles", "FrontAxle", "RearAxle", "Storyboard", "Init", "Actions", "Private"),
+        *("PrivateAction", "GlobalAction", "EntityAction", *ACTED_ON, "Position", *KINDS, "Orientation"),
+        *("LongitudinalAction", "LateralAction", "RoutingAction", "SpeedActionDynamics", "SpeedActionTarget"),
+        *("AbsoluteTargetSpeed", "Trajectory", "TrajectoryRef", "Shape", "Polyline", "Vertex", "TimeReference"),
+        *("Timing", "TrajectoryFollowingMode", "Story", "Act", "ManeuverGroup", "Actors", "EntityRef", "Maneuver"),
+        *("Event", "Action", "StartTrigger", "StopTrigger", "ConditionGroup", "Condition", "ByValueCondition"),
+        *("SimulationTimeCondition", "EnvironmentAction", "Environment", "Weather", "ParameterAssignments"),
+    )
+)
+"""Elements of a scenario that are read, or hold such."""
+REMARKED = ("TrafficSignals", "ByEntityCondition")
+"""What has remarks of its own, beside actions that are not replayed."""
 GOING = {"through": "go on through each other", "stop": "stand"}
 """What our own files show after contact that is no motion of the run."""
 
