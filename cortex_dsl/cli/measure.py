@@ -305,7 +305,8 @@ yaw, type, role, subtype), or
   where missing  heading [rad] and speed [m/s] follow from the motion;
                  length [m], width [m], type and role get usual values
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
-  timestamp_ms, vx and vy; a `frame` needs --rate
+  timestamp_ms, vx and vy; a `frame` needs --rate; for any others, see
+  --columns. Times may be dates, and numbers have decimal commas
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
 and read with their units and conventions; keep their files in one folder."""

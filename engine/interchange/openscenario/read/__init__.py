@@ -15,7 +15,6 @@ import numpy as np
 from engine.interchange.after_contact import FACT, up_to_contact
 from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.openscenario.read.actions import (
-    ACTED_ON,
     TimedAction,
     condition_name,
     is_steered,
@@ -23,8 +22,9 @@ from engine.interchange.openscenario.read.actions import (
     stop_time,
     timed_actions,
 )
-from engine.interchange.openscenario.read.entities import BODIES, Entity, read_entities
-from engine.interchange.openscenario.read.motion import KINDS, Coast, Placed, Polyline, Surroundings, Track, place
+from engine.interchange.openscenario.read.elements import READ, REMARKED
+from engine.interchange.openscenario.read.entities import Entity, read_entities
+from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
 from engine.interchange.openscenario.read.parameters import Catalogs, substituted
 from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, presence, states
 from engine.interchange.openscenario.read.speeds import judged
@@ -218,22 +218,6 @@ def read_openscenario(
     return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact, *unread))
 
 
-READ = dict.fromkeys(
-    (
-        *("OpenSCENARIO", "FileHeader", "ParameterDeclarations", "CatalogLocations", "RoadNetwork", "LogicFile"),
-        *("Entities", "ScenarioObject", "CatalogReference", "Properties", "Property", *BODIES, "BoundingBox", "Center"),
-        *("Dimensions", "Performance", "Axles", "FrontAxle", "RearAxle", "Storyboard", "Init", "Actions", "Private"),
-        *("PrivateAction", "GlobalAction", "EntityAction", *ACTED_ON, "Position", *KINDS, "Orientation"),
-        *("LongitudinalAction", "LateralAction", "RoutingAction", "SpeedActionDynamics", "SpeedActionTarget"),
-        *("AbsoluteTargetSpeed", "Trajectory", "TrajectoryRef", "Shape", "Polyline", "Vertex", "TimeReference"),
-        *("Timing", "TrajectoryFollowingMode", "Story", "Act", "ManeuverGroup", "Actors", "EntityRef", "Maneuver"),
-        *("Event", "Action", "StartTrigger", "StopTrigger", "ConditionGroup", "Condition", "ByValueCondition"),
-        *("SimulationTimeCondition", "EnvironmentAction", "Environment", "Weather", "ParameterAssignments"),
-    )
-)
-"""Elements of a scenario that are read, or hold such."""
-REMARKED = ("TrafficSignals", "ByEntityCondition")
-"""What has remarks of its own, beside actions that are not replayed."""
 GOING = {"through": "go on through each other", "stop": "stand"}
 """What our own files show after contact that is no motion of the run."""
 
