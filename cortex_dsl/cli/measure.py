@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
 from cortex_dsl.cli.measure_all import check_options, esmini_of, options_of_all, rank
+from cortex_dsl.cli.recording_options import columns_again, columns_of, rate_of, window_of
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -130,6 +131,7 @@ def _read(options: argparse.Namespace) -> "Imported":
         ego=options.ego,
         step=options.step,
         rate=options.rate,
+        columns=dict(options.columns),
         window=options.window,
         esmini=esmini_of(options),
     )
@@ -140,6 +142,7 @@ def _again(reader: Reader, options: argparse.Namespace) -> str:
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
+    words += columns_again(options)
     words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
     words += [] if options.profile == "paper" else ["--profile", options.profile]
     return join(words)
@@ -176,26 +179,6 @@ def _profile(text: str) -> str:
     return text
 
 
-def _rate(text: str) -> float:
-    try:
-        value = float(text.removesuffix("Hz"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be samples a second, not `{text}`") from None
-    if not 0.001 <= value <= 100_000.0:
-        raise argparse.ArgumentTypeError(f"must lie between 0.001 and 100,000 a second, not {text}")
-    return value
-
-
-def _window(text: str) -> tuple[float, float]:
-    try:
-        begin, end = (float(part.removesuffix("s")) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be two times, as in 12.4,18, not `{text}`") from None
-    if not 0.0 <= begin < end < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a time from 0 on and a later one, not `{text}`")
-    return begin, end
-
-
 def _options(reader: Reader, parser: Parser) -> None:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
@@ -204,11 +187,18 @@ def _options(reader: Reader, parser: Parser) -> None:
         "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
     )
     if reader is MEASURED:
-        parser.add_argument("--rate", type=_rate, metavar="HZ", help="frames per second of a table of frames")
+        parser.add_argument("--rate", type=rate_of, metavar="HZ", help="frames per second of a table of frames")
+        parser.add_argument(
+            "--columns",
+            type=columns_of,
+            default=(),
+            metavar="NAME=COLUMN,…",
+            help="columns of a table whose names are not known: time=zeit,actor=objekt",
+        )
     else:
-        parser.set_defaults(rate=None)
+        parser.set_defaults(rate=None, columns=())
     parser.add_argument(
-        "--window", type=_window, metavar="S,S", help="only a part: start and end, in seconds after the first row"
+        "--window", type=window_of, metavar="S,S", help="only a part: start and end, in seconds after the first row"
     )
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
@@ -311,7 +301,8 @@ yaw, type, role, subtype), or
   where missing  heading [rad] and speed [m/s] follow from the motion;
                  length [m], width [m], type and role get usual values
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
-  timestamp_ms, vx and vy; a `frame` needs --rate
+  timestamp_ms, vx and vy; a `frame` needs --rate; for any others, see
+  --columns. Times may be dates, and numbers have decimal commas
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
 and read with their units and conventions; keep their files in one folder."""

@@ -4,7 +4,7 @@ check of a table that was written, which is read back and held against the run.
 Positions are centres of outlines. Which columns a plain table may have, and in which units, stands in `.columns`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
+from engine.interchange.tables.columns import NO_NAMES
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.facing import set_aside, with_assumed_headings
 from engine.interchange.tables.track import TableTrack, Tracks
@@ -52,9 +53,12 @@ def read_table(path: Path, ego: str | None = None, step: float | None = None, ra
     return recording_of(read_tracks(path, rate), path.stem, ego, step)
 
 
-def read_tracks(path: Path, rate: float | None = None) -> Tracks:
-    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`."""
-    cells = _cells(path, rate)
+def read_tracks(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Tracks:
+    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`.
+
+    `named`: its columns by what they are, where their own names do not tell (`columns.choose`).
+    """
+    cells = _cells(path, rate, named)
     tracks = tracks_of(cells)
     if (other := pedestrians_beside(cells.layout, path)) is not None:
         tracks = joined(tracks, tracks_of(_cells(other, rate)))
@@ -107,7 +111,7 @@ def recording_of(
     return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
 
 
-def _cells(path: Path, rate: float | None = None) -> Cells:
+def _cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
     """Raises InterchangeError where there is no such file, or none of a kind that is read."""
     if path.suffix.lower() not in (".csv", ".parquet"):
         raise InterchangeError("this is not a table", "name a file that ends in .csv or .parquet", path.name)
@@ -118,7 +122,7 @@ def _cells(path: Path, rate: float | None = None) -> Cells:
                 message, f"leave out actors or samples: at most {MOST_BYTES / 1e6:.0f} MB", path.name
             )
         read = read_csv_cells if path.suffix.lower() == ".csv" else read_parquet_cells
-        return read(path, rate)
+        return read(path, rate, named)
 
 
 def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[str, ...]]:
