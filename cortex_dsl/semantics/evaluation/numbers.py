@@ -28,7 +28,7 @@ from cortex_dsl.semantics.errors.values import (
     WRONG_KIND,
 )
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, MonitorCall, MonitorValue, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
 from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
@@ -78,6 +78,9 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
 def _as_condition(value: Value) -> str:
     if isinstance(value, BehaviourCall | BuiltinValue):
         return "`and` and `or` join conditions; list things with commas, as in `do choose A(), B()`"
+    if isinstance(value, MonitorCall | MonitorValue):
+        monitor = value.monitor.node if isinstance(value, MonitorCall) else value.node
+        return f"write `require monitor {monitor.name}({'...' if monitor.parameters else ''})`"
     return "compare it with something, as in `x < 3`"
 
 
