@@ -19,10 +19,10 @@ from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.roads import named_constant
 from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     Closure,
-    Items,
     Pose,
     Quantity,
     Truth,
