@@ -25,7 +25,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
             "trajectory` and `new Pedestrian right of p by 3 m, with regionContainedIn None`",
         ),
         **dict.fromkeys(
-            ("SetPositionAction", "OffsetAction"),
+            ("SetPositionAction", "OffsetAction", "SetTransformAction", "ActorTransformSetter"),
             "no object jumps during a run: place it with `at` before the run, and drive or walk there",
         ),
         "SetVelocityAction": "a vehicle moves where its wheels point: write `SetSpeedAction(3 m/s)`",
@@ -33,7 +33,41 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "SetAutopilotAction": "give it a behavior: `AutopilotBehavior()`",
         "PolygonalVectorField": "write a `VectorField`, with a function that tests where it is: `p in region`",
         "angularSpeed": "a vehicle turns by its wheels: `take SetSteerAction(5 deg)`",
-        "collision": "contact is always detected, and ends the run",
+        **dict.fromkeys(("collision", "CollisionTest"), "contact is always detected, and ends the run"),
+        **dict.fromkeys(
+            ("ttc", "TTC", "min_ttc", "InTimeToArrivalToVehicle"),
+            "write `timeToCollision(ego, other)`; the least of a run is `least(timeToCollision(ego, other))`, in "
+            "`maximize` and `minimize`",
+        ),
+        **dict.fromkeys(("pet", "PET"), "`maximize` and `minimize` have `post_encroachment_time`, the least of a run"),
+        **dict.fromkeys(("thw", "THW", "headway"), "write `(distance from ego to other) / ego.speed`"),
+        **dict.fromkeys(
+            ("TrafficManager", "traffic_manager", "tm"),
+            "each vehicle has a driver of its own: `with behavior AutopilotBehavior()`",
+        ),
+        **dict.fromkeys(
+            ("VehicleControl", "RegulatedControlAction", "apply_control"),
+            "write `take SetThrottleAction(0.5), SetSteerAction(2 deg)`",
+        ),
+        **dict.fromkeys(
+            ("AccelerateToVelocity", "AccelerateToCatchUp"),
+            "write `do ConstantThrottleBehavior(0.5) until self.speed > 10 m/s`",
+        ),
+        **dict.fromkeys(
+            ("InTriggerDistanceToVehicle", "InTriggerDistanceToLocation"),
+            "write a condition, as in `(distance from ego to other) < 10 m`",
+        ),
+        "InTriggerDistanceToNextIntersection": "write a condition, as in `(distance from ego to intersection) < 10 m`",
+        "TriggerVelocity": "write a condition, as in `ego.speed > 10 m/s`",
+        "StandStill": "write a condition, as in `ego.speed < 0.1 m/s`",
+        **dict.fromkeys(("TimeOut", "timeout"), "write `terminate after 20 s`"),
+        "MaxVelocityTest": "write `require always ego.speed < 50 km/h`",
+        **dict.fromkeys(("OffRoadTest", "KeepLaneTest"), "write `require always ego in road`"),
+        **dict.fromkeys(("VerifaiParameter", "VerifaiSampler"), "write a distribution, such as `Range(low, high)`"),
+        **dict.fromkeys(
+            ("specification", "falsifier", "rho"),
+            "write `expect` with a condition: a search looks for runs that break it",
+        ),
         **dict.fromkeys(
             ("north", "east", "south", "west"),
             "write an angle, from east to north: `0 deg` is east, `90 deg` north, `180 deg` west, `-90 deg` south",
@@ -86,15 +120,39 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         **dict.fromkeys(("motorbike", "moped", "scooter"), ("Motorcycle",)),
         **dict.fromkeys(("bike", "cycle"), ("Bicycle",)),
         **dict.fromkeys(("child", "kid", "human", "man", "woman", "jogger"), ("Pedestrian",)),
-        **dict.fromkeys(("box", "crate", "wall", "pole"), ("Obstacle",)),
+        **dict.fromkeys(
+            ("box", "crate", "wall", "pole", "cone", "barrier", "prop", "trash", "debris", "garbage", "kiosk", "bench"),
+            ("Obstacle",),
+        ),
+        **dict.fromkeys(("vendingmachine", "trafficwarning", "trafficcone", "mailbox", "container"), ("Obstacle",)),
         "cyclist": ("Bicycle",),
         "person": ("Pedestrian",),
         "walker": ("Pedestrian",),
-        "npccar": ("Car",),
+        **dict.fromkeys(("npccar", "egocar", "egovehicle"), ("Car",)),
+        "way": ("ways", "road"),
         "idle": ("IdleBehavior",),
-        "idm": ("CarFollowingBehavior",),
-        "idmbehavior": ("CarFollowingBehavior",),
-        "followleadbehavior": ("CarFollowingBehavior",),
+        **dict.fromkeys(
+            ("idm", "idmbehavior", "followleadbehavior", "followvehiclebehavior"), ("CarFollowingBehavior",)
+        ),
+        **dict.fromkeys(
+            ("basicagent", "basicagentbehavior", "behavioragent", "changeautopilot"), ("AutopilotBehavior",)
+        ),
+        **dict.fromkeys(("drivingbehavior", "changeautopilot", "setautopilot"), ("AutopilotBehavior",)),
+        **dict.fromkeys(("stopbehavior", "stopvehicle", "brakingbehavior", "handbrakevehicle"), ("BrakeBehavior",)),
+        **dict.fromkeys(
+            ("keepvelocity", "constantvelocityagent", "constantvelocitybehavior"), ("ConstantSpeedBehavior",)
+        ),
+        **dict.fromkeys(
+            ("waypointfollower", "followwaypointsbehavior", "trackwaypointsaction"), ("FollowTrajectoryBehavior",)
+        ),
+        **dict.fromkeys(("lanechange", "cutin", "cutinbehavior", "overtakebehavior"), ("LaneChangeBehavior",)),
+        **dict.fromkeys(("syncarrival", "crosswalkbehavior"), ("CrossingBehavior",)),
+        **dict.fromkeys(("yieldbehavior", "givewaybehavior"), ("GivingWayBehavior",)),
+        "accelerateforwardbehavior": ("ConstantThrottleBehavior",),
+        **dict.fromkeys(("walkbehavior", "walkercontrol"), ("WalkForwardBehavior",)),
+        "setwalkaction": ("SetWalkingSpeedAction",),
+        "setgearaction": ("SetReverseAction",),
+        "settrafficlightaction": ("setClosestTrafficLightStatus",),
     }
 )
 """What people call things that have another name here; small letters, no underscores."""

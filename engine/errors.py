@@ -36,6 +36,9 @@ def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexErro
 SHORTEST_BEGINNING = 4
 """Letters of a word that is taken for the beginning of another."""
 
+ENDINGS = ("behavior", "action", "region")
+"""What many names end in, so that two that share it need not be alike."""
+
 MOST_COMPARED = 300
 """Names of which all are compared with a misspelt one; of more those that look most like it."""
 
@@ -56,8 +59,30 @@ def _nearest(word: str, candidates: frozenset[str]) -> str | None:
     few = by_folded if len(by_folded) <= MOST_COMPARED else _most_alike(folded, by_folded, by_pair)
     if len(folded) > 2 and (swapped := [each for each in few if sorted(each) == sorted(folded)]):
         return by_folded[min(swapped)]
-    matches = get_close_matches(folded, few, n=1, cutoff=0.6)
-    return by_folded[matches[0]] if matches else None
+    matches = get_close_matches(folded, few, n=3, cutoff=0.6)
+    return next((by_folded[match] for match in matches if _is_a_slip(folded, match)), None)
+
+
+def _is_a_slip(word: str, meant: str) -> bool:
+    """Whether one is the other and more, or so few letters differ that it is no other word: of three or four, one."""
+    ending = next((each for each in ENDINGS if word.endswith(each) and meant.endswith(each)), "")
+    word, meant = word.removesuffix(ending), meant.removesuffix(ending)
+    if len(meant) >= SHORTEST_BEGINNING and (word.startswith(meant) or word.endswith(meant)):
+        return True
+    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 2)
+
+
+def _edits(a: str, b: str) -> int:
+    """Letters to insert, remove, replace or exchange with the next one (optimal string alignment distance)."""
+    before, last = [0], list(range(len(b) + 1))
+    for i, x in enumerate(a):
+        row = [i + 1]
+        for j, y in enumerate(b):
+            row.append(min(last[j + 1] + 1, row[j] + 1, last[j] + (x != y)))
+            if i and j and x == b[j - 1] and y == a[i - 1]:
+                row[-1] = min(row[-1], before[j - 1] + 1)
+        before, last = last, row
+    return last[-1]
 
 
 @lru_cache(maxsize=4)

@@ -1,7 +1,8 @@
 """Indentation: which line belongs to which block, and the post-lexer that passes this to the grammar."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from lark import Token
@@ -68,6 +69,28 @@ def _width(indent: str) -> int:
     return len(indent.expandtabs(TAB_WIDTH))
 
 
+def _usual_indent(lines: Sequence[Line]) -> Line | None:
+    """The first line indented by the kind of blank that most lines begin with; None if none is indented."""
+    indented = [line for line in lines if line.indent]
+    kinds = Counter(line.indent[0] for line in indented)
+    return next((line for line in indented if kinds[line.indent[0]] == max(kinds.values())), None)
+
+
+def _mixed(line: Line, usual: Line) -> Diagnostic:
+    """What is wrong with a line indented unlike most others; it is said alone, as no depth after it is known."""
+    kinds = {" ": "spaces", "\t": "tabs"}
+    found = " and ".join(kinds.get(kind, "others") for kind in sorted(set(line.indent)))
+    label = Label(Span(usual.start - len(usual.indent), usual.start), "most lines are indented so")
+    return errors.MIXED_INDENT.at(
+        Span(line.start - len(line.indent), line.start),
+        "tabs and spaces are mixed in the indentation",
+        f"indented with {found}",
+        secondary=[label] if usual is not line else [],
+        reason=errors.MIXED_INDENT.why,
+        cure=f"indent every line with {kinds.get(usual.indent[0], 'spaces')}",
+    )
+
+
 class _Arrangement:
     """One walk over the lines with a stack of open blocks."""
 
@@ -79,8 +102,7 @@ class _Arrangement:
         self.hollow: set[int] = set()
         self.blocks: list[tuple[int, int]] = [(0, 0)]
         """Width and level of each open block; a stray indentation has the level of the block around it."""
-        self.style: Line | None = None
-        self.mixed = False
+        self.usual = _usual_indent(found.lines)
         self.found = found
 
     def layout(self) -> Layout:
@@ -88,7 +110,9 @@ class _Arrangement:
             if self.belongs_to_broken(line):
                 self.lines[-1] = replace(self.lines[-1], stop=line.stop)
                 continue
-            self.check_tabs(line)
+            if self.usual is not None and set(line.indent) - {self.usual.indent[0]}:
+                mixed = _mixed(line, self.usual)
+                return Layout((), (), frozenset(), (*self.found.diagnostics, mixed), hopeless=True)
             level = self.level(line)
             if self.belongs_to_broken(line):
                 self.blocks.pop()
@@ -130,20 +154,17 @@ class _Arrangement:
         if self.blocks[-1][0] == width:
             return
         self.blocks.append((width, closed[1]))
-        if not self.mixed:
-            self.diagnostics.append(
-                errors.WRONG_DEDENT.at(
-                    Span(line.start - len(line.indent), line.start),
-                    "the indentation of this line fits no block",
-                    f"{width} columns",
-                    reason=f"the lines around it are indented by {self.blocks[-2][0]} and {closed[0]} columns",
-                    cure="align it with the block that it belongs to",
-                )
+        self.diagnostics.append(
+            errors.WRONG_DEDENT.at(
+                Span(line.start - len(line.indent), line.start),
+                "the indentation of this line fits no block",
+                f"{width} columns",
+                reason=f"the lines around it are indented by {self.blocks[-2][0]} and {closed[0]} columns",
+                cure="align it with the block that it belongs to",
             )
+        )
 
     def stray_indent(self, line: Line, previous: Line | None) -> None:
-        if self.mixed:
-            return
         if (
             previous is not None
             and line.word in SPECIFIER_WORDS
@@ -190,9 +211,6 @@ class _Arrangement:
         line = self.lines[-1]
         if line.word not in BLOCK_WORDS:
             return  # no block was meant; the grammar says what is wrong
-        if self.mixed:
-            self.hollow.add(len(self.lines) - 1)
-            return  # the depth of the next line is unknown
         self.hollow.add(len(self.lines) - 1)
         self.diagnostics.append(
             errors.MISSING_BODY.at(
@@ -201,27 +219,6 @@ class _Arrangement:
                 "expected an indented line after this",
                 reason=errors.MISSING_BODY.why,
                 cure="indent the lines that belong to it by four spaces (write `pass` if there are none)",
-            )
-        )
-
-    def check_tabs(self, line: Line) -> None:
-        if self.mixed or not line.indent:
-            return
-        self.style = self.style or line
-        kinds = sorted(set(line.indent))
-        if len({*self.style.indent, *kinds}) == 1:
-            return
-        self.mixed = True
-        first = self.style
-        secondary = [Label(Span(first.start - len(first.indent), first.start), "other lines are indented so")]
-        self.diagnostics.append(
-            errors.MIXED_INDENT.at(
-                Span(line.start - len(line.indent), line.start),
-                "tabs and spaces are mixed in the indentation",
-                "indented with " + " and ".join({" ": "spaces", "\t": "tabs"}.get(kind, "others") for kind in kinds),
-                secondary=secondary if first is not line else [],
-                reason=errors.MIXED_INDENT.why,
-                cure="indent every line with spaces",
             )
         )
 

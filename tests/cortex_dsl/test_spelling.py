@@ -1,8 +1,15 @@
 """The one helper for words that are nearly right."""
 
-import pytest
+import re
 
-from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cortex_dsl.pipeline import compile_source
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.source import Source
+from cortex_dsl.spelling import ELSEWHERE, class_called, did_you_mean, likely_range, nearest
 
 TURNS = ("STRAIGHT", "LEFT_TURN", "RIGHT_TURN", "U_TURN")
 
@@ -44,3 +51,89 @@ def test_likely_range() -> None:
 def test_no_sidewalk() -> None:
     """The cure is a place beside the road that compiles."""
     assert "after intersection by 3 m" in did_you_mean("sidewalk", ())
+
+
+FOREIGN = {
+    "BasicAgent": "AutopilotBehavior",
+    "BasicAgentBehavior": "AutopilotBehavior",
+    "BehaviorAgent": "AutopilotBehavior",
+    "ChangeAutoPilot": "AutopilotBehavior",
+    "DrivingBehavior": "AutopilotBehavior",
+    "TrafficManager": "AutopilotBehavior",
+    "set_autopilot": "AutopilotBehavior",
+    "FollowLeadBehavior": "CarFollowingBehavior",
+    "StopBehavior": "BrakeBehavior",
+    "StopVehicle": "BrakeBehavior",
+    "HandBrakeVehicle": "BrakeBehavior",
+    "KeepVelocity": "ConstantSpeedBehavior",
+    "ConstantVelocityAgent": "ConstantSpeedBehavior",
+    "WaypointFollower": "FollowTrajectoryBehavior",
+    "TrackWaypointsAction": "FollowTrajectoryBehavior",
+    "LaneChange": "LaneChangeBehavior",
+    "CutIn": "LaneChangeBehavior",
+    "SyncArrival": "CrossingBehavior",
+    "AccelerateForwardBehavior": "ConstantThrottleBehavior",
+    "AccelerateToVelocity": "ConstantThrottleBehavior",
+    "WalkerControl": "WalkForwardBehavior",
+    "SetWalkAction": "SetWalkingSpeedAction",
+    "SetGearAction": "SetReverseAction",
+    "SetTrafficLightAction": "setClosestTrafficLightStatus",
+    "RegulatedControlAction": "SetThrottleAction",
+    "VehicleControl": "SetThrottleAction",
+    "InTriggerDistanceToVehicle": "distance from",
+    "InTimeToArrivalToVehicle": "timeToCollision",
+    "ttc": "timeToCollision",
+    "pet": "post_encroachment_time",
+    "TriggerVelocity": "ego.speed >",
+    "StandStill": "ego.speed <",
+    "TimeOut": "terminate after",
+    "CollisionTest": "contact",
+    "OffRoadTest": "in road",
+    "VerifaiParameter": "Range",
+    "rho": "expect",
+    "way": "road",
+    "EgoCar": "Car",
+    "Cone": "Obstacle",
+}
+
+
+@pytest.mark.parametrize(("word", "meant"), FOREIGN.items())
+def test_names_of_other_tools_are_answered_by_meaning(word: str, meant: str) -> None:
+    """Names of CARLA, ScenarioRunner, Scenic and VerifAI."""
+    assert meant in did_you_mean(word, BUILTINS)
+
+
+CURES = sorted({code for word in FOREIGN for code in re.findall("`([^`]+[ (_][^`]+)`", ELSEWHERE.get(word, ""))})
+
+
+@pytest.mark.parametrize("text", CURES)
+def test_what_a_cure_proposes_compiles(text: str) -> None:
+    """Numbers, conditions, behaviors, actions and statements of the table of foreign words, in a file of their own."""
+    text = text.replace("(low, high)", "(1, 2)")
+    inside = text if text.startswith(("do ", "take ")) else "wait"
+    if text.startswith("with "):
+        text = f"new Car on road, {text}"
+    elif text.startswith(("least(", "post_encroachment_time")):
+        text = f"minimize {text}"
+    elif inside == text:
+        text = ""
+    elif not text.startswith(("require", "terminate")):
+        text = f"record {text}"
+    lines = ("map intersection()", "behavior B():", f"    {inside}", "ego = new Car on road, with behavior B()")
+    compile_source(Source("cure.scn", "\n".join((*lines, "other = new Car on road", text, ""))))
+
+
+@given(st.text("abcdefgh", min_size=1, max_size=10), st.lists(st.text("abcdefgh", min_size=1, max_size=10)))
+def test_no_unrelated_word_is_near(word: str, candidates: list[str]) -> None:
+    """What differs in every letter is not offered, however few letters there are."""
+    meant = nearest(word, candidates)
+    assert meant is None or set(word) & set(meant)
+
+
+@pytest.mark.parametrize(
+    ("word", "candidate"),
+    [("way", "any"), ("StopBehavior", "RSSBehavior"), ("BehaviorAgent", "RSSBehavior"), ("pet", "get")],
+)
+def test_of_short_words_one_letter_may_differ(word: str, candidate: str) -> None:
+    """The common ending of two names counts for nothing; of three letters one may be wrong."""
+    assert nearest(word, [candidate]) == (candidate if word == "pet" else None)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
+from cortex_dsl.semantics.errors.quantities import TARGET_ABOVE_TOP
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
@@ -13,10 +14,12 @@ from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, stat
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, limit_on
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Quantity, Value
-from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.names.builtins import BUILTINS, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
-from cortex_dsl.semantics.quantities.units import PURE
+from cortex_dsl.semantics.quantities.bounds import closed_value
+from cortex_dsl.semantics.quantities.units import PURE, SPEED
+from cortex_dsl.source import Span
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command, RuleKind, State
 
@@ -63,7 +66,16 @@ class Job:
         """Refuse numbers outside their range, whether or not what the behaviour does depends on them here."""
         for name in self.call.arguments:
             if self._parameter(name).dimension is not None and self.given(name) is not None:
-                self.number(name)
+                value = closed_value(self.number(name))
+                if value is not None and name in ("target_speed", "speed"):
+                    self._compare_with_top(value, self.call.spans[name])
+
+    def _compare_with_top(self, target: float, span: Span) -> None:
+        """Note a constant speed that the actor cannot reach."""
+        top = closed_value(size_of(self.actor, "topSpeed"))
+        if top is not None and target > top:
+            name = self.actor.kind.name.capitalize()
+            self.ev.report(TARGET_ABOVE_TOP.at(span, target=shown(target, SPEED), name=name, top=shown(top, SPEED)))
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)

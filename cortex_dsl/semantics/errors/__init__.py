@@ -7,6 +7,7 @@ from cortex_dsl.semantics.errors import (
     names,
     objectives,
     objects,
+    quantities,
     roads,
     scenarios,
     statements,
@@ -14,7 +15,19 @@ from cortex_dsl.semantics.errors import (
 )
 from cortex_dsl.semantics.errors.problems import Problem
 
-FAMILIES = (names, values, statements, objects, roads, chance, compile_time, behaviours, scenarios, objectives)
+FAMILIES = (
+    names,
+    values,
+    quantities,
+    statements,
+    objects,
+    roads,
+    chance,
+    compile_time,
+    behaviours,
+    scenarios,
+    objectives,
+)
 
 
 def declared() -> dict[str, Problem]:

@@ -249,7 +249,8 @@ MAY_LEAVE_RANGE = Problem(
 BAD_INDEX = Problem(
     "SCN424",
     "there is no item {index}: the list has {count}",
-    cure="{cure}",
+    "{reason}",
+    "{cure}",
     page=Page(
         "no such item",
         "Items count from 0; -1 is the last.",

@@ -6,13 +6,14 @@ from functools import cache
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import TOO_FEW_ARGUMENTS, TOO_MANY_ARGUMENTS, WRONG_KIND
-from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.numbers import adopt, unit_cure
 from cortex_dsl.semantics.evaluation.ranges import in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
-from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name, range_text
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Parameter
 from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.units import PURE, example
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -129,8 +130,17 @@ def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> Term:
     """The number that a parameter with a dimension takes, inside its legal range."""
     assert parameter.dimension is not None
     what = f"`{parameter.name}`"
-    expr = adopt(ev, argument.value, parameter.dimension, argument.span, what)
+    expr = adopt(ev, argument.value, parameter.dimension, argument.span, what, usage(parameter))
     return in_range(ev, expr, parameter.low, parameter.high, parameter.dimension, argument.span, what)
+
+
+def usage(parameter: Parameter) -> str:
+    """How a parameter with a dimension is given: its unit or its range, and an example."""
+    dimension = parameter.dimension
+    assert dimension is not None
+    limits = range_text(parameter.low, parameter.high, dimension, above=False)
+    form = parameter.meaning or (f"a number without a unit, {limits}" if dimension == PURE else unit_cure(dimension))
+    return f"{form}; as in `{parameter.name}={example(dimension)}`"
 
 
 def no_names(function: str, given: Sequence[Given]) -> None:

@@ -17,13 +17,13 @@ from cortex_dsl.semantics.evaluation.roads import ROAD, region_of_intersections
 from cortex_dsl.semantics.model.areas import Area, Coordinates, Velocity
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.elements import Elements, RoadSection
+from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     Centerline,
     DirectionField,
     EnumValue,
     GlobalParameters,
-    Items,
     LaneNow,
     Namespace,
     Pose,

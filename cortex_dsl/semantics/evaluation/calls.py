@@ -62,7 +62,8 @@ def scenic_steering(ev: Evaluator, steer: Given) -> Term:
     given = numbers.quantity(steer.value, steer.span, "`steer`")
     if given.dimension == ANGLE or ev.moment.actor is None:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
-    share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
+    cure = "a share of the full angle, from -1 to 1, or an angle; as in `steer=5 deg`"
+    share = numbers.adopt(ev, given, PURE, steer.span, "`steer`", cure)
     share = in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
     return -(share * geometry.size_of(ev.moment.actor, "maxSteer"))
 

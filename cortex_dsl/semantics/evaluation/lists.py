@@ -1,5 +1,6 @@
 """Lists: written ones, comprehensions, items and slices, and `append`, which the compiler does at once."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
@@ -11,22 +12,23 @@ from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.elements import Elements
+from cortex_dsl.semantics.model.lists import Items, Kept
 from cortex_dsl.semantics.model.values import (
     POISON,
     Centerline,
     Closure,
     Effect,
-    Items,
     Quantity,
     Value,
     Vector,
     Weights,
 )
-from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.model.wording import NAMED, kind_name
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.road.network import Maneuver
 
 DEEPEST = 50
 """How deep lists may lie in one another."""
@@ -65,10 +67,15 @@ def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
 
 
 def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
-    return _shallow(ev, Items(_generated(ev, node, node.clauses)), node.span)
+    seen: list[Value] = []
+    generated = Items(_generated(ev, node, node.clauses, seen))
+    return _shallow(ev, generated.of(tuple(seen)), node.span)
 
 
-def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
+def _generated(
+    ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause], seen: list[Value]
+) -> list[Value]:
+    """The items of a comprehension; `seen` receives what its last conditions are asked of."""
     if not clauses:
         return [ev.evaluate(node.element)]
     clause, rest = clauses[0], clauses[1:]
@@ -76,8 +83,10 @@ def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes
     with ev.file.budget.repeating(clause.iterable.span):
         for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
             inner = ev.inside(unpack(clause.targets, item, clause.span))
+            if clause.conditions and not rest:
+                seen.append(item)
             if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
-                results += _generated(inner, node, rest)
+                results += _generated(inner, node, rest, seen)
     return results
 
 
@@ -104,7 +113,8 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):
-        raise BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
+        reason, cure = _what_there_is(items)
+        raise BAD_INDEX.mistake(node.index.span, index=position, count=len(items), reason=reason, cure=cure)
     return items[position]
 
 
@@ -134,9 +144,23 @@ def _slice(ev: Evaluator, node: nodes.Index, part: nodes.Slice) -> Value:
     return Items(items[slice(*at)])
 
 
-def _indices(count: int) -> str:
-    """Which items a list has."""
-    return f"items count from 0: `[0]` to `[{count - 1}]`; `[-1]` is the last" if count else "the list is empty"
+def _what_there_is(items: tuple[Value, ...]) -> tuple[str, str]:
+    """Why a list is empty, where a condition chose its items, and which items can be asked for."""
+    if items:
+        return "", f"items count from 0: `[0]` to `[{len(items) - 1}]`; `[-1]` is the last"
+    among = items.among if isinstance(items, Kept) else ()
+    if not among:
+        return "", "the list is empty"
+    kinds = {kind_name(item).split(" ", 1)[-1] if isinstance(item, NAMED) else "item" for item in among}
+    noun = kinds.pop() if len(kinds) == 1 else "item"
+    left_out = f"the condition left out {len(among)} {noun}{'s' if len(among) > 1 else ''}"
+    types = Counter(item.type.name for item in among if isinstance(item, Maneuver))
+    if not types:
+        return left_out, "change the condition, or the list"
+    shown = ", ".join(f"{count} {name}" for name, count in types.items())
+    there = " or ".join(f"`ManeuverType.{name}`" for name in types)
+    cure = f"ask for {there}, or begin with another maneuver or lane"
+    return (f"{left_out}, all {next(iter(types))}" if len(types) == 1 else f"{left_out}: {shown}"), cure
 
 
 def append(ev: Evaluator, items: Items) -> Closure:

@@ -28,7 +28,15 @@ from cortex_dsl.semantics.errors.values import (
     WRONG_KIND,
 )
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import (
+    BehaviourCall,
+    BuiltinValue,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    Truth,
+    Value,
+)
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
 from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
@@ -41,6 +49,7 @@ from cortex_dsl.semantics.quantities.units import (
     TIME,
     UNITS,
     dimension_name,
+    example,
     power,
     product,
     quotient,
@@ -62,8 +71,8 @@ ROUNDING = 1e-9
 """Relative slack of an interval's ends: `low + u (high - low)` may round past `high`."""
 
 
-def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
-    """The value as a number.
+def quantity(value: Value, span: Span, what: str = "this", cure: str = "") -> Quantity:
+    """The value as a number; the cure is for what is none, and no text of one.
 
     Raises:
         Mistake: when the value is no number.
@@ -71,13 +80,16 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
     if isinstance(value, Quantity):
         return value
     quoted = isinstance(value, str) and value.strip()[:1].isdigit()
-    cure = f"write it without quotes: `{value}`" if quoted else ""
+    cure = f"write it without quotes: `{value}`" if quoted else cure
     raise WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure=cure)
 
 
 def _as_condition(value: Value) -> str:
     if isinstance(value, BehaviourCall | BuiltinValue):
         return "`and` and `or` join conditions; list things with commas, as in `do choose A(), B()`"
+    if isinstance(value, MonitorCall | MonitorValue):
+        monitor = value.monitor.node if isinstance(value, MonitorCall) else value.node
+        return f"write `require monitor {monitor.name}({'...' if monitor.parameters else ''})`"
     return "compare it with something, as in `x < 3`"
 
 
@@ -106,13 +118,13 @@ def finite(result: Quantity, span: Span, reason: str = "") -> Quantity:
     return result
 
 
-def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: str) -> Term:
-    """The SI number that a place of a known dimension takes.
+def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: str, cure: str = "") -> Term:
+    """The SI number that a place of a known dimension takes; without a cure, one names the units of the dimension.
 
     Raises:
         Mistake: when the value is no number or has another dimension.
     """
-    number = quantity(value, span, what)
+    number = quantity(value, span, what, cure)
     if number.dimension is None:
         warn_of_slip(ev, number, dimension, span)
         if isinstance(number.expr, ir.Gene):
@@ -123,14 +135,17 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
             what=what,
             expected=dimension_name(dimension),
             actual=dimension_name(number.dimension),
-            cure=_unit_cure(dimension),
+            cure=cure or unit_cure(dimension),
         )
     return number.expr
 
 
-def _unit_cure(dimension: Dimension) -> str:
+def unit_cure(dimension: Dimension) -> str:
+    """How numbers of a dimension are written, for the cure of one that has another."""
     words = unit_examples(dimension)
-    return f"units of {dimension_name(dimension).split(' ', 1)[1]}: {words}" if words else ""
+    if words:
+        return f"units of {dimension_name(dimension).split(' ', 1)[1]}: {words}"
+    return f"write a number without a unit, as in `{example(PURE)}`" if dimension == PURE else ""
 
 
 def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> None:

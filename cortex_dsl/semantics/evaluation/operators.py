@@ -15,14 +15,15 @@ from cortex_dsl.semantics.errors.values import (
 from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.bounds_given import Site, scaled
+from cortex_dsl.semantics.evaluation.conversions import converted_twice
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth
 from cortex_dsl.semantics.evaluation.roads import named_constant
 from cortex_dsl.semantics.evaluation.texts import joined_text
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     Closure,
-    Items,
     Pose,
     Quantity,
     Truth,
@@ -138,6 +139,8 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator == "@":
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
+        for warning in converted_twice(operator, left, right, node) if operator in ("*", "/") else ():
+            ev.report(warning)
         with numbers.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](left, right, node.span)
     if isinstance(left, str) and isinstance(right, str) and operator == "+":

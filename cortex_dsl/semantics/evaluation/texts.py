@@ -9,11 +9,11 @@ from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.functions import Meaning, known_truth
 from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.lists import Items
 from cortex_dsl.semantics.model.values import (
     Actor,
     BuiltinValue,
     ClassValue,
-    Items,
     Pose,
     Quantity,
     Truth,

@@ -122,12 +122,6 @@ class Sighted:
     seen: bool
 
 
-class Items(tuple[Value, ...]):
-    """A list of the file: unlike a tuple it is told from another of the same items, so that `append` finds it."""
-
-    __slots__ = ()
-
-
 @frozen_identity
 class Closure:
     """A lambda; `body` is what a file writes behind its colon, unless a variable hides `ManeuverType` there."""

@@ -34,6 +34,8 @@ class Parameter:
     low: float = float("-inf")
     high: float = float("inf")
     aliases: tuple[str, ...] = ()
+    meaning: str = ""
+    """What the number is, where its name and its dimension leave that open."""
 
 
 @frozen
@@ -98,6 +100,8 @@ _SIGHT = (
     Parameter("latency", TIME, "0 s", low=0.0),
 )
 _INNER = Parameter("behavior")
+_BRAKE = "a pedal from 0 to 1; 1 brakes with the `maxBraking` of the vehicle"
+_THROTTLE = "a pedal from 0 to 1; 1 accelerates with the `maxAcceleration` of the vehicle"
 _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
@@ -201,9 +205,9 @@ _ROWS = (
     _function("localPath", "A file beside this one; only there so that Scenic's scripts run.", "path"),
     # -- actions
     _action("SetThrottleAction", "Throttle, 0 to 1, for one step; until the next in files with a `model` line.",
-            Parameter("throttle", PURE, low=0.0, high=1.0), Command.THROTTLE),
+            Parameter("throttle", PURE, low=0.0, high=1.0, meaning=_THROTTLE), Command.THROTTLE),
     _action("SetBrakeAction", "Brake pedal, 0 to 1, for one step; until the next in files with a `model` line.",
-            Parameter("brake", PURE, low=0.0, high=1.0), Command.BRAKE),
+            Parameter("brake", PURE, low=0.0, high=1.0, meaning=_BRAKE), Command.BRAKE),
     _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
             Command.STEER),
     _action("SetReverseAction", "Put the reverse gear in (`True`) or out; stays until the next.", Parameter("reverse"),
@@ -237,7 +241,8 @@ _ROWS = (
                Parameter("advantage", ACCELERATION, "0.1 m/s^2", low=0.0),
                Parameter("safe_deceleration", ACCELERATION, "4 m/s^2", low=0.0), _DURATION, _LATERAL, _OBEY, _LIMIT),
     _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
-               _INNER, Parameter("threshold", TIME, "as UN R157", low=0.0), Parameter("brake", PURE, "1", 0.0, 1.0),
+               _INNER, Parameter("threshold", TIME, "as UN R157", low=0.0),
+               Parameter("brake", PURE, "1", 0.0, 1.0, meaning=_BRAKE),
                Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
                Parameter("delay", TIME, "0.35 s", low=0.0), Parameter("min_speed", SPEED, "0 m/s", 0.0, TOP_SPEED),
                Parameter("max_speed", SPEED, "none", 0.0, TOP_SPEED), *_SIGHT, Parameter("foresees", default="True")),
@@ -257,7 +262,7 @@ _ROWS = (
                Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
                Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),
     _behaviour("ConstantThrottleBehavior", "Press the throttle for ever, without steering.",
-               Parameter("x", PURE, low=0.0, high=1.0)),
+               Parameter("x", PURE, low=0.0, high=1.0, meaning=_THROTTLE)),
     _behaviour("WalkForwardBehavior", "Walk straight ahead, for ever.",
                Parameter("speed", SPEED, "0.5 m/s", 0.0, TOP_SPEED)),
     _behaviour("CrossingBehavior", "Wait for another to come near, then cross its way as it arrives.",
@@ -266,7 +271,8 @@ _ROWS = (
                Parameter("final_speed", SPEED, "min_speed", 0.0, TOP_SPEED)),
     _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
                Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
-    _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
+    _behaviour("BrakeBehavior", "Press the brake for ever.",
+               Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",), _BRAKE)),
     _behaviour("ExternalBehavior", "Do what a controller decides, which is named when the file is run (`--ego`).",
                Parameter("controller", default="the name of the object"),
                Parameter("trajectory", default="the lane it is on"), Parameter("actions", default='"pedals"'),

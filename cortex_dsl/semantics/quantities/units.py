@@ -62,6 +62,18 @@ _NAMES = {
     FREQUENCY: "a frequency",
 }
 
+_EXAMPLES = {
+    PURE: "0.5",
+    LENGTH: "10 m",
+    TIME: "2 s",
+    SPEED: "10 m/s",
+    ACCELERATION: "3 m/s^2",
+    ANGLE: "5 deg",
+    ANGULAR_SPEED: "10 deg/s",
+    MASS: "1500 kg",
+    FREQUENCY: "10 Hz",
+}
+
 _SI_WORDS = {unit.dimension: unit.word for unit in UNITS.values() if unit.factor == 1.0}
 
 
@@ -98,6 +110,11 @@ def _power(word: str, exponent: int) -> str:
 def unit_examples(dimension: Dimension) -> str:
     """Unit words of a dimension, for a cure: "`m/s`, `km/h`, `mph`"."""
     return ", ".join(f"`{unit.word}`" for unit in UNITS.values() if unit.dimension == dimension)
+
+
+def example(dimension: Dimension) -> str:
+    """A usual number of a dimension: `10 m/s`; "" of one without a name."""
+    return _EXAMPLES.get(dimension, "")
 
 
 def product(a: Dimension, b: Dimension) -> Dimension:

@@ -1,5 +1,6 @@
 """Units and dimensions: laws that hold for every number, and the tables of their words and sizes."""
 
+import re
 from collections.abc import Callable
 
 import pytest
@@ -8,8 +9,19 @@ from hypothesis import strategies as st
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.elaboration import elaborate
+from cortex_dsl.semantics.evaluation.arguments import usage
+from cortex_dsl.semantics.names.builtins import BUILTINS, Parameter
 from cortex_dsl.semantics.quantities.bounds import closed_value
-from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, power, product, quotient, root, si_formula
+from cortex_dsl.semantics.quantities.units import (
+    PURE,
+    UNITS,
+    dimension_name,
+    power,
+    product,
+    quotient,
+    root,
+    si_formula,
+)
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
@@ -101,3 +113,17 @@ def test_what_people_write_leads_to_a_unit() -> None:
     """Every spoken form stands for a unit that exists, and is none itself."""
     assert set(SPOKEN_UNITS.values()) <= set(UNIT_WORDS)
     assert not set(SPOKEN_UNITS) & set(UNIT_WORDS)
+
+
+@pytest.mark.parametrize(
+    "parameter",
+    sorted({p for row in BUILTINS.values() for p in row.parameters if p.dimension is not None}, key=str),
+    ids=lambda parameter: parameter.name,
+)
+def test_cure_of_an_argument_is_a_legal_one(parameter: Parameter) -> None:
+    """What the cure of a wrong dimension proposes has the dimension and lies in the legal range of the parameter."""
+    assert parameter.dimension is not None
+    number, unit = re.findall(rf"`{parameter.name}=([0-9.]+) ?([^`]*)`", usage(parameter))[0]
+    factor = UNITS[unit].factor if unit else 1.0
+    assert (UNITS[unit].dimension if unit else PURE) == parameter.dimension
+    assert parameter.low <= float(number) * factor <= parameter.high
