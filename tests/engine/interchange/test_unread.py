@@ -32,9 +32,8 @@ def test_an_unknown_element_anywhere_has_one_note(tmp_path: Path, write: Callabl
         path = write(tmp_path)
     text, before = path.read_text(), notes(path)
     states = read_recording(path).recording.states
-    places = [match.end() for match in re.finditer(r"<\w+(?: [^<>]*[^/<>])?>\n?", text)]
-    for tag in {re.match(r".*<(\w+)", text[:at], re.DOTALL).group(1): at for at in places}.items():
-        name, at = tag
+    begins = re.finditer(r"<(\w+)(?: [^<>]*[^/<>])?>\n?", text)
+    for name, at in {match.group(1): match.end() for match in begins}.items():
         if name in ("x", "y", "exact", "length", "width", "orientation", "type", "role"):
             continue  # holds a text
         path.write_text(text[:at] + ELEMENT + text[at:])
