@@ -8,11 +8,12 @@ contradicts what, are then plain counts over one table of truths.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
+from engine.built_in import checking
 from engine.config import SimulationConfig
 from engine.fairness import fair_starts, undecided
 from engine.feasibility import conflicts
@@ -33,6 +34,21 @@ PAIRS = 1_000_000_000
 """Pairs of actors that are held against one another; ten thousand attempts at three hundred actors have as many."""
 
 
+LOOKED_AT = 50
+"""Objects of which it is found out how often they leave the road, at most …"""
+LOOKS = 2_000
+"""… and the attempts in which that is counted."""
+
+
+@dataclass(frozen=True)
+class OffRoad:
+    """An object whose outline leaves the road."""
+
+    actor: int
+    share: float
+    """Of the rejected attempts, those in which it does."""
+
+
 @dataclass(frozen=True)
 class Weighing:
     """n attempts, every requirement evaluated on each. Requirements are those of `Program.requirements`, in order."""
@@ -47,6 +63,8 @@ class Weighing:
     whose coin spares the attempt holds."""
     margins: Floats
     """(n, requirements) by how much each holds, in the unit of `Requirement.unit`; NaN where that is no number."""
+    off_road: tuple[OffRoad, ...] = ()
+    """The objects that leave the road in some of its first attempts, the most frequent one first."""
 
     def __len__(self) -> int:
         return len(self.holds)
@@ -147,7 +165,22 @@ def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | 
     starts = [*range(0, count, block), count]
     blocks = [_weigh_block(program, np.arange(*ends), seed, genome) for ends in pairwise(starts)]
     genomes, variants, holds, margins = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-    return Weighing(program, genomes, variants, holds, margins)
+    off_road = _off_road(program, holds[:LOOKS], seed, genome)
+    return Weighing(program, genomes, variants, holds, margins, off_road)
+
+
+def _off_road(program: Program, holds: np.ndarray, seed: int, genome: Floats | None) -> tuple[OffRoad, ...]:
+    """The same attempts once more for each object, the road being asked of that object alone."""
+    rejected, road = ~holds.all(axis=1), program.first_built_in
+    if holds[:, road].all():
+        return ()
+    found: list[OffRoad] = []
+    for actor in np.flatnonzero(program.code.road_check)[:LOOKED_AT].tolist():
+        alone = replace(checking(program, road=[actor], overlap=[]), settings=replace(program.settings, fair=False))
+        _, _, there, _ = _weigh_block(alone, np.arange(len(holds)), seed, genome)
+        if share := _share(~there[rejected, road]):
+            found.append(OffRoad(actor, share))
+    return tuple(sorted(found, key=lambda each: (-each.share, each.actor)))
 
 
 def _weigh_block(

@@ -14,7 +14,7 @@ from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.setting_up import pinned_scenario
 from cortex_dsl.semantics.evaluation.roads import map_line
 from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
-from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries
+from cortex_dsl.semantics.names.tree import all_params, bound_name, everything_in, param_entries, scenic_model
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.copies import format_copy
@@ -188,6 +188,11 @@ def _param_edits(
             yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
         elif entry.name in genes:
             yield Edit(entry.value.span, gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
+    declared = {entry.name for module in modules for entry in all_params(module)}
+    model = next(filter(None, map(scenic_model, modules)), None)
+    if model is not None and (outside := overrides.keys() - declared):
+        lines = (f"param {name} = {text}\n" for name, text in overrides.items() if name in outside)
+        yield Edit(Span(model.span.start, model.span.start), "".join(lines))
 
 
 def gene_text(program: Program, gene: int, value: float) -> str:

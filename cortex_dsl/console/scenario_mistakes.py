@@ -6,7 +6,7 @@ draw or a run may meet a number that does not exist, or a behaviour that never a
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import combinations, islice
 from typing import TYPE_CHECKING
 
@@ -21,11 +21,12 @@ from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP,
 from cortex_dsl.semantics.errors.objectives import NO_NUMBER
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
+from engine.built_in import checking
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.opcodes import Op
 from engine.program import ParamSpace, Program
-from engine.tables import ROAD_REGION, Ints
+from engine.tables import ROAD_REGION
 from engine.vocabulary import Column
 
 if TYPE_CHECKING:
@@ -121,32 +122,18 @@ def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
 
 def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
     for number, actor in enumerate(_actors(compiled)):
-        program = _checking(compiled.program, road=[number], overlap=[])
+        program = checking(compiled.program, road=[number], overlap=[])
         if actor.inside_road and conflicts(program, [program.first_built_in]):
             yield OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
 
 
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
     for (i, one), (j, other) in islice(combinations(enumerate(_actors(compiled)), 2), MOST_PAIRS):
-        program = _checking(compiled.program, road=[], overlap=[i, j])
+        program = checking(compiled.program, road=[], overlap=[i, j])
         together = one.overlap_group != 0 and one.overlap_group == other.overlap_group
         if together and conflicts(program, [program.first_built_in + 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)
             yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
-
-
-def _checking(program: Program, road: list[int], overlap: list[int]) -> Program:
-    """The same program, whose built-in requirements look at these actors alone."""
-    code = program.code._replace(
-        road_check=_only(program.code.road_check, road), overlap_check=_only(program.code.overlap_check, overlap)
-    )
-    return replace(program, code=code)
-
-
-def _only(flags: Ints, kept: list[int]) -> Ints:
-    limited = np.zeros_like(flags)
-    limited[kept] = flags[kept]
-    return limited
 
 
 # -- a behaviour that was caught looping without an action while it ran ------------------------------------------------

@@ -42,7 +42,7 @@ from cortex_dsl.semantics.model.choices import (
 from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.marks import Marks
 from cortex_dsl.semantics.model.state import FileContext, MapFinder, no_maps
-from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides, with_outside_params
 from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.tree import attributes_read, attributes_set, everything_in, param_entries, system_params
 from cortex_dsl.semantics.quantities.units import si_word
@@ -77,6 +77,7 @@ def elaborate(
     findings = Findings()
     if not module.statements:
         raise CompileError(source, [EMPTY_FILE.at(Span(0, 0))])
+    module = with_outside_params(module, _whole(module, imports), overrides)
     whole = _whole(module, imports)
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)

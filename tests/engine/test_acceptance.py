@@ -133,3 +133,22 @@ def test_ten_thousand_attempts_take_no_time() -> None:
     start = time.process_time()
     account(weigh(compiled))
     assert time.process_time() - start < 0.3
+
+
+def test_who_leaves_the_road_is_counted_for_each_object() -> None:
+    """On a straight road of known width: shares are those of outlines that reach beyond its edge."""
+    text = (
+        "map road(lanes=2, length=400 m, lane_width=3.5 m)\nspot = new OrientedPoint in network.lanes[0].centerline\n"
+        "ego = new Car at spot, with regionContainedIn None\nnew Bus right of spot by Range(-6, 2) m\n"
+        "new Car left of spot by Range(0, 1) m\n"
+    )
+    compiled = compile_text(text).program
+    weighing = weigh(compiled, 2000)
+    off, road = {each.actor: each.share for each in weighing.off_road}, compiled.first_built_in
+    assert 0 not in off  # it may stand anywhere
+    rejected = ~weighing.holds.all(axis=1)
+    left = float((~weighing.holds[rejected, road]).mean())
+    assert max(off.values()) <= left <= sum(off.values()) + 1e-9
+    everywhere = text.replace("new Bus right of spot by Range(-6, 2) m", "new Bus right of spot by 2 m")
+    first = weigh(compile_text(everywhere).program, 500).off_road[0]
+    assert (first.actor, first.share) == (1, 1.0)

@@ -172,6 +172,7 @@ def blame_content(account: "Account") -> dict[str, Any]:
         "attempts": len(weighing),
         "acceptance": weighing.acceptance,
         "requirements": [_blame_content(account, blame) for blame in account.blames],
+        "off_road": [{"object": program.actors[each.actor], "share": each.share} for each in weighing.off_road],
         "target": account.target,
         "relax": [
             {

@@ -70,7 +70,7 @@ def requirements_view(program: Program, tally: Tally, culprit: int | None = None
 # -- which requirement throws attempts away: what each does alone, its nearest miss, what to relax ---------------------
 
 MOST_CURES = 3
-"""Requirements that are named as cures at most."""
+"""Requirements that are named as cures, and objects that leave the road, at most."""
 
 
 def blame_view(account: "Account") -> RenderableType:
@@ -79,7 +79,7 @@ def blame_view(account: "Account") -> RenderableType:
     if not failing:
         return Text("every requirement always held", "quiet")
     parts: list[RenderableType] = [_blame_table(account, failing)]
-    sentences = [_conflict(account), _nearest(account, failing), _cures(account)]
+    sentences = [_conflict(account), _off_road(account), _nearest(account, failing), _cures(account)]
     for sentence in sentences:
         if sentence is not None:
             parts += [Text(), sentence]
@@ -98,6 +98,20 @@ def _blame_table(account: "Account", failing: Sequence["Blame"]) -> RenderableTy
         for blame in failing
     ]
     return columns(*head, rows=rows, header=True)
+
+
+def _off_road(account: "Account") -> Text | None:
+    """The objects that leave the road, and what lets them."""
+    weighing = account.weighing
+    if not weighing.off_road:
+        return None
+    names = [weighing.program.actors[each.actor] for each in weighing.off_road[:MOST_CURES]]
+    lines = [
+        Text.assemble("off the road: ", (f"`{name}`", "warn"), f" in {percent(each.share)} of the rejected attempts")
+        for name, each in zip(names, weighing.off_road, strict=False)
+    ]
+    cure = f"place `{names[0]}` elsewhere, or let it stand off the road: `with regionContainedIn None`"
+    return Text("\n").join([*lines, Text(cure)])
 
 
 def _nearest(account: "Account", failing: Sequence["Blame"]) -> Text | None:

@@ -20,7 +20,7 @@ TARGET_ABOVE_TOP = note(
     "SCN479",
     "the target speed of {target} is above the top speed of this {name}, {top}",
     "no throttle takes it beyond that",
-    "lower the target, or raise the top speed, as in `with topSpeed {target}`",
+    "lower the target, or raise the top speed, as in `with topSpeed {enough}`",
     page=Page(
         "target speed above the top speed",
         "Each class has a `topSpeed`, which no throttle exceeds; `with topSpeed` sets another. A behavior that aims at "

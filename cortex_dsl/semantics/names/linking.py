@@ -19,7 +19,7 @@ from cortex_dsl.semantics.errors.names import (
     UNKNOWN_OVERRIDE,
     UNREADABLE_IMPORT,
 )
-from cortex_dsl.semantics.names.tree import param_entries, unit_word
+from cortex_dsl.semantics.names.tree import everything_in, param_entries, scenic_model, unit_word
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes, parse
@@ -188,6 +188,30 @@ def _moved(diagnostic: Diagnostic, by: int) -> Diagnostic:
 
 
 # -- `-p NAME=VALUE`: the value is an expression of the language, put in the place of the param's own ------------------
+
+
+def with_outside_params(module: nodes.Module, whole: nodes.Module, overrides: Mapping[str, str]) -> nodes.Module:
+    """The main file with a `param` for each name that only the command line gives and that the files read as
+    `globalParameters.NAME`: Scenic's scripts expect this, so files with a `model` line may do it.
+
+    Raises:
+        CompileError: for a value that is no expression.
+    """
+    model, known = scenic_model(whole), param_entries(whole)
+    outside = [] if model is None else [name for name in overrides if name not in known and name in _params_read(whole)]
+    if model is None or not outside:
+        return module
+    span = model.span
+    values = ((name, _expression(Source("-p", f"{name} = {overrides[name]}"), name)) for name in outside)
+    entries = (nodes.ParamEntry(name, moved(value, span), span=span, name_span=span) for name, value in values)
+    return replace(module, statements=(nodes.Param(tuple(entries), span=span), *module.statements))
+
+
+def _params_read(module: nodes.Module) -> frozenset[str]:
+    reads = (node for node in everything_in(module) if isinstance(node, nodes.Attribute))
+    return frozenset(
+        node.name for node in reads if isinstance(node.value, nodes.Name) and node.value.id == "globalParameters"
+    )
 
 
 def read_overrides(module: nodes.Module, overrides: Mapping[str, str]) -> dict[str, nodes.Expression]:

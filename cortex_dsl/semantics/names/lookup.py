@@ -26,6 +26,8 @@ class NameTable:
     """Of all files."""
     all_names: frozenset[str]
     """All that the top level gives a value to."""
+    from_scenic: bool = False
+    """Whether a file has a `model` line, so that the command line may define params."""
     used: set[str] = field(default_factory=set)
 
     def check_assignable(self, name: str, span: Span) -> None:
@@ -86,7 +88,9 @@ class Names:
     def _param(self, name: str, span: Span) -> None:
         self.table.used.add(name)
         if name not in self.table.params:
-            suggestion = did_you_mean(name, self.table.params) or "this file has no params"
+            declared = f"declare it: `param {name} = {likely_range(name)}`"
+            given = f"give it on the command line, as in `-p {name}=5`, or " if self.table.from_scenic else ""
+            suggestion = "; or ".join(filter(None, (did_you_mean(name, self.table.params), given + declared)))
             self.table.findings.add(UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
 
     def use(self, name: str, span: Span) -> None:

@@ -34,6 +34,7 @@ from cortex_dsl.semantics.names.tree import (
     names_in,
     param_entries,
     parts,
+    scenic_model,
     speaks_of_run,
 )
 from cortex_dsl.source import Span
@@ -137,7 +138,8 @@ def check_names(module: nodes.Module, findings: Findings, imports: Imports = NO_
     """Report unknown, early, doubled and unused names, and statements in the wrong place, imported files included."""
     modules = dict.fromkeys(file.module for file in imports.values())
     params = {name: entry for each in (*modules, module) for name, entry in param_entries(each).items()}
-    main, *others = (_Resolver(each, findings, imports, params) for each in (module, *modules))
+    from_scenic = any(scenic_model(each) is not None for each in (*modules, module))
+    main, *others = (_Resolver(each, findings, imports, params, from_scenic) for each in (module, *modules))
     for resolver in (*others, main):
         check_placement(resolver.module, findings)
         resolver.resolve()
@@ -154,6 +156,7 @@ class _Resolver:
     imports: Imports
     params: Mapping[str, nodes.ParamEntry]
     """Of all files."""
+    from_scenic: bool = False
     known: set[str] = field(default_factory=set)
     """Names of the top level that have a value by now."""
 
@@ -163,7 +166,7 @@ class _Resolver:
         self.scenarios = [s for s in self.module.statements if isinstance(s, nodes.ScenarioDefinition)]
         self.functions = [s for s in self.module.statements if isinstance(s, nodes.FunctionDefinition)]
         names = frozenset(name for s in self.module.statements for name in self.bound(s))
-        self.table = NameTable(self.findings, self.params, names)
+        self.table = NameTable(self.findings, self.params, names, self.from_scenic)
         self.known = {b.name for b in (*self.behaviours, *self.monitors, *self.scenarios, *self.functions)}
 
     def bound(self, statement: nodes.Statement) -> tuple[str, ...]:

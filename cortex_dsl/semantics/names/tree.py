@@ -130,6 +130,11 @@ def param_entries(module: nodes.Module) -> dict[str, nodes.ParamEntry]:
     return {entry.name: entry for entry in all_params(module)}
 
 
+def scenic_model(module: nodes.Module) -> nodes.Model | None:
+    """The line by which a file says that it is a script of Scenic."""
+    return next((statement for statement in module.statements if isinstance(statement, nodes.Model)), None)
+
+
 def unit_word(node: nodes.Expression) -> str | None:
     """The unit in which a param is written."""
     match node:

@@ -157,3 +157,13 @@ def test_amounts_are_displayed_in_the_unit_of_the_file() -> None:
     miss = blame_content(found)["requirements"][0]["nearest_miss"]
     assert miss["unit"] == "m/s"
     assert f"{-miss['margin'] * 3.6:.3g} km/h" in units["written"]
+
+
+def test_the_object_that_leaves_the_road_is_named() -> None:
+    """With its share of the rejected attempts and the specifier that lets it, in text and in the document."""
+    text = "map road()\nspot = new OrientedPoint in network.lanes[0].centerline\nego = new Car at spot\n"
+    found = account_of(text + "bus = new Bus right of spot by 2 m\n")
+    shown = render(blame_view(found), 120)
+    assert "off the road: `bus` in 100.0 % of the rejected attempts" in shown
+    assert "with regionContainedIn None" in shown
+    assert blame_content(found)["off_road"][0] == {"object": "bus", "share": 1.0}

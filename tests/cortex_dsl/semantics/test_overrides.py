@@ -93,3 +93,26 @@ def test_text_for_a_copy_means_the_same(text: str) -> None:
     source = Source("copy.scn", TEXT.replace("Range(5, 80) km/h", override_text(entry, text)))
     copy, _ = elaborate(parse(source), source, {"KIND": "calm"})
     assert speed(copy) == speed(compiled(SPEED=text, KIND="calm"))
+
+
+SCRIPT = "map intersection()\nmodel scenic.domains.driving.model\nego = new Car on road, with speed globalParameters.velocity\n"
+
+
+def test_scripts_of_scenic_read_params_of_the_command_line() -> None:
+    """In a file with a `model` line `-p` defines a param that the file reads; without it the error says so."""
+    source = Source("test.scn", SCRIPT)
+    assert speed(elaborate(parse(source), source, {"velocity": "18 km/h"})[0]) == pytest.approx(5.0)
+    with pytest.raises(CompileError) as unknown:
+        elaborate(parse(source), source, {})
+    assert unknown.value.diagnostics[-1].code == "SCN206"
+    assert "`-p velocity=5`" in unknown.value.diagnostics[-1].cure
+
+
+@pytest.mark.parametrize("text", [SCRIPT, SCRIPT.replace("model scenic.domains.driving.model\n", "")])
+def test_a_param_that_nothing_reads_is_not_defined(text: str) -> None:
+    """A misspelt name is refused in every file, and files without a `model` line define their params themselves."""
+    name = "velocit" if text == SCRIPT else "velocity"
+    source = Source("test.scn", text)
+    with pytest.raises(CompileError) as caught:
+        elaborate(parse(source), source, {name: "5"})
+    assert caught.value.diagnostics[0].code == "SCN208"

@@ -1,0 +1,23 @@
+"""The built-in requirements of a program, asked of some of its actors alone."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from engine.program import Program
+from engine.tables import Ints
+
+
+def checking(program: Program, road: Sequence[int], overlap: Sequence[int]) -> Program:
+    """The same program, whose built-in requirements look at these actors alone: on the road, and not overlapping."""
+    code = program.code._replace(
+        road_check=_only(program.code.road_check, road), overlap_check=_only(program.code.overlap_check, overlap)
+    )
+    return replace(program, code=code)
+
+
+def _only(flags: Ints, kept: Sequence[int]) -> Ints:
+    limited = np.zeros_like(flags)
+    limited[list(kept)] = flags[list(kept)]
+    return limited
