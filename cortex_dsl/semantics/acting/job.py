@@ -74,9 +74,9 @@ class Job:
         """Note a constant speed that the actor cannot reach."""
         top = closed_value(size_of(self.actor, "topSpeed"))
         if top is not None and target > top:
-            name, enough = self.actor.kind.name.capitalize(), math.ceil(target)
-            speeds = {key: shown(value, SPEED) for key, value in (("target", target), ("top", top), ("enough", enough))}
-            self.ev.report(TARGET_ABOVE_TOP.at(span, name=name, **speeds))
+            name = self.actor.kind.name.capitalize()
+            wanted, highest, enough = (shown(speed, SPEED) for speed in (target, top, math.ceil(target)))
+            self.ev.report(TARGET_ABOVE_TOP.at(span, name=name, target=wanted, top=highest, enough=enough))
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)

@@ -95,7 +95,8 @@ def test_text_for_a_copy_means_the_same(text: str) -> None:
     assert speed(copy) == speed(compiled(SPEED=text, KIND="calm"))
 
 
-SCRIPT = "map intersection()\nmodel scenic.domains.driving.model\nego = new Car on road, with speed globalParameters.velocity\n"
+MODEL = "map intersection()\nmodel scenic.domains.driving.model\n"
+SCRIPT = f"{MODEL}ego = new Car on road, with speed globalParameters.velocity\n"
 
 
 def test_scripts_of_scenic_read_params_of_the_command_line() -> None:
