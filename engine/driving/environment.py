@@ -305,6 +305,11 @@ class Environment:
         """The scene of each lane, with what has been decided in it: either host runs it again."""
         return self.episodes.scenes
 
+    @property
+    def states(self) -> Floats:
+        """(n, actors, len(State)) now."""
+        return self.episodes.lanes.states
+
     def reset(self, seed: int | Sequence[int] = 0) -> Floats:
         """Begin the first episodes of a seed, or of one for each lane; the observations (n, d)."""
         return self.episodes.reset(seed)[0]

@@ -42,6 +42,25 @@ def test_gymnasium_finds_nothing(scenario: cx.Scenario) -> None:
     check_env(ScenarioEnv(scenario, others={"other": standing}))
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_pictures_show_who_moves(scenario: cx.Scenario) -> None:
+    """With the ego in the middle: two moments differ, Gymnasium's checker and its recorder of frames take them."""
+    env = gymnasium.wrappers.RenderCollection(
+        ScenarioEnv(scenario, render_mode="rgb_array", others={"other": standing}), pop_frames=False
+    )
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.array([1.0, 0.0, 0.0]))
+    frames = [np.asarray(frame) for frame in env.render() or ()]
+    assert {(frame.shape, frame.dtype.name) for frame in frames} == {((480, 640, 3), "uint8")}
+    assert frames[0][240, 320].tolist() == frames[-1][240, 320].tolist() == [31, 111, 235]
+    assert (frames[0] != frames[-1]).any()
+    check_env(ScenarioEnv(scenario, render_mode="rgb_array", others={"other": standing}))
+    assert ScenarioEnv(scenario, others={"other": standing}).render() is None
+    with pytest.raises(cx.CortexError, match="render_mode is 'human'"):
+        ScenarioEnv(scenario, render_mode="human")
+
+
 def test_ids_are_registered(file: Path) -> None:
     """One environment, and many on one kernel, by the id."""
     env = gymnasium.make(f"cortex_dsl.gym:{ID}", scenario=file)
