@@ -74,9 +74,10 @@ class Job:
         """Note a constant speed that the actor cannot reach."""
         top = closed_value(size_of(self.actor, "topSpeed"))
         if top is not None and target > top:
-            name, enough = self.actor.kind.name.capitalize(), math.ceil(target)
-            speeds = {key: shown(value, SPEED) for key, value in (("target", target), ("top", top), ("enough", enough))}
-            self.ev.report(TARGET_ABOVE_TOP.at(span, name=name, **speeds))
+            name = self.actor.kind.name.capitalize()
+            target_text, top_text, enough = (shown(each, SPEED) for each in (target, top, math.ceil(target)))
+            note = TARGET_ABOVE_TOP.at(span, name=name, target=target_text, top=top_text, enough=enough)
+            self.ev.report(note)
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)
