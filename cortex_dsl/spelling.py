@@ -10,7 +10,6 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "inf": "numbers are finite here: write a large one, or leave the limit out",
         "nan": "every number has a value here",
         "print": "write `record ego.speed` to have a value shown when a run is over",
-        "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",
         "math": "functions such as `sqrt`, `sin` and `abs` are built in: write them without `math.`",
         "np": "functions such as `sqrt`, `sin` and `abs` are built in",

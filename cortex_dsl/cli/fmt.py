@@ -5,7 +5,7 @@ import difflib
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cortex_dsl.console.command import Command, Parser
@@ -16,6 +16,7 @@ from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
 from cortex_dsl.syntax.reading import decode_text
+from cortex_dsl.syntax.scenic2 import in_scenic_3
 
 STDIN = "-"
 
@@ -46,7 +47,7 @@ def _fmt(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 def _stdin(options: argparse.Namespace, terminal: Terminal) -> Exit:
     try:
-        text = _formatted("<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1))
+        text = _formatted("<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1), options)
     except CompileError as error:
         _show(error, terminal)
         return Exit.DIAGNOSTICS
@@ -62,7 +63,7 @@ def _files(options: argparse.Namespace, terminal: Terminal) -> Exit:
     worst, changed, unchanged = Exit.FINE, 0, 0
     for path in _paths(options.files):
         try:
-            text = _formatted(str(path), read_bytes(path))
+            text = _formatted(str(path), read_bytes(path), options)
             worst = max(worst, _finish(path, text, options, terminal))
         except CompileError as error:
             _show(error, terminal)
@@ -102,15 +103,16 @@ def _below(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def _formatted(name: str, content: bytes) -> _Text:
-    """A file's text, with its byte order mark if it has one.
+def _formatted(name: str, content: bytes, options: argparse.Namespace) -> _Text:
+    """A file's text, with its byte order mark if it has one; `--from` names the language that it is written in.
 
     Raises:
         CompileError: it is no text, or does not parse.
     """
     source = decode_text(name, content)
     mark = "\ufeff" if content.startswith(b"\xef\xbb\xbf") else ""
-    return _Text(name, mark + source.text, mark + format_source(source))
+    wanted = replace(source, text=in_scenic_3(source.text)) if options.written_in == "scenic2" else source
+    return _Text(name, mark + source.text, mark + format_source(wanted))
 
 
 def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -157,13 +159,16 @@ def _show(error: CompileError, terminal: Terminal) -> None:
 
 def _options(parser: Parser) -> None:
     parser.add_argument("files", metavar="FILES", nargs="*", help="files, folders (all *.scn below), or `-` for stdin")
+    parser.add_argument(
+        "--from", dest="written_in", choices=("scenic2",), help="rewrite scripts of Scenic 2: `new`, `():`, monitors"
+    )
     parser.add_argument("--check", action="store_true", help="write nothing; name the files that would change")
     parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
 
 
 FMT = Command(
     name="fmt",
-    usage="FILES [--check] [--diff]",
+    usage="FILES [--check] [--diff] [--from scenic2]",
     description="Put scenario files into the standard layout. Comments and meaning stay the same.",
     options=_options,
     function=_fmt,

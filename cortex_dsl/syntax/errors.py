@@ -54,6 +54,9 @@ class Code:
         return Diagnostic(self.id, message, Label(span, label), secondary=tuple(secondary), reason=reason, cure=cure)
 
 
+WRITE_BRACKETS = "write `():`"
+"""The cure of a definition without brackets, as Scenic 2 has them."""
+
 UNEXPECTED = Code(
     "SCN101",
     "unexpected text",

@@ -119,7 +119,12 @@ def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
     if layout.hopeless or len(diagnostics) >= MAX_ERRORS:
         return None, diagnostics
     with _LOCK:
-        return _run(source, layout, diagnostics)
+        tree, diagnostics = _run(source, layout, diagnostics)
+    if len(diagnostics) > 1:
+        from cortex_dsl.syntax.scenic2 import naming_the_command  # not for texts without an error
+
+        diagnostics = naming_the_command(diagnostics, source.name)
+    return tree, diagnostics
 
 
 def read_tokens(source: Source) -> list[Token]:

@@ -105,11 +105,6 @@ _NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
     **AT_POINTS,
 }
 
-_CENTERLINE: dict[str, Callable[[Evaluator, Centerline], Value]] = {
-    "length": lambda ev, line: Quantity(lanes.of_each(ev, line.lane, "length"), LENGTH),
-    "lane": lambda _, line: line.lane,
-}
-
 _VECTOR: dict[str, Callable[[Evaluator, Vector], Value]] = {
     "x": lambda _, point: Quantity(point.x, None if isinstance(point, Coordinates) else LENGTH),
     "y": lambda _, point: Quantity(point.y, None if isinstance(point, Coordinates) else LENGTH),
@@ -159,7 +154,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (Maneuver, _MANEUVER),
     (Intersection, _INTERSECTION),
     (Network, _NETWORK),
-    (Centerline, _CENTERLINE),
+    (Centerline, lanes.OF_CENTERLINE),
     (Vector, {**_VECTOR, "visibleRegion": regions.visible_region}),
     (Pose, {**_POSE, "visibleRegion": regions.visible_region}),
     (Velocity, _VELOCITY),

@@ -11,7 +11,7 @@ from cortex_dsl.semantics.errors.objects import EGO_NEEDED
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
-from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.errors.values import OUT_OF_RANGE, WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.model.areas import Area
@@ -38,6 +38,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     sin,
     wrapped,
 )
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -114,6 +115,8 @@ def outline_of(ev: Evaluator, actor: Actor) -> Term:
 
 # -- places -----------------------------------------------------------------------------------------------------------
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
+    if len(items) == 3 and ev.file.from_scenic:
+        return _on_the_ground(ev, items, span)
     if len(items) != 2:
         raise WRONG_KIND.mistake(
             span,
@@ -123,6 +126,15 @@ def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
             cure="a place is an object, a point, or `(x, y)`",
         )
     return Vector(*(adopt(ev, item, LENGTH, span, "a coordinate") for item in items))
+
+
+def _on_the_ground(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
+    """A place that a script of Scenic gives with its height, which is 0 on a plane."""
+    height = adopt(ev, items[2], LENGTH, span, "a height")
+    if closed_value(height) != 0.0:
+        cure = "write 0, or `(x, y)`: heights are not simulated"
+        raise OUT_OF_RANGE.mistake(span, what="a height", actual="another", expected="0 m", cure=cure)
+    return vector(ev, items[:2], span)
 
 
 def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vector:

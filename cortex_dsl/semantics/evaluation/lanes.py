@@ -17,13 +17,13 @@ from cortex_dsl.semantics.model.elements import RoadSection
 from cortex_dsl.semantics.model.values import (
     Centerline,
     Closure,
+    DirectionField,
     LaneNow,
     Pose,
     Quantity,
     Region,
     Truth,
     Value,
-    Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import (
@@ -31,6 +31,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     equal,
     lane_nearest,
     path_pose,
+    path_project,
     table,
 )
 from cortex_dsl.semantics.quantities.units import LENGTH, SPEED
@@ -90,9 +91,16 @@ def _neighbour_getters() -> dict[str, Getter]:
     return {**public, **{f"_{name}": _neighbour(name, find, must=False) for name, find in NEIGHBOURS.items()}}
 
 
+def along(ev: Evaluator, lane: Lane) -> DirectionField:
+    """The direction of one lane at the point of its centre line that is nearest, also where lanes cross."""
+    path = ev.algebra.literal(float(lane.path))
+    return DirectionField(lambda point: path_pose(path, path_project(path, point.x, point.y))[2])
+
+
 OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
     "sections": lambda _, lane: (LaneSection(lane),),
     "sectionAt": lambda _, lane: Closure(("point",), lambda _point: LaneSection(lane)),
+    "orientation": along,
     "group": lambda _, lane: group_of(lane),
     "road": lambda _, lane: road_of(lane),
     "isForward": lambda ev, lane: Truth(ev.algebra.truth(lane.forward)),
@@ -105,6 +113,7 @@ OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
 OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
     "lane": lambda _, section: section.lane,
     "centerline": lambda _, section: Centerline(section.lane),
+    "orientation": lambda ev, section: along(ev, section.lane),
     "group": lambda _, section: group_of(section.lane),
     "road": lambda _, section: road_of(section.lane),
     "isForward": lambda ev, section: Truth(ev.algebra.truth(section.lane.forward)),
@@ -116,6 +125,7 @@ OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
 
 OF_GROUP: Mapping[str, Callable[[Evaluator, LaneGroup], Value]] = {
     "lanes": lambda _, group: group.lanes,
+    "orientation": lambda *_: DirectionField(),
     "road": lambda _, group: road_of(group.lanes[0]),
     "opposite": lambda _, group: opposite_group(group.lanes[0]),
     "_opposite": lambda _, group: opposite_group(group.lanes[0]),
@@ -124,6 +134,7 @@ OF_GROUP: Mapping[str, Callable[[Evaluator, LaneGroup], Value]] = {
 
 OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
     "lanes": lambda _, road: road.lanes,
+    "orientation": lambda *_: DirectionField(),
     "forwardLanes": lambda _, road: road.forward,
     "backwardLanes": lambda _, road: road.backward if road.backward.lanes else None,
     "laneGroups": lambda _, road: road.groups,
@@ -286,14 +297,24 @@ def all_sections(network: Network) -> tuple[LaneSection, ...]:
 # -- lines and areas --------------------------------------------------------------------------------------------------
 
 
-def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
-    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
+def ends(ev: Evaluator, line: Centerline) -> tuple[Pose, Pose]:
+    """Where a centre line begins and ends, heading along it: its points, as far as scripts ask for them."""
     lane = line.lane
     if isinstance(lane, LaneNow):
         path, ahead = of_each(ev, lane, "path"), of_each(ev, lane, "length")
-        return tuple(Vector(*path_pose(path, s)[:2]) for s in (ev.algebra.literal(0.0), ahead))
-    places = (lane.network.paths.pose(lane.path, s) for s in (0.0, lane.length))
-    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
+        return Pose(*path_pose(path, ev.algebra.literal(0.0))), Pose(*path_pose(path, ahead))
+    start, end = (lane.network.paths.pose(lane.path, s) for s in (0.0, lane.length))
+    known = ev.algebra.literal
+    first, last = (Pose(known(place.x), known(place.y), known(place.heading)) for place in (start, end))
+    return first, last
+
+
+OF_CENTERLINE: Mapping[str, Callable[[Evaluator, Centerline], Value]] = {
+    "length": lambda ev, line: Quantity(of_each(ev, line.lane, "length"), LENGTH),
+    "lane": lambda _, line: line.lane,
+    "start": lambda ev, line: ends(ev, line)[0],
+    "end": lambda ev, line: ends(ev, line)[1],
+}
 
 
 def region_of(value: Value) -> Region | None:

@@ -7,7 +7,7 @@ from cortex_dsl.semantics.errors.compile_time import DEEP_LIST
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import BAD_INDEX, BAD_UNPACKING, LIST_TOO_LONG, OUT_OF_RANGE, WRONG_KIND
-from cortex_dsl.semantics.evaluation import lanes
+from cortex_dsl.semantics.evaluation import geometry, lanes
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.model.context import Evaluator
@@ -17,6 +17,7 @@ from cortex_dsl.semantics.model.values import (
     POISON,
     Centerline,
     Closure,
+    DirectionField,
     Effect,
     Quantity,
     Value,
@@ -24,7 +25,7 @@ from cortex_dsl.semantics.model.values import (
     Weights,
 )
 from cortex_dsl.semantics.model.wording import NAMED, kind_name
-from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -107,7 +108,10 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     if isinstance(value, Elements):
         return _element(value, at, node.index.span)
     if isinstance(value, Centerline):
-        value = lanes.ends(ev, value)
+        value = tuple(Vector(end.x, end.y) for end in lanes.ends(ev, value))
+    if isinstance(value, DirectionField):
+        point = geometry.position(ev, at, node.index.span)
+        return Quantity(geometry.as_written(ev, geometry.direction_at(value, point)), ANGLE)
     if isinstance(value, Vector):
         value = (Quantity(value.x, LENGTH), Quantity(value.y, LENGTH))
     items = items_of(value, node.value.span, "what is indexed")

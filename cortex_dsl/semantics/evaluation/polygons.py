@@ -135,6 +135,7 @@ def polygon(ev: Evaluator, points: Given, _span: Span) -> Value:
         draw=draw,
         weight=ev.algebra.literal(math.fsum(sizes)),
         distance=lambda point: where(contains(point), 0.0, _nearest(point, edges)),
+        corners=[Vector(ev.algebra.literal(x), ev.algebra.literal(y)) for x, y in corners],
     )
     return convex(area) if is_convex else replace(area, holds=lambda outline: _held(area, edges, outline))
 

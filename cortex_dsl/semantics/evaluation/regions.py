@@ -6,13 +6,13 @@ Source: Scenic 3 reference, "Region Types".
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from cortex_dsl.semantics.errors.compile_time import MANY_REGIONS
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry, polygons
-from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.evaluation.arguments import Given, no_names
 from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.evaluation.geometry import between, moved
 from cortex_dsl.semantics.evaluation.numbers import adopt
@@ -26,6 +26,7 @@ from cortex_dsl.semantics.model.values import (
     Function,
     Pose,
     Quantity,
+    Truth,
     Value,
     Vector,
 )
@@ -43,6 +44,9 @@ from cortex_dsl.semantics.quantities.algebra import (
 )
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
+
+CORNERS = ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))
+"""Of a rectangle, in its order: shares of its width to the right and of its length ahead."""
 
 # -- what is convex ----------------------------------------------------------------------------------------------------
 
@@ -128,7 +132,9 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
         "width": Quantity(across, LENGTH),
         "length": Quantity(along, LENGTH),
     }
-    return convex(Area("a rectangle", contains, draw=draw, weight=across * along, distance=distance, attributes=known))
+    corners = tuple(moved(middle, ahead, x * across, y * along) for x, y in CORNERS)
+    area = Area("a rectangle", contains, draw=draw, weight=across * along, distance=distance, attributes=known)
+    return convex(replace(area, corners=corners))
 
 
 MOST_PARTS = 64
@@ -213,10 +219,24 @@ def attribute(ev: Evaluator, area: Area, name: str) -> Value | None:
             return joined
 
         return Closure(("other",), join)
+    if name == "containsRegion":
+        return Closure(("other",), lambda other: _contains_region(ev, area, other))
     return area.attributes.get(name)
 
 
-attribute_names = tuple(_JOINED)
+def _contains_region(ev: Evaluator, area: Area, other: Value) -> Value:
+    """Whether what has corners lies in a region as an outline does."""
+    span = ev.algebra.span
+    inner = _area(other, span)
+    if area.holds is None or inner.corners is None:
+        what = "the region in `containsRegion`" if inner.corners is None else "what has `containsRegion`"
+        cure = "as in `CircularRegion((0, 0), 50).containsRegion(RectangularRegion((0, 0), 0, 4, 9))`"
+        expected = "a rectangle" if inner.corners is None else "a circle, a rectangle or a polygon"
+        raise WRONG_KIND.mistake(span, what=what, expected=expected, actual=kind_name(other), cure=cure)
+    return Truth(area.holds(inner.corners))
+
+
+attribute_names = (*_JOINED, "containsRegion")
 
 
 def _area(value: Value, span: Span) -> Area:
@@ -259,6 +279,11 @@ def _workspace(_ev: Evaluator, region: Given, _span: Span) -> Value:
     return replace(area, name="the workspace", attributes={**area.attributes, "region": area}, is_workspace=True)
 
 
+def _vector(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
+    no_names("Vector", given)
+    return geometry.vector(ev, tuple(each.value for each in given), span)
+
+
 MEANINGS: Mapping[str, Meaning] = {
     "CircularRegion": _circle,
     "SectorRegion": _sector,
@@ -267,4 +292,5 @@ MEANINGS: Mapping[str, Meaning] = {
     "PolylineRegion": polygons.polyline,
     "VectorField": _field,
     "Workspace": _workspace,
+    "Vector": _vector,
 }

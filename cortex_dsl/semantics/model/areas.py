@@ -55,6 +55,8 @@ class Area:
     """How many regions it is made of, each as often as it stands there."""
     is_workspace: bool = False
     """Whether all objects must lie in it."""
+    corners: Sequence[Vector] | None = None
+    """Of what is an outline itself, in order."""
 
 
 def convex(area: Area) -> Area:

@@ -31,6 +31,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "backRight": "Its back right corner.",
         # -- regions of the file
         "union": "What lies in a region or in another: `a.union(b)`.",
+        "containsRegion": "Whether a rectangle or a polygon lies in it: `a.containsRegion(b)`.",
         "intersect": "What lies in both: `a.intersect(b)`.",
         "difference": "What lies in a region and not in another: `a.difference(b)`.",
         # -- the network
@@ -71,6 +72,9 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "value": "The number on the sign, as the file says; `None` without one.",
         # -- lanes
         "centerline": "The line in the middle of the lane: places on it head along it.",
+        "start": "Where it begins, heading along it.",
+        "end": "Where it ends, heading along it.",
+        "orientation": "Its direction at every point: `lane.orientation[p]` is that at `p`.",
         "width": "Width.",
         "length": "Length.",
         "name": "Its name in reports.",

@@ -165,6 +165,8 @@ _ROWS = (
     _function("tuple", "The items of a list.", "items"),
     _function("Color", "A colour, as Scenic's scripts give it: red, green, blue.", variadic=True),
     # -- regions and fields
+    _function("Vector", "A place `(x, y)`, as Scenic's scripts write it; a third number, its height, must be 0.",
+              variadic=True),
     _function("CircularRegion", "All that is no farther from a place than a radius.", "center", "radius"),
     _function("SectorRegion", "The part of a circle that opens by an angle around a heading.",
               "center", "radius", "heading", "angle"),

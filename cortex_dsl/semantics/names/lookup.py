@@ -90,7 +90,9 @@ class Names:
         if name not in self.table.params:
             declared = f"declare it: `param {name} = {likely_range(name)}`"
             given = f"give it on the command line, as in `-p {name}=5`, or " if self.table.from_scenic else ""
-            suggestion = "; or ".join(filter(None, (did_you_mean(name, self.table.params), given + declared)))
+            suggestion = given + declared
+            if nearest(name, self.table.params) is not None:
+                suggestion = did_you_mean(name, self.table.params) + (f" Or {suggestion}" if given else "")
             self.table.findings.add(UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
 
     def use(self, name: str, span: Span) -> None:

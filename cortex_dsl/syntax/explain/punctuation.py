@@ -89,7 +89,7 @@ def missing_brackets(context: ErrorContext) -> Diagnostic | None:
     if kind not in ("behavior", "monitor") or context.found.text != ":" or "LPAR" not in context.accepts:
         return None
     return errors.UNEXPECTED.at(
-        context.found.span, f"a {kind} needs brackets after its name", "expected `()`", cure="write `():`"
+        context.found.span, f"a {kind} needs brackets after its name", "expected `()`", cure=errors.WRITE_BRACKETS
     )
 
 

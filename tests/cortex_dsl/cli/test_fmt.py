@@ -167,3 +167,13 @@ def test_no_number_is_computed(left_turn: Path) -> None:
 def test_the_examples_are_laid_out(cortexc: Command) -> None:
     """What newcomers copy from is in the one layout."""
     assert cortexc("fmt", "--check", Path(__file__).parents[3] / "examples").code == 0
+
+
+def test_a_script_of_scenic_2_is_rewritten(cortexc: Command, tmp_path: Path) -> None:
+    """With `--from scenic2` only, and the second time there is nothing to do."""
+    path = tmp_path / "old.scn"
+    path.write_text("monitor Lights:\n    wait\n\nego = Car on road\n")
+    assert cortexc("fmt", path).code == 1
+    assert cortexc("fmt", path, "--from", "scenic2").code == 0
+    assert path.read_text() == "monitor Lights():\n    wait\n\nego = new Car on road\nrequire monitor Lights()\n"
+    assert "1 file fine already" in cortexc("fmt", path, "--from", "scenic2").out

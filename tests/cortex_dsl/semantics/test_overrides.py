@@ -95,8 +95,10 @@ def test_text_for_a_copy_means_the_same(text: str) -> None:
     assert speed(copy) == speed(compiled(SPEED=text, KIND="calm"))
 
 
-MODEL = "map intersection()\nmodel scenic.domains.driving.model\n"
-SCRIPT = f"{MODEL}ego = new Car on road, with speed globalParameters.velocity\n"
+SCRIPT = """map intersection()
+model scenic.domains.driving.model
+ego = new Car on road, with speed globalParameters.velocity
+"""
 
 
 def test_scripts_of_scenic_read_params_of_the_command_line() -> None:

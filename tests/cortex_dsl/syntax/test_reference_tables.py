@@ -181,7 +181,7 @@ def road_attributes() -> Rows:
             "lane section": (*lanes.OF_SECTION, *lanes.OF_SECTION_BESIDE),
             "lane group": lanes.OF_GROUP,
             "road": lanes.OF_ROAD,
-            "centre line": attributes._CENTERLINE,
+            "centre line": lanes.OF_CENTERLINE,
             "traffic light": attributes._SIGNAL,
             "sign": attributes._SIGN,
         }

@@ -1,0 +1,77 @@
+"""Scripts of Scenic 2 in the spelling of Scenic 3: objects are made with `new`, behaviors and monitors have brackets,
+and a monitor runs because it is required.
+
+Source: Scenic 3 documentation, "What's New in Scenic", backwards incompatible syntax changes.
+"""
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from shlex import quote
+
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.scanning import Line, scan
+from cortex_dsl.syntax.words import RESERVED, SPECIFIER_WORDS
+
+COMMAND = "cortexc fmt --from scenic2"
+MOST_FORGOTTEN = 1
+"""Errors of the spelling of Scenic 2 that a file may have without being such a script."""
+
+_SKIPPED = r"#[^\n]*|\"\"\"[\s\S]*?\"\"\"|'''[\s\S]*?'''|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\\n]|\\.)*'"
+_HEAD = re.compile(r"(?P<kind>behavior|monitor)[ \t]+(?P<name>\w+)[ \t]*(?P<colon>:)")
+_SPECIFIED = re.compile(rf"[ \t]+(?:{'|'.join(sorted(SPECIFIER_WORDS))})\b")
+_MADE = re.compile(rf"(?P<skipped>{_SKIPPED})|(?<![\w.])(?P<name>[A-Z]\w*)\b")
+_WHOLE = re.compile(r"(?:[^\W\d]\w*[ \t]*=[ \t]*|return[ \t]+)?\Z")
+"""What may stand before a class that is the whole value of a statement."""
+_ASSIGNED = re.compile(r"^[ \t]*([^\W\d]\w*)[ \t]*=", re.MULTILINE)
+_BEFORE = re.compile(r"\b(?:new|class)[ \t]+\Z")
+
+
+def in_scenic_3(text: str) -> str:
+    """The text of a script in the spelling of Scenic 3; what is so already stays."""
+    lines = scan(text).lines
+    values = {*RESERVED, *_ASSIGNED.findall(text)}
+    edits = sorted(edit for line in lines for edit in (*_brackets(text, line), *_objects(text, line, values)))
+    heads = filter(None, (_HEAD.match(text, line.start) for line in lines))
+    monitors = [found["name"] for found in heads if found["kind"] == "monitor"]
+    done, end = "", 0
+    for place, inserted in edits:
+        done, end = done + text[end:place] + inserted, place
+    required = (f"require monitor {name}()\n" for name in monitors if f"require monitor {name}" not in text)
+    done += text[end:]
+    return done + "".join(("" if done.endswith("\n") or not monitors else "\n", *required))
+
+
+def _brackets(text: str, line: Line) -> Iterator[tuple[int, str]]:
+    if (found := _HEAD.match(text, line.start)) is not None:
+        yield found.start("colon"), "()"
+
+
+def _objects(text: str, line: Line, values: Collection[str]) -> Iterator[tuple[int, str]]:
+    """The places before the classes of which a statement makes objects: what specifiers follow, or stands alone.
+
+    Names of values are no classes.
+    """
+    for found in _MADE.finditer(text, line.start, line.end):
+        name = found["name"]
+        if name is None or name.isupper() or name in values or _BEFORE.search(text, line.start, found.start()):
+            continue
+        alone = found.end() == line.end and _WHOLE.match(text, line.start, found.start())
+        specified = _SPECIFIED.match(text, found.end(), line.end)
+        if alone or specified:
+            yield found.start(), "new "
+
+
+def naming_the_command(diagnostics: Sequence[Diagnostic], name: str) -> list[Diagnostic]:
+    """The same, the first of several that a script of Scenic 2 has naming the command that rewrites it."""
+    spelled = [
+        index for index, each in enumerate(diagnostics)
+        if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS
+    ]  # fmt: skip
+    result = list(diagnostics)
+    if len(spelled) > MOST_FORGOTTEN:
+        first = result[spelled[0]]
+        cure = f"{first.cure}; `{COMMAND} {quote(name)}` does so in the whole file, if it is a script of Scenic 2"
+        result[spelled[0]] = replace(first, cure=cure)
+    return result
