@@ -15,7 +15,6 @@ from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
 from cortex_dsl.syntax.errors import MAX_BYTES
 
-
 RECORDING = "a recording, not a scenario", "judge it by `cortexc measure {}`"
 OTHER_FILES: Mapping[str, tuple[str, str]] = {
     ".xodr": ("a map, not a scenario", 'use it in a scenario, as in `map opendrive("{}")`'),
