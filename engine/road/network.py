@@ -1,7 +1,7 @@
 """What a scenario can point at: roads, intersections, lanes, maneuvers; filled by a maker (`engine.road.build`).
 
-`Network` describes a road, whoever made it. Elements refer to one another (a lane to its maneuvers, those to their lanes)
-by ids, which their network resolves. Two elements are equal only if they are the same one.
+`Network` describes a road, whoever made it. Elements refer to one another (a lane to its maneuvers, those to their
+lanes) by ids, which their network resolves. Two elements are equal only if they are the same one.
 """
 
 from collections.abc import Mapping, Sequence
