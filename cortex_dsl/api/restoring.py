@@ -19,10 +19,13 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
 
     record, program, config = run.record, run.scenario.program, run.scenario.config
     manifest = record.manifest
+    search = manifest.config.search
+    if _only_repeats(run):
+        search = replace(search, probes=0)
     campaign = summarize(
         program.space,
         make_evaluator(program, config, PROFILES[manifest.profile], ()),
-        manifest.config.search,
+        search,
         manifest.method,
         manifest.preset,
         list(zip(record.past(), record.generations, strict=True)),
@@ -76,8 +79,14 @@ def _is_written(run: OpenedRun) -> bool:
 
 def _files_of(run: OpenedRun, campaign: Campaign) -> tuple[dict[str, bytes], str]:
     files = derived_files(run.scenario, campaign, run.record.manifest, run.record.link)
-    driver = run.scenario.config.driver
-    if driver is not None and not driver.anew:
+    if _only_repeats(run):
         del files[SUMMARY]
-        return files, f"`{SUMMARY}` is not compared: `{driver.name}` is needed to probe genes"
+        driver = run.scenario.config.driver
+        return files, f"`{SUMMARY}` is not compared: `{driver.name if driver else ''}` is needed to probe genes"
     return files, ""
+
+
+def _only_repeats(run: OpenedRun) -> bool:
+    """Whether what drives is known by its recorded decisions alone, and cannot drive the scenes that probe genes."""
+    driver = run.scenario.config.driver
+    return driver is not None and not driver.anew

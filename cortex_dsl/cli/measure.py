@@ -97,7 +97,9 @@ def _similar(path: Path, reader: Reader) -> str:
     except OSError:
         return f"there is no folder `{path.parent}` either"
     match = nearest(path.name, names)
-    return f"did you mean `{path.parent / match}`?" if match else ""
+    if match is None:
+        return f"name a file that ends in {', '.join(reader.suffixes)}"
+    return f"did you mean `{path.parent / match}`?"
 
 
 def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":

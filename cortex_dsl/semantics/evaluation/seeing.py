@@ -9,7 +9,6 @@ from cortex_dsl.semantics.model.values import Actor, Pose, Sighted, Truth, Value
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.opcodes import Op
 
 
 def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
@@ -32,8 +31,7 @@ def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target
     """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
     if not ev.moment.running:
         view, outline = _view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span)
-        # Earlier objects alone hide what places the next one, so looks before and after that one are two.
-        return ev.algebra.apply(Op.CAN_SEE, view, outline, immediates=(len(ev.run.built.actors),))
+        return ev.algebra.look(view, outline, len(ev.run.built.actors))
     nothing = ev.algebra.literal(0.0)
     one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
     if isinstance(target, Actor):

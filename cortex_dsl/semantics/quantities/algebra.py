@@ -216,6 +216,10 @@ class Algebra:
     def items(self, bundle: Term, count: int) -> tuple[Term, ...]:
         return tuple(self._interned(("item", bundle, i), _Item, bundle, i) for i in range(count))
 
+    def look(self, view: Term, outline: Term, actors: int) -> Term:
+        """Whether an outline is in a packed view at the start, where so many actors are placed by now."""
+        return self.apply(Op.CAN_SEE, view, outline, immediates=(actors,))
+
     def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:
         arguments = tuple(each if isinstance(each, Term) else self.literal(each) for each in operands)
         if op in EXACT and all(isinstance(a, Constant) for a in arguments):
