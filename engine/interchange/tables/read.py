@@ -31,10 +31,10 @@ MOST_STATES = 2_000_000
 """Samples times actors; a recording of so many takes 150 MB."""
 NEARBY = 200.0
 """Who never comes nearer to the ego has no part in what is judged of a recording that is too large [m]."""
+MOST_NAMED = 3
+"""Actors that a remark names."""
 MIXED = 0.2
 """By how much of a step the usual steps of two actors may differ, and still be one rate."""
-FEWEST = 3
-"""Samples that show a rate."""
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
@@ -107,7 +107,7 @@ def recording_of(
         buildings=tracks.buildings,
         commands=False,
     )
-    gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_between(t.time)))
+    gaps = tuple(absences(kept))
     return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
 
 
@@ -230,9 +230,20 @@ def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[s
     return np.unique(np.concatenate([time, edges[empty].mean(axis=1)])), tuple(remarks)
 
 
+def absences(tracks: Sequence[TableTrack]) -> Iterator[str]:
+    """Yield remarks on those who have no rows for a while: when first, of a few of them."""
+    found = [(track, gaps) for track in tracks if len(gaps := gaps_between(track.time))]
+    for track, gaps in found[:MOST_NAMED]:
+        begin, end = track.time[gaps[0]], track.time[gaps[0] + 1]
+        more = f", and {len(gaps) - 1:,} times more" if len(gaps) > 1 else ""
+        yield f"{cited(track.name)} is missing from {begin:.6g} to {end:.6g} s{more}"
+    if len(found) > MOST_NAMED:
+        yield f"{len(found) - MOST_NAMED:,} more actors are missing for a while"
+
+
 def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
     """A remark on those who have rows at other steps than the recording, by name."""
-    others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > FEWEST]
+    others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > 1]
     others = [(name, own) for name, own in others if abs(own - step) > MIXED * step]
     if others:
         named = ", ".join(f"{cited(name)} every {own:.4g} s" for name, own in others[:3])

@@ -268,6 +268,30 @@ def test_every_planted_jump_is_named_and_driven_by_nobody(tmp_path: Path) -> Non
         assert window == pytest.approx(25.5, abs=1e-6)
 
 
+@pytest.mark.parametrize("aside", [1.9, 2.5, 3.5])
+@pytest.mark.parametrize("rate", [10.0, 25.0])
+def test_exchanged_names_are_no_contact(judged, tmp_path: Path, aside: float, rate: float) -> None:
+    """Two cars side by side whose names are exchanged on the way did not drive through one another."""
+    rows, seconds = [], np.arange(0.0, 5.0, 1.0 / rate)
+    for time in seconds.tolist():
+        places = [(10.0 * time, 0.0), (10.0 * time + 1.0, aside)]
+        for name, (x, y) in zip(("ego", "b"), places if time < 2.5 else places[::-1], strict=True):
+            rows.append(f"{time:.3f},{name},{x:.4f},{y},4.5,1.8")
+    text = "\n".join(["time,actor,x,y,length,width", *rows])
+    assert not judged(text).outcomes.collided[0]
+    assert "jumps" in remarks_of(tmp_path, text)
+
+
+def test_seconds_without_rows_are_named(tmp_path: Path) -> None:
+    """Whoever has few rows is absent between them, or the rates are mixed: `measure` and `--all` say which."""
+    dense = [f"{k / 10},ego,{k},0,4.5,1.8" for k in range(51)]
+    for times, said in (((0.0, 0.1, 5.0), "missing from 0.1 to 5 s"), ((0.0, 5.0), "rates are mixed")):
+        rows = [f"{time},b,{10 * time},{30 - 12 * time},4.5,1.8" for time in times]
+        text = "\n".join(["time,actor,x,y,length,width", *dense, *rows])
+        assert said in remarks_of(tmp_path, text)
+        assert said in " ".join(rank_pairs(read_traffic(tmp_path / "t.csv")).remarks)
+
+
 def test_who_shares_a_name_with_another_is_left_out(tmp_path: Path) -> None:
     """Two in turn under one name are not one who goes to and fro, nor one at a great speed."""
     rows = [f"{k / 10},ego,{k},0,0" for k in range(30)]
