@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 def plain(value: Any) -> Any:
@@ -23,8 +24,10 @@ def plain(value: Any) -> Any:
         return value.name.lower()
     if value is None or isinstance(value, bool | int | str):
         return value
-    if isinstance(value, np.generic | np.ndarray):
-        return plain(cast("Any", value).tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, np.ndarray):
+        return _plain_array(cast("NDArray[Any]", value))
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, Mapping):
@@ -36,6 +39,19 @@ def plain(value: Any) -> Any:
     if isinstance(value, Sequence | set | frozenset):
         return [plain(item) for item in cast("Sequence[Any]", value)]
     return str(value)
+
+
+def _plain_array(array: NDArray[Any]) -> Any:
+    """Return an array as nested lists; numbers are looked at all at once."""
+    if array.dtype.kind in "biu":
+        return array.tolist()
+    if array.dtype.kind == "f":
+        finite = np.isfinite(array)
+        values = array if finite.all() else array.astype(object)
+        if values is not array:
+            values[~finite] = None
+        return cast("Any", values).tolist()
+    return plain(cast("Any", array).tolist())
 
 
 def json_text(
