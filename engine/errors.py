@@ -69,7 +69,7 @@ def _is_a_slip(word: str, meant: str) -> bool:
     word, meant = word.removesuffix(ending), meant.removesuffix(ending)
     if len(meant) >= SHORTEST_BEGINNING and (word.startswith(meant) or word.endswith(meant)):
         return True
-    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 2)
+    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 3)
 
 
 def _edits(a: str, b: str) -> int:
