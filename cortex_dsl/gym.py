@@ -13,6 +13,7 @@ the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 # pyright: reportAttributeAccessIssue=false
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -29,8 +30,15 @@ else:
     gymnasium = needed("gymnasium", "environments of Gymnasium need", "gym")
     spaces, vector = gymnasium.spaces, gymnasium.vector
 
+from numpy.typing import NDArray
+
+from cortex_dsl.report.picture import Painter
 from engine.control import Action
+from engine.errors import ArgumentError
+from engine.host import outlines
 from engine.outcomes import Outcomes
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.tables import Bools, Floats
 from engine.vocabulary import EndReason, Verdict
 
@@ -81,11 +89,17 @@ def scenario_of(scenario: "Scenario | str | Path") -> Scenario:
 class ScenarioEnv(gymnasium.Env[Floats, Floats]):
     """One scene after another."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, scenario: Scenario | str | Path, **how: Any) -> None:
-        self.render_mode = None
+    def __init__(self, scenario: Scenario | str | Path, render_mode: str | None = None, **how: Any) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ArgumentError(f"render_mode is {render_mode!r}", 'take "rgb_array", or leave it out')
+        self.render_mode = render_mode
         self.environment = scenario_of(scenario).environment(1, **how)
+        self._painter: Painter | None = None
+        every = min(control.every for control in self.environment.episodes.program.controls)
+        step = max(every, self.environment.episodes.config.simulation.time_step)
+        self.metadata = self.metadata | {"render_fps": max(1, round(1.0 / step))}
         self.action_space = action_space(self.environment.actions)
         self.observation_space = observation_space(len(self.environment.observations))
 
@@ -101,6 +115,19 @@ class ScenarioEnv(gymnasium.Env[Floats, Floats]):
         info = end_of(self.environment.outcomes) if ended else {}
         return seen, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), info
 
+    def render(self) -> "NDArray[np.uint8] | None":
+        """Return the pixels of this moment from above, (height, width, 3); None without a `render_mode`.
+
+        Raises MissingExtraError: Pillow is not installed.
+        """
+        if self.render_mode is None:
+            return None
+        program = self.environment.episodes.program
+        if self._painter is None:
+            self._painter = Painter(outline(build_network(program.road_spec)))
+        sizes = outlines(program, self.environment.scenes.values[0])
+        return self._painter.picture(self.environment.states[0], sizes)
+
 
 class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
     """Many scenes side by side, on one kernel."""
@@ -115,8 +142,13 @@ class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
         self.action_space = vector.utils.batch_space(self.single_action_space, num_envs)
         self.observation_space = vector.utils.batch_space(self.single_observation_space, num_envs)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
-        """Begin the first episodes of a seed."""
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin the first episodes of a seed, or of one for each lane, which is then the environment of its seed."""
+        if isinstance(seed, Sequence):
+            drawn = [int(gymnasium.utils.seeding.np_random(each)[0].integers(SEEDS)) for each in seed]
+            return bounded(self.environment.reset(drawn)), {}
         super().reset(seed=seed, options=options)
         return bounded(self.environment.reset(int(self.np_random.integers(SEEDS)))), {}
 

@@ -18,6 +18,8 @@ HOME = Path(__file__).resolve().parent.parent
 """The folder in which our two packages lie side by side."""
 ENGINE = "engine"
 ERRORS = f"{ENGINE}.errors"
+REPORTING = (ERRORS, f"{ENGINE}.strict_json")
+"""Modules by which a command reports that another package hides ours."""
 
 
 def check_engine() -> None:
@@ -29,18 +31,19 @@ def check_engine() -> None:
 
 def errors() -> ModuleType:
     """The module `engine.errors`, ours even where another `engine` hides it."""
-    return import_module(ERRORS) if _other_engine() is None else _read_from_file()
+    return import_module(ERRORS) if _other_engine() is None else _read_from_file(ERRORS)
 
 
 def provide_errors() -> None:
     """Make `from engine.errors import …` succeed all the same, so that a command can report what is wrong."""
     if _other_engine() is not None:
-        sys.modules.setdefault(ERRORS, _read_from_file())
+        for name in REPORTING:
+            sys.modules.setdefault(name, _read_from_file(name))
 
 
-@lru_cache(maxsize=1)
-def _read_from_file() -> ModuleType:
-    spec = spec_from_file_location(ERRORS, HOME / ENGINE / "errors.py")
+@lru_cache(maxsize=len(REPORTING))
+def _read_from_file(name: str) -> ModuleType:
+    spec = spec_from_file_location(name, HOME.joinpath(*name.split(".")).with_suffix(".py"))
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)

@@ -67,8 +67,9 @@ def _is_a_slip(word: str, meant: str) -> bool:
     """Whether one is the other and more, or so few letters differ that it is no other word: of three or four, one."""
     ending = next((each for each in ENDINGS if word.endswith(each) and meant.endswith(each)), "")
     word, meant = word.removesuffix(ending), meant.removesuffix(ending)
-    shorter, longer = sorted((word, meant), key=len)
-    if len(shorter) >= SHORTEST_BEGINNING and (longer.startswith(shorter) or longer.endswith(shorter)):
+    if len(meant) >= SHORTEST_BEGINNING and (word.startswith(meant) or word.endswith(meant)):
+        return True
+    if len(word) >= SHORTEST_BEGINNING and word in meant.split("_"):
         return True
     return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 3)
 

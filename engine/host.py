@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
-from engine.handles import Slots
+from engine.handles import Handle, Slots
 from engine.kernels.actuation import slide
 from engine.kernels.blows import MAX_BLOWS, Blow
 from engine.kernels.crossing import Foresight
@@ -235,7 +235,7 @@ def parallel_memory(program: Program, samples: int, count: int, back: int, comin
 
 def with_slots(run: Run) -> Run:
     """Return the memory with the states of its parallel runs, as its arrays are now."""
-    own = {name: getattr(run, f"slot_{name}") for name in Run.own_fields}
+    own = {name: getattr(run, f"slot_{name}") for name in cast("Handle", run).own_fields}
     # Pages are read from the run that has the slots: those of the slots are empty, as addresses of pages do not last.
     shared = run._replace(slots=Slots(), command_pages=run.command_pages[:0], slot_pages=run.slot_pages[:0])
     return run._replace(slots=Slots(shared, **own))

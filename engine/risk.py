@@ -2,10 +2,8 @@
 
 Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
 Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
-pairs; of pairs with the same score the one with a moving partner decides, then the larger continuous score, then the
-smaller MD, so that the order of actors in a file does not say whom a report names. A standing partner with a larger
-score decides all the same, as the score and its parts are those of one pair. It follows that a collision, whose MD is
-0, scores at least 14, that 13 cannot occur, and that a score of 14 or more is a collision.
+pairs, and is decided by the pair that has it; see `deciding_pair` for ties. It follows that a collision, whose MD is 0,
+scores at least 14, that 13 cannot occur, and that a score of 14 or more is a collision.
 
 The printed table contradicts itself once (the row "[3780, 4255[" of D_MS overlaps the next; the widths say 4020) and
 names no units; `PAPER` is the reading that fits the paper's own numbers, `PAPER_MM` its rival. Thresholds are data.
@@ -18,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from engine.errors import ArgumentError
+from engine.kernels.fault import STANDING
 from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
@@ -26,8 +25,6 @@ COLLISION_POINTS = 10
 BANDS = 4
 HIGHEST_RISK = COLLISION_POINTS + 3 * BANDS
 INVALID = -1
-STANDING = 0.1
-"""Speed up to which a partner stands [m/s]."""
 
 Edges = tuple[float, float, float, float]
 """Upper ends of the bands that score 4, 3, 2 and 1, ascending; two equal ends leave the later band empty."""
@@ -128,10 +125,10 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
         return Risk(nothing, nothing.astype(np.float64), np.zeros((rows, 4), np.int32), none)
     parts = _parts(outcomes, profile)
     metrics = _metrics(outcomes, profile)
-    continuous = parts[..., 0] + sum(continuous_score(values, edges) for values, edges in metrics)
+    banded = sum(continuous_score(values, edges) for values, edges in metrics)
+    continuous = np.asarray(parts[..., 0] + banded, dtype=np.float64)
     per_pair = parts.sum(axis=-1)
-    moving = outcomes.other_speed > STANDING
-    deciding = _first_largest(per_pair, moving, continuous, -outcomes.min_distance)
+    deciding = deciding_pair(per_pair, continuous, outcomes)
     every = np.arange(rows)
     return Risk(
         score=np.where(valid, per_pair[every, deciding], INVALID).astype(np.int32),
@@ -141,13 +138,20 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     )
 
 
-def _first_largest(*keys: np.ndarray) -> Ints:
-    """(n,) the column with the largest first key (n, pairs), of several the one with the largest second, and so on."""
-    left = np.ones(keys[0].shape, dtype=bool)
-    for key in keys:
-        values = np.where(left & ~np.isnan(key), key, -np.inf)
-        left &= values == values.max(axis=1, keepdims=True)
-    return left.argmax(axis=1)
+def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Ints:
+    """(n,) the pair that decides the risk of each scene, whatever the order of the actors: of those with the highest
+    score, one with a moving partner, then with the highest continuous score, then with the least distance.
+
+    A pair in contact has the highest score (see above). Motion comes after the score: a near miss with an obstacle is
+    not safer because somebody moves elsewhere. It comes before the continuous score, as of two near misses the one with
+    another road user is what a reader asks about.
+    """
+    leading = np.ones(per_pair.shape, dtype=np.bool_)
+    moving = np.abs(outcomes.other_speed) > STANDING
+    for key in (per_pair.astype(np.float64), moving.astype(np.float64), continuous, -outcomes.min_distance):
+        value = np.where(leading & ~np.isnan(key), key, -np.inf)
+        leading &= value == value.max(axis=1, keepdims=True)
+    return leading.argmax(axis=1)
 
 
 def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Edges], ...]:

@@ -104,7 +104,7 @@ def check_copies(text: str, scenes: int) -> int:
         scenario = scenario.driven_by("python:examples.own_driver.planner:drive")
     drawn = scenario.sample(scenes, seed=3)
     outcomes = scenario.simulate(drawn)
-    for row in np.flatnonzero(drawn.valid):
+    for row in np.flatnonzero(drawn.valid).tolist():
         copied = cx.compile_text(scenario.concrete(drawn, row))
         if scenario.config.driver is not None:
             copied = copied.driven_by("python:examples.own_driver.planner:drive")

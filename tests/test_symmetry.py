@@ -36,7 +36,9 @@ SCENES = share(20)
 APPROACH = 80.0
 LANES = 2
 TOLERANCE = 1e-6
-AT_MD = dict.fromkeys(("min_distance_time", "ego_speed", "other_speed", "closing_speed", "cos", "sin"), 5e-3)
+AT_MD: Mapping[str, float] = dict.fromkeys(
+    ("min_distance_time", "ego_speed", "other_speed", "closing_speed", "cos", "sin"), 5e-3
+)
 """Tolerance of what is read at the instant of MD, which is less certain than MD itself: of two that pass on nearly
 parallel lines the distance changes by some 1e-3 m/s, so that the search for it (1e-8 m) leaves 1e-5 s."""
 METRICS = share(8)

@@ -3,9 +3,13 @@
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from benchmarks.fuzz import maps, texts
+from benchmarks.fuzz import maps, recordings, texts
 
-KINDS: Mapping[str, Callable[[Sequence[str]], int]] = {"texts": texts.main, "maps": maps.main}
+KINDS: Mapping[str, Callable[[Sequence[str]], int]] = {
+    "texts": texts.main,
+    "maps": maps.main,
+    "recordings": recordings.main,
+}
 
 
 def main() -> int:

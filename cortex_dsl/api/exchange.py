@@ -5,11 +5,11 @@
 >>> cx.measure("elsewhere/left_turn-case01.csv").risk.score
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from shlex import join
 from types import NoneType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -99,6 +99,7 @@ def measure(
     profile: str = "paper",
     rate: float | None = None,
     window: tuple[float, float] | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> "Measured":
     """Judge a recording, from any driver, by the kernels that judge our runs: `.outcomes` and `.risk` (one row each),
     `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
@@ -111,6 +112,7 @@ def measure(
         profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
         rate: samples a second, where a table counts frames and nothing else says it.
         window: a part of it, from and to so many seconds after its first row; None: all of it.
+        columns: columns of a table by what they are, as in `{"time [ms]": "zeit"}`, where their own names do not tell.
 
     Raises:
         ArgumentError: a file of another kind, no such profile, or times that are no window.
@@ -120,7 +122,8 @@ def measure(
     from engine.risk import PROFILES
 
     arguments.one_of("profile", profile, PROFILES)
-    return judged(read_recording(file, ego=ego, step=step, rate=rate, window=window).recording, profile)
+    read = read_recording(file, ego=ego, step=step, rate=rate, window=window, columns=columns)
+    return judged(read.recording, profile)
 
 
 def read_recording(
@@ -130,6 +133,7 @@ def read_recording(
     step: float | None = None,
     rate: float | None = None,
     window: tuple[float, float] | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> "Imported":
     """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
 
@@ -140,7 +144,18 @@ def read_recording(
     arguments.kind("ego", ego, (str, NoneType), arguments.LEFT_OUT)
     from engine.interchange.sources import read_recording as read_any
 
-    return read_any(path, ego=ego, step=step, rate=rate, window=None if window is None else _window(window))
+    part = None if window is None else _window(window)
+    return read_any(path, ego=ego, step=step, rate=rate, window=part, columns=_columns(columns))
+
+
+def _columns(columns: object) -> Mapping[str, str]:
+    """Names of columns by what they are."""
+    cure = 'name columns by what they are, as in {"time": "zeit"}'
+    arguments.kind("columns", columns, (Mapping, NoneType), cure)
+    found = {} if columns is None else dict(cast("Mapping[object, object]", columns))
+    for text in (*found, *found.values()):
+        arguments.kind("columns", text, (str,), cure)
+    return cast("dict[str, str]", found)
 
 
 def _window(window: object) -> tuple[float, float]:
@@ -174,6 +189,7 @@ def measure_all(
     step: float | None = None,
     profile: str = "paper",
     rate: float | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> "RankedWindows":
     """Judge every pair of a recording while its centres are near one another; the worst window is the first row.
 
@@ -183,6 +199,7 @@ def measure_all(
         step: time step of the metrics [s]; None: that of the file.
         profile: where the bands of the risk end.
         rate: samples a second, where a table counts frames and nothing else says it.
+        columns: as in `measure`.
 
     Raises:
         ArgumentError, InterchangeError: as `measure`.
@@ -193,7 +210,8 @@ def measure_all(
 
     arguments.one_of("profile", profile, PROFILES)
     path = _recording_path(file, near=near, step=step, rate=rate)
-    return rank_pairs(read_traffic(path, rate), near=NEAR if near is None else near, step=step, profile=profile)
+    traffic = read_traffic(path, rate, columns=_columns(columns))
+    return rank_pairs(traffic, near=NEAR if near is None else near, step=step, profile=profile)
 
 
 def _formats(names: Iterable[str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cortex_dsl.api import arguments
-from cortex_dsl.api.derived_files import compared
+from cortex_dsl.api.restoring import compared
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.config import Config
 from engine.display import facts_table

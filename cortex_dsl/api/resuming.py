@@ -12,7 +12,7 @@ from typing import Any
 
 from cortex_dsl.api.arguments import callback, objectives_of
 from cortex_dsl.api.case_files import worst_files
-from cortex_dsl.api.derived_files import restore
+from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.run_folder import (
     Found,
     OnRemoved,

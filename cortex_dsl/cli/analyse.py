@@ -13,7 +13,6 @@ from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.analysis_report import analysis_content
 from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
@@ -27,7 +26,7 @@ def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
     analysis = _analysis(run, options)
     program = run.scenario.program
     if options.json:
-        terminal.write(_document(run, analysis))
+        terminal.document("analysis", {"folder": run.folder, **analysis_content(run.scenario.program.space, analysis)})
     else:
         terminal.out.print(analysis_view(program, analysis, terminal.out.width))
     return Exit.FINE
@@ -38,10 +37,6 @@ def _analysis(run: OpenedRun, options: argparse.Namespace) -> Analysis:
     config = replace(config, search=replace(config.search, jobs=options.jobs))
     profile = run.record.manifest.profile
     return analyse(run.scenario.program, run.record.evaluations, config, profile, options.budget)
-
-
-def _document(run: OpenedRun, analysis: Analysis) -> str:
-    return document("analysis", {"folder": run.folder, **analysis_content(run.scenario.program.space, analysis)})
 
 
 def _analyse_options(parser: Parser) -> None:
@@ -147,7 +142,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, terminal: Terminal) -> int:
     if options.json:
-        terminal.write(document("probability", {"file": options.file, **content(found)}))
+        terminal.document("probability", {"file": options.file, **content(found)})
     else:
         terminal.out.print(probability_view(scenario.program, found))
     return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid + found.lost else Exit.FINE

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.console.compiling import compile_request, diagnostics_document, show
+from cortex_dsl.console.compiling import compile_request, show, write_diagnostics
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.console.user_files import read_source
@@ -30,12 +30,11 @@ def check(request: CompileRequest, terminal: Terminal) -> int:
     mistakes = misplaced(compiled, found.conflict)
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
-        diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes
         proved = _proved(compiled, found) if request.json else None
-        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=proved)
+        show(compiled.source, mistakes, request, terminal, failed=True, feasibility=proved)
         return Exit.DIAGNOSTICS
     if request.json:
-        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, _proved(compiled, found)))
+        write_diagnostics(compiled.source, terminal, _proved(compiled, found))
     elif request.diagnostics_format == "text":
         terminal.out.print(f"{request.file}: fine ({_sizes(compiled)})", soft_wrap=True)
         if (ranges := feasibility_view(compiled.program, found)) is not None:
@@ -78,10 +77,9 @@ def emit(request: CompileRequest, stage: str, terminal: Terminal) -> int:
     if isinstance(text, Exit):
         return text
     if request.json:
-        from cortex_dsl.report.documents import document
-
-        text = document("stage", {"file": str(request.file), "stage": stage, "text": text})
-    terminal.write(text)
+        terminal.document("stage", {"file": str(request.file), "stage": stage, "text": text})
+    else:
+        terminal.write(text)
     return Exit.FINE
 
 

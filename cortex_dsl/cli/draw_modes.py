@@ -12,7 +12,7 @@ import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
-from cortex_dsl.console.compiling import compile_request, diagnostics_content, show
+from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
@@ -20,7 +20,6 @@ from cortex_dsl.console.simulating import draw, failure_of, open_scenario, perfo
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.driven_runs import DrivenRuns, runs_content
 from cortex_dsl.report.findings.run_report import requirements_content
 from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
@@ -121,8 +120,10 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     program, scenario = compiled.program, open_scenario(request, run, compiled)
     compile_kernels(terminal, SAMPLE, scenario.program, scenario.config)
     _announce_crowd(scenario, terminal)
-    if not request.json and explain(program).infeasible:
-        return _infeasible(compiled, request, run, terminal)
+    if explain(program).infeasible:
+        if not request.json:
+            return _infeasible(compiled, request, run, terminal)
+        show_misplaced(compiled, _account(program, run), request, terminal)
     _warm_up(program, scenario.config.simulation)
     start = time.perf_counter()
     sampled = _sampled(scenario, run, samples, terminal)
@@ -185,13 +186,9 @@ def _show(
     program, driver, tally = scenario.program, scenario.config.driver, sampled.tally
     blame = _account(program, run) if tally.scenes and not tally.always else None
     if request.json:
-        content = {
-            "file": request.file,
-            **_content(program, run, tally, blame),
-            **diagnostics_content(scenario.compiled),
-        }
+        content = {"file": request.file, **_content(program, run, tally, blame)}
         content |= {} if driver is None else {"driven": runs_content(sampled.runs, driver.name)}
-        terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": sampled.interrupted}))
+        terminal.document("sample", {**content, "seconds": seconds, "interrupted": sampled.interrupted})
     elif driver is not None and tally.scenes:
         terminal.out.print(sample_view(program, tally, 0.0, note, blame, driven_view(sampled.runs, driver.name)))
     elif tally.scenes:

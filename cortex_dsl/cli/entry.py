@@ -62,10 +62,8 @@ def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], t
     """Under --json stdout holds one document even where the command could not start or go on."""
     if "--json" not in arguments or terminal.wrote:
         return code
-    from cortex_dsl.report.documents import document
-
     with contextlib.suppress(OSError):
-        terminal.write(document("error", {"message": message, "help": cure or None, "exit_code": int(code)}))
+        terminal.document("error", {"message": message, "help": cure or None, "exit_code": int(code)})
         sys.stdout.flush()
     return code
 

@@ -81,13 +81,11 @@ def _found(name: str) -> Example:
 
 def _list(as_json: bool, terminal: Terminal) -> None:
     if as_json:
-        from cortex_dsl.report.documents import document
-
         rows = [
             {"name": each.name, "summary": each.summary, "files": [file.name for file in each.files]}
             for each in examples()
         ]
-        terminal.write(document("examples", {"examples": rows}))
+        terminal.document("examples", {"examples": rows})
         return
     width = max(len(each.name) for each in examples())
     for each in examples():

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from shlex import join, split
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.console.cases import known_formats, write_cases
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, driver_words, refuse_driver, with_example
@@ -30,7 +30,10 @@ AFTER_CONTACT = ("through", "stop", "physics")
 
 def _export(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.to == "list":
-        terminal.write(_formats_document() if options.json else format_list())
+        if options.json:
+            terminal.document("formats", {"formats": _formats_content()})
+        else:
+            terminal.write(format_list())
         return Exit.FINE
     formats = _formats(options)
     if options.what is None:
@@ -57,16 +60,13 @@ def format_list() -> str:
     return "\n".join(lines)
 
 
-def _formats_document() -> str:
-    """The same as the one document of --json."""
-    from cortex_dsl.report.documents import document
-
-    formats = [
+def _formats_content() -> list[dict[str, Any]]:
+    """The same for the document of --json."""
+    return [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
         | {"installed": not missing_extra(name)}
         for name, entry in FORMATS.items()
     ]
-    return document("formats", {"formats": formats})
 
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
@@ -163,7 +163,7 @@ def _write(
     options: argparse.Namespace,
     terminal: Terminal,
 ) -> int:
-    from cortex_dsl.report.findings.interchange_report import export_document
+    from cortex_dsl.report.findings.interchange_report import export_content
     from cortex_dsl.report.terminal.interchange_view import export_view
     from engine.interchange.contract import ExportOptions, InterchangeError
 
@@ -182,7 +182,7 @@ def _write(
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
     written = replace(written, findings=findings, checked=checked)
     if options.json:
-        terminal.write(export_document(written, how))
+        terminal.document("export", export_content(written, how))
     else:
         terminal.out.print(export_view(written, how), crop=False)
     for error in gathered.refused.values():

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
 from cortex_dsl.cli.measure_all import check_options, esmini_of, options_of_all, rank
+from cortex_dsl.cli.recording_options import columns_again, columns_of, rate_of, window_of
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -96,7 +97,9 @@ def _similar(path: Path, reader: Reader) -> str:
     except OSError:
         return f"there is no folder `{path.parent}` either"
     match = nearest(path.name, names)
-    return f"did you mean `{path.parent / match}`?" if match else ""
+    if match is None:
+        return f"name a file that ends in {', '.join(reader.suffixes)}"
+    return f"did you mean `{path.parent / match}`?"
 
 
 def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
@@ -130,6 +133,7 @@ def _read(options: argparse.Namespace) -> "Imported":
         ego=options.ego,
         step=options.step,
         rate=options.rate,
+        columns=dict(options.columns),
         window=options.window,
         esmini=esmini_of(options),
     )
@@ -140,6 +144,7 @@ def _again(reader: Reader, options: argparse.Namespace) -> str:
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
+    words += columns_again(options)
     words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
     words += [] if options.profile == "paper" else ["--profile", options.profile]
     return join(words)
@@ -150,10 +155,8 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
-        from cortex_dsl.report.documents import document
-
         content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
-        terminal.write(document("error", content))
+        terminal.document("error", content)
     return Exit.DIAGNOSTICS
 
 
@@ -162,9 +165,7 @@ def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Termi
     from cortex_dsl.report.terminal.interchange_view import measured_view
 
     if options.json:
-        from cortex_dsl.report.documents import document
-
-        terminal.write(document("measure", measured_content(report)))
+        terminal.document("measure", measured_content(report))
     else:
         console = terminal.out
         console.print(measured_view(report, console.width, ascii_only=console.options.ascii_only))
@@ -180,26 +181,6 @@ def _profile(text: str) -> str:
     return text
 
 
-def _rate(text: str) -> float:
-    try:
-        value = float(text.removesuffix("Hz"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be samples a second, not `{text}`") from None
-    if not 0.001 <= value <= 100_000.0:
-        raise argparse.ArgumentTypeError(f"must lie between 0.001 and 100,000 a second, not {text}")
-    return value
-
-
-def _window(text: str) -> tuple[float, float]:
-    try:
-        begin, end = (float(part.removesuffix("s")) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be two times, as in 12.4,18, not `{text}`") from None
-    if not 0.0 <= begin < end < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a time from 0 on and a later one, not `{text}`")
-    return begin, end
-
-
 def _options(reader: Reader, parser: Parser) -> None:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
@@ -208,11 +189,18 @@ def _options(reader: Reader, parser: Parser) -> None:
         "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
     )
     if reader is MEASURED:
-        parser.add_argument("--rate", type=_rate, metavar="HZ", help="frames per second of a table of frames")
+        parser.add_argument("--rate", type=rate_of, metavar="HZ", help="frames per second of a table of frames")
+        parser.add_argument(
+            "--columns",
+            type=columns_of,
+            default=(),
+            metavar="NAME=COLUMN,…",
+            help="columns of a table whose names are not known: time=zeit,actor=objekt",
+        )
     else:
-        parser.set_defaults(rate=None)
+        parser.set_defaults(rate=None, columns=())
     parser.add_argument(
-        "--window", type=_window, metavar="S,S", help="only a part: start and end, in seconds after the first row"
+        "--window", type=window_of, metavar="S,S", help="only a part: start and end, in seconds after the first row"
     )
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
@@ -315,7 +303,8 @@ yaw, type, role, subtype), or
   where missing  heading [rad] and speed [m/s] follow from the motion;
                  length [m], width [m], type and role get usual values
   other names and units are understood: t, track_id, yaw_deg, speed [km/h],
-  timestamp_ms, vx and vy; a `frame` needs --rate
+  timestamp_ms, vx and vy; a `frame` needs --rate; for any others, see
+  --columns. Times may be dates, and numbers have decimal commas
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
 and read with their units and conventions; keep their files in one folder."""

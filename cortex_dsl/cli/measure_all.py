@@ -7,6 +7,7 @@ from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import as_word
+from cortex_dsl.cli.recording_options import columns_again
 from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -79,7 +80,7 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
     from engine.interchange.every_pair import NEAR, rank_pairs
     from engine.interchange.sources import read_traffic
 
-    tracks = read_traffic(options.file, options.rate, esmini_of(options))
+    tracks = read_traffic(options.file, options.rate, esmini_of(options), dict(options.columns))
     compile_kernels(terminal, PAIRS)
     near = NEAR if options.near is None else options.near
     ranked = rank_pairs(tracks, near=near, step=options.step, profile=options.profile)
@@ -130,10 +131,9 @@ def _write(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace
 
 def _show(report: "RankedReport", options: argparse.Namespace, terminal: Terminal) -> None:
     if options.json:
-        from cortex_dsl.report.documents import document
         from cortex_dsl.report.findings.ranking_report import ranking_content
 
-        terminal.write(document("ranking", ranking_content(report)))
+        terminal.document("ranking", ranking_content(report))
     else:
         from cortex_dsl.report.terminal.ranking_view import ranking_view
 
@@ -145,5 +145,6 @@ def _again(options: argparse.Namespace) -> str:
     words += [] if options.near is None else ["--near", f"{options.near:g}"]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
+    words += columns_again(options)
     words += [] if options.profile == "paper" else ["--profile", options.profile]
     return join(words)

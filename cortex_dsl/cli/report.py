@@ -40,7 +40,7 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
     """Folder and page of a run, and what draws its figures."""
-    from cortex_dsl.api.derived_files import restore
+    from cortex_dsl.api.restoring import restore
     from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page

@@ -9,17 +9,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
-from cortex_dsl.console.compiling import diagnostics_content, show
+from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import as_argument
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.driving.names import Egos, as_options, how_again
@@ -75,7 +75,8 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
     campaigns = [each.campaign for each in found]
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
-        terminal.write(_document(request, found, scenario))
+        show(scenario.compiled.source, [] if mistake is None else [mistake], request, terminal)
+        terminal.document("search", _content(request, found))
     else:
         _show(scenario.program, found, terminal, ours=mistake is None)
         for each in found:
@@ -128,7 +129,7 @@ def _settings(found: Sequence[Found]) -> str:
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 
-def _document(request: CompileRequest, found: Sequence[Found], scenario: Scenario) -> str:
+def _content(request: CompileRequest, found: Sequence[Found]) -> dict[str, Any]:
     searches = [
         {
             "method": each.manifest.method,
@@ -139,7 +140,7 @@ def _document(request: CompileRequest, found: Sequence[Found], scenario: Scenari
         }
         for each in found
     ]
-    return document("search", {"file": request.file, "searches": searches, **diagnostics_content(scenario.compiled)})
+    return {"file": request.file, "searches": searches}
 
 
 def _exit_code(campaigns: Sequence[Campaign]) -> Exit:

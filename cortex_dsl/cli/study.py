@@ -129,10 +129,9 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     found = findings(study.plan, study.records)
     write_study(study, found)
     if json:
-        from cortex_dsl.report.documents import document
         from cortex_dsl.report.findings.study_report import study_content
 
-        terminal.write(document("study", {"folder": folder, **study_content(study, found)}))
+        terminal.document("study", {"folder": folder, **study_content(study, found)})
     else:
         terminal.out.print(study_view(study, found, terminal.out.width))
     if stopped:
@@ -183,9 +182,7 @@ def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
     checked = claims()
     if options.json:
-        from cortex_dsl.report.documents import document
-
-        terminal.write(document("paper-check", {"claims": checked}))
+        terminal.document("paper-check", {"claims": checked})
     else:
         terminal.out.print(paper_view(checked, options.all))
     return Exit.FINE

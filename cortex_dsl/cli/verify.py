@@ -12,7 +12,6 @@ from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, ad
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
@@ -42,7 +41,7 @@ def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
     with usage_errors():
         proof = prove(run, SAMPLE if options.sample is None else options.sample, jobs=options.jobs)
     if options.json:
-        terminal.write(document("proof", {"folder": run.folder, **plain(proof)}))
+        terminal.document("proof", {"folder": run.folder, **plain(proof)})
         return Exit.FINE
     for line in _lines(run, proof):
         terminal.out.print(line, soft_wrap=True)
@@ -60,7 +59,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
         evaluations = sum(len(read_evaluations(study, record.address)) for record in study.records)
     content = {"folder": str(study.folder), "proved": study.proved, "runs": len(study.records)}
     if options.json:
-        terminal.write(document("proof", {**content, "evaluations": evaluations}))
+        terminal.document("proof", {**content, "evaluations": evaluations})
         return Exit.FINE
     size = f"{counted(len(study.records), 'run')}, {counted(evaluations, 'evaluation')}"
     seal = f"the seal holds: {size} as they were written" if study.proved else f"{size}, unproved"
@@ -89,7 +88,7 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     program = run.scenario.program
     content = plain(verification_content(program, found.cases, found.answers))
     if options.json:
-        terminal.write(document("verification", {"folder": run.folder, **content}))
+        terminal.document("verification", {"folder": run.folder, **content})
     else:
         terminal.out.print(verification_view(program, found.cases, found.answers, terminal.out.width))
     with usage_errors():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.console.user_files import FLAGS, Asked, place_files
-from cortex_dsl.interchange.formats import FORMATS, missing_extra
+from cortex_dsl.interchange.formats import FORMATS, PLAYED_BY_CARLA, missing_extra
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -122,6 +122,8 @@ def write_cases(
     certificates = [] if esmini is None else with_certificates(gathered, cases, how, esmini)
     same = place_files(folder, gathered.files, force=force, asked=asked)
     opened = {name: kind.opened for name, kind in FORMATS.items()}
+    if how.player == "carla":
+        opened["xosc"] = PLAYED_BY_CARLA.replace("RATE", f"{1.0 / cases[0].recording.step:g}")
     return Written(cases, gathered, folder, same, None, {}, opened, certificates)
 
 

@@ -47,9 +47,7 @@ def _list(json: bool, terminal: Terminal) -> None:
 
     entries = codes.entries()
     if json:
-        from cortex_dsl.report.documents import document
-
-        terminal.write(document("codes", {"codes": [_summary(entry) for entry in entries]}))
+        terminal.document("codes", {"codes": [_summary(entry) for entry in entries]})
         return
     for number, family in codes.FAMILIES.items():
         terminal.out.print(f"{'' if number == '1' else chr(10)}SCN{number}xx  {family}", style="title")
@@ -75,9 +73,7 @@ def _show(entry: "Entry", json: bool, terminal: Terminal) -> None:
     page = entry.page or Page("", "")
     source, said = _said(entry.code, page)
     if json:
-        from cortex_dsl.report.documents import document
-
-        terminal.write(document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)}))
+        terminal.document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)})
         return
     out = terminal.out
     out.print(f"{entry.code} ({entry.severity.value}): {page.title}\n", style="title", soft_wrap=True)

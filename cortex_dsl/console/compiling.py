@@ -30,9 +30,8 @@ def compile_request(request: CompileRequest, terminal: Terminal) -> "Compiled | 
     except CompileError as error:
         show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
-    if not request.json:
-        shown = [d for d in compiled.diagnostics if request.hints or d.severity is not Severity.HINT]
-        show(compiled.source, shown, request, terminal)
+    shown = [d for d in compiled.diagnostics if request.hints or d.severity is not Severity.HINT]
+    show(compiled.source, shown, request, terminal)
     return compiled
 
 
@@ -45,12 +44,21 @@ def show(
     failed: bool = False,
     feasibility: Mapping[str, Any] | None = None,
 ) -> None:
-    """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout."""
+    """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout. Under
+    --json they wait for the document of the command, which is written now if the command has `failed`.
+    """
     if request.json:
+        from cortex_dsl.report.findings.snippet import as_json
+
+        terminal.noted.extend(as_json(source, diagnostics))
         if failed:
-            terminal.write(diagnostics_document(source, diagnostics, feasibility))
+            write_diagnostics(source, terminal, feasibility)
     elif request.diagnostics_format == "json":
-        terminal.write(diagnostics_document(source, diagnostics))
+        from cortex_dsl.report.findings.snippet import as_json
+
+        document = Terminal(noted=[*as_json(source, diagnostics)])
+        write_diagnostics(source, document)
+        terminal.wrote.extend(document.wrote)
     elif request.diagnostics_format == "github":
         for line in github_annotations(source, diagnostics):
             terminal.write(line)
@@ -71,24 +79,11 @@ def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
     return f"cortexc explain {first}{more}" if first else ""
 
 
-def diagnostics_document(
-    source: Source, diagnostics: Sequence[Diagnostic], feasibility: Mapping[str, Any] | None = None
-) -> str:
-    """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
-    from cortex_dsl.report.documents import document
-    from cortex_dsl.report.findings.snippet import as_json
-
-    errors = sum(d.severity is Severity.ERROR for d in diagnostics)
-    content = {"file": source.name, "errors": errors, "diagnostics": as_json(source, diagnostics)}
-    content |= {} if feasibility is None else {"feasibility": feasibility}
-    return document("diagnostics", content)
-
-
-def diagnostics_content(compiled: "Compiled") -> dict[str, Any]:
-    """Return what the compiler says of a file, for the document of a command that runs the file."""
-    from cortex_dsl.report.findings.snippet import as_json
-
-    return {"diagnostics": as_json(compiled.source, compiled.diagnostics)}
+def write_diagnostics(source: Source, terminal: Terminal, feasibility: Mapping[str, Any] | None = None) -> None:
+    """Write what a compilation said as the document of --json; `feasibility`: what was proved beyond that."""
+    errors = sum(each["severity"] == Severity.ERROR.value for each in terminal.noted)
+    content = {"file": source.name, "errors": errors}
+    terminal.document("diagnostics", content | ({} if feasibility is None else {"feasibility": feasibility}))
 
 
 def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:

@@ -53,8 +53,8 @@ def _cure(requirements: int, *, built_in: bool) -> str:
     if requirements > 1:
         return "relax one of them, or widen the range of a param that it reads"
     return (
-        "relax it (without `--check` the report says by how much); or, as a `require` speaks of the start, write "
-        "`require always …` of the whole run, `require eventually …` of some moment in it"
+        "relax it; without `--check` the report says by how much. `require` alone is a condition on the start, "
+        "`require always …` on the whole run, `require eventually …` on some moment of it"
     )
 
 

@@ -11,13 +11,12 @@ from cortex_dsl.api.arguments import held_params
 from cortex_dsl.api.loading import in_file
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
-from cortex_dsl.console.compiling import diagnostics_content, show
+from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.plain_text import as_argument
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.tally import Tally
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.outcomes import Outcomes
@@ -127,7 +126,7 @@ def perform_run(
     if verdict == Verdict.ERROR:
         return _failed(request, scenario, scenes, simulated.outcomes, terminal)
     again = reproduce or _reproduce(request, run, scenario)
-    _show(_report(run, scenario, scenes, simulated, again), request, scenario, terminal)
+    _show(_report(run, scenario, scenes, simulated, again), request, terminal)
     return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
 
 
@@ -208,13 +207,11 @@ def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> 
     return shlex.join(words)
 
 
-def _show(report: "RunReport", request: CompileRequest, scenario: Scenario, terminal: Terminal) -> None:
+def _show(report: "RunReport", request: CompileRequest, terminal: Terminal) -> None:
     if request.json:
         from cortex_dsl.report.findings.run_report import run_content
 
-        terminal.write(
-            document("run", {**run_content(report, str(request.file)), **diagnostics_content(scenario.compiled)})
-        )
+        terminal.document("run", run_content(report, str(request.file)))
     else:
         from cortex_dsl.report.terminal.run_view import run_view
 
@@ -236,10 +233,9 @@ def _no_scene(
         from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
+        show_misplaced(scenario.compiled, blame, request, terminal)
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
-        terminal.write(
-            document("run", {**content, "blame": blame_content(blame), **diagnostics_content(scenario.compiled)})
-        )
+        terminal.document("run", {**content, "blame": blame_content(blame)})
     else:
         from cortex_dsl.report.terminal.requirements_view import exhausted_view
 

@@ -7,11 +7,11 @@ send.
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from cortex_dsl.plain_text import harmless
 from engine.errors import CortexError
@@ -38,6 +38,9 @@ class Terminal:
     wrote: list[str] = field(default_factory=list, repr=False)
     """The first words of what went to stdout: under --json there is one document, whatever happens."""
 
+    noted: list[dict[str, Any]] = field(default_factory=list, repr=False)
+    """Diagnostics that the next document contains."""
+
     @cached_property
     def out(self) -> "Console":
         return _console(sys.stdout, self.colour)
@@ -51,6 +54,12 @@ class Terminal:
         self.wrote.append(text[:20])
         shown = text if coloured else harmless(text)
         sys.stdout.write(shown if shown.endswith("\n") else shown + "\n")
+
+    def document(self, kind: str, content: Mapping[str, Any]) -> None:
+        """The one document of --json, with all diagnostics of the command."""
+        from cortex_dsl.report.documents import document
+
+        self.write(document(kind, {**content, "diagnostics": self.noted}))
 
     def complain(self, message: str, cure: str = "") -> None:
         """An error of the command itself, on stderr."""

@@ -15,15 +15,27 @@ from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
 from cortex_dsl.syntax.errors import MAX_BYTES
 
+RECORDING = "a recording, not a scenario", "judge it by `cortexc measure {}`"
+OTHER_FILES: Mapping[str, tuple[str, str]] = {
+    ".xodr": ("a map, not a scenario", 'use it in a scenario, as in `map opendrive("{}")`'),
+    ".xosc": ("a scenario of OpenSCENARIO", "judge it by `cortexc measure {}`, or translate it by `cortexc import {}`"),
+    **dict.fromkeys((".csv", ".parquet", ".mcap"), RECORDING),
+}
+"""What files of other endings are, and what takes them."""
+
 
 def read_source(path: Path) -> Source:
     """The text of a scenario.
 
     Raises:
-        UsageError: missing, a folder, or unreadable.
+        UsageError: missing, a folder, unreadable, or a map or recording by its name.
         CompileError: what it holds is no scenario: not text, empty, too large.
     """
-    return reading.decode(str(path), read_bytes(path))
+    content = read_bytes(path)
+    if path.suffix.lower() in OTHER_FILES:
+        what, cure = OTHER_FILES[path.suffix.lower()]
+        raise UsageError(f"`{path}` is {what}", cure.replace("{}", as_argument(path)))
+    return reading.decode(str(path), content)
 
 
 def read_bytes(path: Path) -> bytes:

@@ -70,6 +70,8 @@ class Checker(Protocol):
     ) -> "Iterator[Finding]": ...
 
 
+PLAYED_BY_CARLA = "python scenario_runner.py --sync --frameRate RATE --openscenario {file}"
+"""What to do with an `.xosc` written for CARLA, in the folder of ScenarioRunner; RATE is in ticks a second."""
 _HERE, _ENGINE = "cortex_dsl.interchange", "engine.interchange"
 _ROAD, _SCENARIO = "a road made by `map`", "the scenario that it was a run of"
 _MOTION = "motion at every sample, metrics and risk"

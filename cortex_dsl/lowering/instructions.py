@@ -160,8 +160,8 @@ class ExpressionWriter:
     """Block of each monitor."""
     shades: tuple[ir.Expr, ...] = ()
     """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
-    hiding: Mapping[int, int] = field(default_factory=dict)
-    """How many of the outlines hide in a look, by its identity, where it is not all: those placed before it."""
+    before: Mapping[int, int] = field(default_factory=dict)
+    """How many of the first actors alone hide, by the identity of a look on which the next actor depends."""
 
     def branch(self) -> "ExpressionWriter":
         """A writer into the same buffer whose results the original will not rely on; it writes nothing meanwhile."""
@@ -220,19 +220,18 @@ class ExpressionWriter:
             self.buffer.emit(Op.MOVE, Temporary(first.index + position), source)
         return first
 
-    def _shades(self, look: ir.Apply) -> Register:
-        """How many outlines hide, and what they are: written once for all looks in which the same ones do."""
-        count = self.hiding.get(id(look), len(self.shades) // SHADE)
-        key = -1 - count  # no identity is negative
-        if key not in self.known:
-            sources = [self.constants.add(float(count)), *map(self.register, self.shades[: count * SHADE])]
+    def _shades(self, look: ir.Expr) -> Register:
+        """How many outlines hide, and what they are: written once for all looks that the same ones may hide."""
+        number = self.before.get(id(look), len(self.shades) // SHADE)
+        if (key := -1 - number) not in self.known:  # no identity is below 0
+            sources = [self.constants.add(float(number)), *map(self.register, self.shades[: number * SHADE])]
             self.known[key] = self._side_by_side(sources)
         return self.known[key]
 
     def _apply(self, expression: ir.Apply) -> Register:
-        registers = [self.register(argument) for argument in expression.arguments]
+        registers, immediates = [self.register(argument) for argument in expression.arguments], expression.immediates
         if expression.op == Op.CAN_SEE:
-            registers.append(self._shades(expression))
+            registers, immediates = [*registers, self._shades(expression)], ()
         destination = self.buffer.temporary(expression.width)
-        self.buffer.emit(expression.op, destination, *expression.immediates, *registers)
+        self.buffer.emit(expression.op, destination, *immediates, *registers)
         return destination

@@ -24,10 +24,9 @@ from cortex_dsl.lowering.instructions import (
     Target,
     Temporary,
 )
-from cortex_dsl.semantics.quantities.bounds import operands
+from cortex_dsl.lowering.sight import looks_of_actors, outlines_that_hide
 from engine.frozen import frozen
 from engine.opcodes import Op
-from engine.tables import SHADE
 from engine.vocabulary import Column
 
 
@@ -113,8 +112,8 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)
 
     scene = CodeBuffer()
-    shades = _shades(variant.actors)
-    scene_writer = ExpressionWriter(scene, constants, shades=shades, hiding=_hiding(shades))
+    shades, before = outlines_that_hide(variant.actors), looks_of_actors(variant.actors)
+    scene_writer = ExpressionWriter(scene, constants, shades=shades, before=before)
     tested = [_requirement(scene, scene_writer, requirement) for requirement in variant.requirements]
     start = len(scene.rows)
     outputs = tuple(scene_writer.register(expression) for expression in values.expressions)
@@ -141,38 +140,6 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         blocks=numbered.blocks.count,
         locals=numbered.locals.count,
     )
-
-
-HIDING = (Column.X, Column.Y, Column.HEADING, Column.LENGTH, Column.WIDTH)
-"""What `Op.CAN_SEE` reads of an outline that may hide, before whether it does."""
-
-
-def _shades(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
-    """All outlines at the start, in the order of the actors; who comes in later hides nobody yet."""
-    items: list[ir.Expr] = []
-    for actor in actors:
-        items += [actor.columns[column] for column in HIDING]
-        items.append(actor.columns[Column.OCCLUDING] if actor.present else ir.Literal(actor.span, 0.0))
-    return tuple(items)
-
-
-def _hiding(shades: Sequence[ir.Expr]) -> dict[int, int]:
-    """Return for each look on which the outline of an actor depends how many actors come before the first such.
-
-    Later ones cannot hide: their outlines may depend on what is seen.
-    """
-    before: dict[int, int] = {}
-    visited: set[int] = set()
-    for place, outline in enumerate(shades):
-        waiting = [outline]
-        while waiting:
-            expression = waiting.pop()
-            if id(expression) not in visited:
-                visited.add(id(expression))
-                waiting += operands(expression)
-                if isinstance(expression, ir.Apply) and expression.op == Op.CAN_SEE:
-                    before[id(expression)] = place // SHADE
-    return before
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:

@@ -222,6 +222,32 @@ def place_last(draft: Draft, entry: str) -> Placed | None:
     return Placed(draft.without(index).with_entry(entry), len(draft.entries) - 1, called(key))
 
 
+def place_with_sources(draft: Draft, entry: str) -> Placed | None:
+    """The same at its old place, below the entries that define what it reads, which move up from further down; None if
+    it replaces nothing or reads nothing from there.
+    """
+    found = _same(draft, keys(entry))
+    if found is None:
+        return None
+    index, key = found
+    needed, moved = names_in(entry), list[str]()
+    for each in reversed(draft.entries[index + 1 :]):
+        if {name for kind, name in keys(each) if kind == "name"} & needed:
+            moved.insert(0, each)
+            needed |= names_in(each)
+    if not moved:
+        return None
+    below = (each for each in draft.entries[index + 1 :] if each not in moved)
+    return Placed(Draft((*draft.entries[:index], *moved, entry, *below)), index + len(moved), called(key))
+
+
+def names_in(entry: str) -> set[str]:
+    """Return the names that an entry reads."""
+    module = parse(Source("", entry + "\n"))
+    every = (node for statement in module.statements for node in everything_in(statement))
+    return {node.id for node in every if isinstance(node, nodes.Name)}
+
+
 def _same(draft: Draft, new: frozenset[Key]) -> tuple[int, Key] | None:
     """The first entry that defines nothing but what the new one does."""
     for index, entry in enumerate(draft.entries):

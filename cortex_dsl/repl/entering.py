@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.repl.draft import Draft, Placed, keys, place, place_last, place_new, split
+from cortex_dsl.repl.draft import Draft, Placed, keys, place, place_last, place_new, place_with_sources, split
 from cortex_dsl.repl.expressions import show_value
 from cortex_dsl.repl.state import Checked, State, check, new_errors, refuse, remarks_on
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
@@ -160,13 +160,17 @@ def _adopt(state: State, steps: list[Placed]) -> None:
 
 
 def _best(state: State, before: Checked, steps: list[Placed]) -> tuple[Checked, list[Placed]]:
-    """A definition goes into its old place, or to the end where it uses what is defined in between."""
+    """A definition goes into its old place. Where it reads what is defined further down, it goes to the end, or, where
+    others read it, that moves above it.
+    """
     checked = check(steps[-1].draft, state.name, state.overrides)
     if len(steps) == 1 and new_errors(before, checked):
-        last = place_last(state.draft, steps[0].draft.entries[steps[0].index])
-        moved = last and check(last.draft, state.name, state.overrides)
-        if last and moved and not new_errors(before, moved):
-            return moved, [last]
+        entry = steps[0].draft.entries[steps[0].index]
+        for place_elsewhere in (place_last, place_with_sources):
+            placed = place_elsewhere(state.draft, entry)
+            moved = placed and check(placed.draft, state.name, state.overrides)
+            if placed and moved and not new_errors(before, moved):
+                return moved, [placed]
     return checked, steps
 
 

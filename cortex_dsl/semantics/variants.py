@@ -125,6 +125,7 @@ def elaborate_variant(
     """One variant; None when it has errors. `observe` is called with every value; `marks` are those of the variant
     before.
     """
+    file.budget.begin_variant()
     run, first = (marks and marks.back(oracle)) or (VariantState(file, Decisions(oracle)), 0)
     try:
         return _elaborated(Evaluator(run, HANDLERS, observe=observe), module, first, marks)

@@ -1,6 +1,7 @@
 """Environments: scenes of a program side by side, in which somebody outside drives step by step.
 
-The scene of a lane is drawn for (seed, lane, episode) and nothing else. A lane that has ended begins its next episode
+The scene of a lane is drawn for (seed, lane, episode) and nothing else; with a seed of its own, as the only lane of
+that seed. A lane that has ended begins its next episode
 with the next step, whose action it does not take, and which is worth nothing unless the new run ends at once. Scenes
 are drawn before they begin, for all lanes that have none to come: many at once cost little more than a few.
 
@@ -69,7 +70,8 @@ class Episodes:
         self._coming: Scenes | None = None
         self._drawn = np.zeros(n, dtype=bool)
         self._episode = np.zeros(n, dtype=np.int64)
-        self._seed = 0
+        self._streams = np.zeros((n, 2), dtype=np.int64)
+        """(n, 2) seed and number of each lane, by which its scenes are drawn."""
         self._ended = np.zeros(n, dtype=bool)
         self._worth: Floats | None = None
 
@@ -101,9 +103,14 @@ class Episodes:
 
     # -- episodes ----------------------------------------------------------------------------------------------------
 
-    def reset(self, seed: int = 0) -> list[Floats]:
-        """Begin the first episodes; what each agent observes."""
-        self._seed = whole("seed", seed, 0)
+    def reset(self, seed: int | Sequence[int] = 0) -> list[Floats]:
+        """Begin the first episodes of a seed, or of one for each lane; what each agent observes."""
+        if isinstance(seed, Sequence):
+            if len(seed) != len(self):
+                raise ArgumentError(f"seed: {len(seed)} seeds for {len(self)} lanes", "give one, or one for each lane")
+            self._streams[:] = [(whole("seed", each, 0), 0) for each in seed]
+        else:
+            self._streams[:, 0], self._streams[:, 1] = whole("seed", seed, 0), np.arange(len(self))
         self._episode[:] = -1
         self._scenes = self._coming = None
         self._drawn[:] = self._ended[:] = False
@@ -145,7 +152,8 @@ class Episodes:
                 return
 
     def _keys(self, lanes: Ints, episodes: Ints) -> Ints:
-        keys = key_rows(self._seed, Method.SAMPLE, 0, 0, lanes)
+        keys = key_rows(0, Method.SAMPLE, 0, 0, self._streams[lanes, 1])
+        keys[:, StreamKey._fields.index("seed")] = self._streams[lanes, 0]
         keys[:, StreamKey._fields.index("generation")] = episodes  # `draw_genomes` checks it
         return keys
 
@@ -297,8 +305,13 @@ class Environment:
         """The scene of each lane, with what has been decided in it: either host runs it again."""
         return self.episodes.scenes
 
-    def reset(self, seed: int = 0) -> Floats:
-        """Begin the first episodes of a seed; the observations (n, d)."""
+    @property
+    def states(self) -> Floats:
+        """(n, actors, len(State)) now."""
+        return self.episodes.lanes.states
+
+    def reset(self, seed: int | Sequence[int] = 0) -> Floats:
+        """Begin the first episodes of a seed, or of one for each lane; the observations (n, d)."""
         return self.episodes.reset(seed)[0]
 
     def step(self, actions: object) -> Step:

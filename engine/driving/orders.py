@@ -42,6 +42,8 @@ class Orders:
         self._decided, self.told = np.empty((room, PAGE, width)), np.empty((room, PAGE, pause, told))
         self.pages = np.full((count, 1), -1, dtype=np.int32)
         """(lanes, n): those of each lane, one after the other."""
+        self.moves = 0
+        """How often pages or their numbers got another place in memory."""
         self._free, self._left, self._most = _from_first(0, room), np.array([room]), 0
 
     @property
@@ -67,6 +69,7 @@ class Orders:
         missing = take_pages(chosen, samples, self._pause, self.pages, self._free, self._left)
         if missing == TOO_NARROW:
             self.pages = np.pad(self.pages, ((0, 0), (0, 1)), constant_values=-1)
+            self.moves += 1
         elif missing > 0:
             self._make_room(missing)
         else:
@@ -76,6 +79,7 @@ class Orders:
 
     def _make_room(self, needed: int) -> None:
         """Have so many free pages; there are none."""
+        self.moves += 1
         there = len(self._decided)
         more = max(needed, there // SHARE)
         for each in (self._decided, self.told):

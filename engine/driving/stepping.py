@@ -84,7 +84,10 @@ class Lanes:
             run._replace(command_columns=places, command_pages=self._orders.told, slot_pages=self._orders.pages)
         )
         self._status = self._run.slot_status
+        self._moves = 0
+        self._scratch: dict[tuple[int, int], Run] = {}
         self._parts: dict[tuple[int, int], Run] = {}
+        """The memory in which a thread works, with the slots that it advances; made anew when pages move."""
         self._scenes = _no_scenes(program, count)
         self._results = empty_results(program, self._scenes)
         self._blank = tuple(each[:1].copy() for each in _arrays(self._results))
@@ -244,17 +247,20 @@ class Lanes:
 
     def _renew_pages(self) -> None:
         """Take the pages as they are now: where more are needed, they may move in memory."""
-        self._run = self._run._replace(slot_pages=self._orders.pages, command_pages=self._orders.told)
+        if self._moves != self._orders.moves:
+            self._moves = self._orders.moves
+            self._run = self._run._replace(slot_pages=self._orders.pages, command_pages=self._orders.told)
+            self._parts.clear()
 
     def _part(self, first: int, last: int) -> Run:
         """Some lanes, with a memory of their own to work in."""
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
-            self._parts[first, last] = self._with_lanes(memory(self.program, self.turns), first, last)
-        return self._parts[first, last]._replace(
-            slot_pages=self._run.slot_pages[first:last], command_pages=self._run.command_pages
-        )
+            if (first, last) not in self._scratch:
+                self._scratch[first, last] = memory(self.program, self.turns)
+            self._parts[first, last] = self._with_lanes(self._scratch[first, last], first, last)
+        return self._parts[first, last]
 
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
         """Memory to work in, before some lanes."""

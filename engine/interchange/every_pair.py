@@ -17,7 +17,7 @@ from engine.interchange.contract import InterchangeError
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.tables.facing import decides, undecided
-from engine.interchange.tables.read import actor_of, mixed_rates, usual_step
+from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
     CONTACT,
@@ -105,7 +105,8 @@ def rank_pairs(
     rows = judge_windows(crowd, windows, on)
     _judge_between_steps(tracks, windows, rows, on)
     aside = _decided_by_assumption(tracks, windows, rows, on)
-    remarks = (*tracks.remarks, *mixed_rates(tracks.tracks, own), *dict.fromkeys(aside.values()))
+    said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks))
+    remarks = (*tracks.remarks, *said, *dict.fromkeys(aside.values()))
     kept = np.setdiff1d(np.arange(len(windows)), list(aside))
     return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
 

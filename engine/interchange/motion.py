@@ -23,6 +23,11 @@ FAR = 2.0
 UNLIKE = 30.0
 """A step whose velocity differs by more from those of the steps before and after is a jump [m/s]. No impact is one: the
 velocity of the step in which it happens lies between the two."""
+THERE_AND_BACK = 100.0
+"""No road user changes its velocity at this rate in one step and back in the next [m/s^2]: that is a jump, too, if it
+leads farther than `ASIDE`. Tyres give a tenth of that."""
+ASIDE = 1.0
+"""[m]"""
 
 LEAST_JUMP = 0.5
 """A shorter way is no jump, however fast: times that are a microsecond apart are as inexact as that [m]."""
@@ -62,7 +67,8 @@ def gaps_between(time: Floats, breaks: Bools | None = None) -> Ints:
     steps = np.diff(time)
     if not len(steps):
         return np.zeros(0, np.int64)
-    found = steps > GAP * np.median(steps)
+    usual = np.sort(steps)[(len(steps) - 1) // 2]  # of two steps the shorter one: the other may be a gap
+    found = steps > GAP * usual
     return np.flatnonzero(found if breaks is None else found | breaks[:-1])
 
 
@@ -105,8 +111,8 @@ def jumps_of(time: Floats, positions: Floats) -> Ints:
     """Return the samples after which an actor makes a step that no road user makes.
 
     The velocity of such a step is above `FASTEST`, and differs by more than `UNLIKE` from that of the step before or
-    after; or it differs from all between these two, by a way of more than `FAR`. An actor whose usual pace is above
-    `FASTEST` does not jump: its units are wrong.
+    after; or it differs from all between these two by more than `UNLIKE` or at a rate of more than `THERE_AND_BACK`,
+    and by a way of more than `ASIDE`. An actor whose usual pace is above `FASTEST` does not jump: its units are wrong.
     """
     steps = np.diff(time)
     if not len(steps) or usual_pace(time, positions) > FASTEST:
@@ -118,7 +124,7 @@ def jumps_of(time: Floats, positions: Floats) -> Ints:
     found = (speed > FASTEST) & (change > UNLIKE) & (speed * steps > LEAST_JUMP)
     if len(steps) > 2:
         off = np.hypot(*(ways - nearest_between(before, after, ways)).T)  # 0 at both ends, which have one neighbour
-        found |= (off > UNLIKE) & (off * steps > FAR)
+        found |= (off > np.minimum(UNLIKE, THERE_AND_BACK * steps)) & (off * steps > ASIDE)
     return np.flatnonzero(found)
 
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedActor, Recording
-from engine.interchange.xml import INFINITE, LARGEST, NUMBER, number
+from engine.interchange.xml import INFINITE, LARGEST, NUMBER
+from engine.interchange.xml_writing import number
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 

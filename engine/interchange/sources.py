@@ -18,6 +18,7 @@ from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.tables.columns import NO_NAMES
 from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.track import TableTrack, Tracks
@@ -129,19 +130,24 @@ def _head(path: Path) -> bytes:
         return file.read(HEAD)
 
 
-def read_traffic(path: Path, rate: float | None = None, esmini: Path | None = None) -> Tracks:
+def read_traffic(
+    path: Path, rate: float | None = None, esmini: Path | None = None, columns: Mapping[str, str] = NO_NAMES
+) -> Tracks:
     """All road users of a recording, each with its own track; `rate`: samples a second, where the time is their count;
-    `esmini`: the library that plays an `.xosc` which only a simulator can work out.
+    `esmini`: the library that plays an `.xosc` which only a simulator can work out; `columns`: those of a table by what
+    they are, as in `{"time [ms]": "zeit"}`, where their own names do not tell.
 
     Raises:
         InterchangeError: unreadable, or no recording of a kind that is read.
     """
+    if columns and (path.suffix.lower() == SCENARIO or source_of(path).reader):
+        raise InterchangeError("only the columns of a table have names to choose", "leave --columns out", path.name)
     if path.suffix.lower() == SCENARIO:
         read = read_recording(path, esmini=esmini)
         return tracks_of_recording(read.recording, path.name, read.remarks)
     source = source_of(path)
     if not source.reader:
-        return read_tracks(path, rate)
+        return read_tracks(path, rate, columns)
     module, _, function = source.reader.partition(":")
     read_it: Callable[[Path], Tracks] = getattr(import_module(module), function)
     return read_it(path)
@@ -154,10 +160,12 @@ def read_recording(
     rate: float | None = None,
     window: Window | None = None,
     esmini: Path | None = None,
+    columns: Mapping[str, str] = NO_NAMES,
 ) -> Imported:
     """The recording of an ego and of whom it meets, from a file of any kind, or a part of it; as `read_traffic`."""
-    if path.suffix.lower() != SCENARIO:
-        return _with_road(recording_of(read_traffic(path, rate), path.stem, ego, step, window), path)
+    if columns or path.suffix.lower() != SCENARIO:
+        traffic = read_traffic(path, rate, columns=columns)
+        return _with_road(recording_of(traffic, path.stem, ego, step, window), path)
     read = _scenario(path, ego, step, esmini)
     return read if window is None else replace(read, recording=_within(read.recording, window, path.name))
 
@@ -177,7 +185,7 @@ def _with_road(read: Imported, path: Path) -> Imported:
     except InterchangeError as error:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)
-    return Imported(recording, road, (*read.remarks, *road.remarks))
+    return Imported(recording, road, (*read.remarks, *road.notes))
 
 
 def road_file(called: str) -> str:

@@ -1,4 +1,4 @@
-"""XML as every format here is written and read: one element a line, numbers that read back to the same value.
+"""XML as every format here is read.
 
 A hostile file is refused. No document type, entity or external reference is accepted, so nothing is ever expanded,
 opened or fetched; size, depth and number of elements are bounded before memory is spent. Nodes remember their place.
@@ -11,57 +11,18 @@ import re
 import stat
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from decimal import Decimal
 from pathlib import Path
 from types import MappingProxyType
 from typing import NoReturn
-from xml.etree import ElementTree
-from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
 
 from engine.interchange.contract import InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
-NO_CHARACTER = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML cannot hold, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""
 INFINITE = ("INF", "+INF", "inf", "Infinity")
 LARGEST = 1e9
 """No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
-
-
-def child(parent: Element, tag: str, /, **attributes: str | float | int) -> Element:
-    """A new last child; numbers become text (see `number`)."""
-    texts = {name: value if isinstance(value, str) else number(value) for name, value in attributes.items()}
-    return SubElement(parent, tag, texts)
-
-
-def number(value: float) -> str:
-    """The shortest text that reads back to the same number; -0.0 is 0."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int):
-        return str(value)
-    return repr(float(value) + 0.0).removesuffix(".0")
-
-
-def decimal(value: float) -> str:
-    """As `number` without an exponent, which neither decimals of XML Schema nor all readers' expressions know."""
-    text = f"{Decimal(repr(float(value) + 0.0)):f}" if math.isfinite(value) else repr(value)
-    return text.removesuffix(".0")
-
-
-def xml_text(root: Element) -> str:
-    """The whole document.
-
-    Raises:
-        InterchangeError: a text holds a character that XML cannot.
-    """
-    ElementTree.indent(root, " ")
-    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
-    if (mark := NO_CHARACTER.search(text)) is not None:
-        raise InterchangeError(f"XML cannot hold the character {mark[0]!r}", "take it out of the scenario's names")
-    return text
 
 
 # -- an element of another tool's file, which says what is wrong with it -----------------------------------------------

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, name_cure
-from engine.interchange.unread import Unread
+from engine.interchange.unread import Unread, not_read
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
 from engine.opendrive.signals import OdrSignal
@@ -132,6 +132,11 @@ class OdrNetwork:
     """Of all junctions."""
     content: bytes | None = None
     """The file itself, where it lay in another and is gone."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The remarks, and the sentence about what is not read."""
+        return (*self.remarks, f"{self.file}: {not_read(self.unread)}") if self.unread else self.remarks
 
     def copy(self) -> bytes:
         """The file, to be put beside another."""

@@ -145,7 +145,7 @@ def _points(edges: Floats, listed: Floats, cell: Ints, corner: Floats, side: flo
         np.minimum.at(apart[:, candidate], cell, _off(listed, x[cell % columns, candidate], y[cell // columns]))
     best, at = apart.argmax(axis=1), np.arange(rows * columns)
     places = np.column_stack([x[at % columns, best], y[at // columns]])
-    return np.column_stack([places, _inside(edges, places, y, at // columns)])
+    return np.column_stack([places, _inside(edges, places, y)])
 
 
 def _off(edges: Floats, x: Floats, y: Floats) -> Floats:
@@ -155,8 +155,8 @@ def _off(edges: Floats, x: Floats, y: Floats) -> Floats:
     return ((to - along[:, None] * way) ** 2).sum(axis=1)
 
 
-def _inside(edges: Floats, places: Floats, y: Floats, row: Ints) -> Floats:
-    """By the even-odd rule: how many edges cross the line of a point's row east of it."""
+def _inside(edges: Floats, places: Floats, y: Floats) -> Floats:
+    """By the even-odd rule: how many edges cross the line of a point's row east of it; places go row by row."""
     low: Floats = edges[:, 1::2].min(axis=1)
     high: Floats = edges[:, 1::2].max(axis=1)
     first, last = np.searchsorted(y, low), np.searchsorted(y, high)
@@ -166,9 +166,9 @@ def _inside(edges: Floats, places: Floats, y: Floats, row: Ints) -> Floats:
     crossing = x1 + (y[line] - y1) * (x2 - x1) / (y2 - y1)
     order = np.lexsort([crossing, line])
     begin = np.searchsorted(line[order], np.arange(len(y) + 1))
-    inside = np.zeros(len(places))
+    inside, columns = np.zeros(len(places)), len(places) // len(y)
     for each in range(len(y)):
         crossings = crossing[order[begin[each] : begin[each + 1]]]
-        here = row == each
+        here = slice(each * columns, (each + 1) * columns)
         inside[here] = (len(crossings) - np.searchsorted(crossings, places[here, 0])) % 2
     return inside

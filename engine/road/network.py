@@ -1,8 +1,7 @@
 """What a scenario can point at: roads, intersections, lanes, maneuvers; filled by a maker (`engine.road.build`).
 
-`Network` is all that the rest of the house knows of a road, whoever made it. Elements refer to one another (a lane to
-its maneuvers, those to their lanes), so each holds ids and looks the others up in its network. Two elements are equal
-only if they are the same one.
+`Network` describes a road, whoever made it. Elements refer to one another (a lane to its maneuvers, those to their
+lanes) by ids, which their network resolves. Two elements are equal only if they are the same one.
 """
 
 from collections.abc import Mapping, Sequence

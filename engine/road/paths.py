@@ -195,9 +195,10 @@ class PathBook:
 
 def chord_count(primitive: Primitive, tolerance: float) -> int:
     """Number of equal chords that stay within `tolerance` of the primitive [m]."""
-    if primitive.curvature == 0.0:
+    sagitta = min(tolerance * abs(primitive.curvature), 1.0)
+    if sagitta == 0.0:
         return 1
-    angle = 2.0 * math.acos(max(0.0, 1.0 - tolerance * abs(primitive.curvature)))
+    angle = 4.0 * math.asin(math.sqrt(0.5 * sagitta))  # 2 acos(1 - sagitta), which is 0 for a curvature of 1e-15
     return max(1, math.ceil(abs(primitive.curvature) * primitive.length / angle - 1e-9))
 
 

@@ -1,9 +1,9 @@
 """The worst cases of a campaign, of many kinds.
 
 In a search for risk: by risk, those that a competent driver would have avoided before others of the same risk, then by
-continuous risk, then by age. In a search for any other objective: collisions that a competent driver would have
-avoided, then other collisions and whatever else such a search is for, then all others; each by the objective, then by
-age. So a near miss is never above a collision, whatever an objective says of the two.
+continuous risk, then by age. In a search for any other objective: failures of a controller, collisions that a competent
+driver would have avoided, other collisions and whatever else such a search is for, then all others; each by the
+objective, then by age. So a near miss is never above a collision, whatever an objective says of the two.
 
 Of the collisions and finds in that order (of all valid simulations, where there are fewer than asked for) the worst is
 taken, then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that
@@ -11,6 +11,7 @@ a competent driver would have avoided goes before one that it would not. In a se
 are finds, too.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.kinds import codes
 from engine.streams import StreamKey
-from engine.tables import Bools, Ints
+from engine.tables import Ints
 from engine.vocabulary import Blame, Verdict
 
 
@@ -56,14 +57,15 @@ def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
         avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
-    first = ~_is_find(evaluations)[rows] if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
+    first = _group(evaluations)[rows] if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
     return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first))]
 
 
-def _is_find(evaluations: Evaluations) -> Bools:
-    """(n,) a collision, or what else the search is for."""
-    collided = evaluations.rollouts.collided[np.arange(len(evaluations)), evaluations.worst_rollout]
-    return np.asarray(evaluations.found | collided)
+def _group(evaluations: Evaluations) -> Ints:
+    """(n,) of the worst rollout: 0 where a controller failed, 1 for a collision or other find, 2 for all others."""
+    runs, place = evaluations.rollouts, (np.arange(len(evaluations)), evaluations.worst_rollout)
+    find = evaluations.found | runs.collided[place]
+    return np.where(runs.verdict[place] == Verdict.CONTROLLER, 0, np.where(find, 1, 2))
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
@@ -72,7 +74,7 @@ def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = 
     """
     rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
-        rows = _of_each_kind(evaluations, rows, count, blame)
+        rows = np.concatenate([*_of_each_kind(evaluations, rows, count, blame), rows[:0]])
     worst = evaluations.worst_rollout
     return tuple(
         _case(evaluations, row, int(worst[row]), rank) for rank, row in enumerate(rows[:count].tolist(), start=1)
@@ -96,10 +98,20 @@ def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
     return tuple(_case(evaluations, row, rollout, rank) for rank, (row, rollout) in enumerate(places, start=1))
 
 
-def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Ints:
-    """Up to `count` of the rows, in their order."""
-    finds = rows[_is_find(evaluations)[rows]]
-    pool = finds if len(finds) >= count else rows
+def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Iterator[Ints]:
+    """Yield up to `count` of the rows: where another objective than risk is sought, of one group after the other."""
+    if is_aimed(evaluations.rollouts):
+        pools = [rows[_group(evaluations)[rows] == group] for group in range(3)]
+    else:
+        finds = rows[evaluations.found[rows]]
+        pools = [finds if len(finds) >= count else rows]
+    for pool in pools:
+        yield (chosen := _of_pool(evaluations, pool, count, blame))
+        count -= len(chosen)
+
+
+def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> Ints:
+    """Return up to `count` rows in their order: the first, then one of each partner, then of each kind."""
     kind = codes(evaluations, blame)[pool, evaluations.worst_rollout[pool]]
     order = np.argsort(kind[:, -1] != Blame.AVOIDABLE, kind="stable")
     partners, kinds = (order[_firsts(kind[order, :columns])] for columns in (1, kind.shape[1]))

@@ -163,8 +163,9 @@ def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case 
 
 
 def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
-    """Of two cases the worse has the greater."""
-    return (case.continuous if is_aimed(evaluations.rollouts) else case.score), case.continuous
+    """Of two cases the worse has the greater; see `ranking.order_of_risk`."""
+    aimed = is_aimed(evaluations.rollouts)
+    return (2 * case.lost + case.collided if aimed else case.score), case.continuous
 
 
 def summarize(

@@ -42,6 +42,25 @@ def test_gymnasium_finds_nothing(scenario: cx.Scenario) -> None:
     check_env(ScenarioEnv(scenario, others={"other": standing}))
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_pictures_show_who_moves(scenario: cx.Scenario) -> None:
+    """With the ego in the middle: two moments differ, Gymnasium's checker and its recorder of frames take them."""
+    env = gymnasium.wrappers.RenderCollection(
+        ScenarioEnv(scenario, render_mode="rgb_array", others={"other": standing}), pop_frames=False
+    )
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.array([1.0, 0.0, 0.0]))
+    frames = [np.asarray(frame) for frame in env.render() or ()]
+    assert {(frame.shape, frame.dtype.name) for frame in frames} == {((480, 640, 3), "uint8")}
+    assert frames[0][240, 320].tolist() == frames[-1][240, 320].tolist() == [31, 111, 235]
+    assert (frames[0] != frames[-1]).any()
+    check_env(ScenarioEnv(scenario, render_mode="rgb_array", others={"other": standing}))
+    assert ScenarioEnv(scenario, others={"other": standing}).render() is None
+    with pytest.raises(cx.CortexError, match="render_mode is 'human'"):
+        ScenarioEnv(scenario, render_mode="human")
+
+
 def test_ids_are_registered(file: Path) -> None:
     """One environment, and many on one kernel, by the id."""
     env = gymnasium.make(f"cortex_dsl.gym:{ID}", scenario=file)
@@ -97,3 +116,24 @@ def test_pettingzoo_finds_nothing(scenario: cx.Scenario) -> None:
     env = ScenarioParallelEnv(scenario)
     assert env.possible_agents == ["ego", "other"]
     parallel_api_test(env, num_cycles=40)
+
+
+def test_lanes_with_seeds_of_their_own(scenario: cx.Scenario) -> None:
+    """Lane i is the single environment of its seed, in its first and its next episodes; a wrong number is refused."""
+    seeds = [1, 2, 1, 77]
+    many = ScenarioVectorEnv(len(seeds), scenario, others={"other": standing})
+    ones = [ScenarioEnv(scenario, others={"other": standing}) for _ in seeds]
+    seen, _ = many.reset(seed=seeds)
+    alone = [env.reset(seed=seed)[0] for env, seed in zip(ones, seeds, strict=True)]
+    np.testing.assert_array_equal(seen, alone)
+    assert (seen[0] == seen[2]).all()
+    assert (seen[0] != seen[1]).any()
+    wide = len(many.environment.actions)
+    for _ in range(15):
+        seen, rewards, terminated, truncated, _ = many.step(np.zeros((len(seeds), wide)))
+        steps = [env.step(np.zeros(wide)) for env in ones]
+        for lane, (one, reward, ended, late, _) in enumerate(steps):
+            np.testing.assert_array_equal(seen[lane], one)
+            assert (rewards[lane], terminated[lane], truncated[lane]) == (reward, ended, late)
+    with pytest.raises(cx.CortexError, match="2 seeds for 4 lanes"):
+        many.reset(seed=[1, 2])

@@ -28,7 +28,7 @@ LOST = "the driver failed"
 
 
 def lead_text(came: Failures) -> str:
-    """`6 avoidable collisions of 5 kinds; 9 collisions of 7 kinds in all`, or what else there is to say first."""
+    """`6 avoidable collisions of 5 kinds (9 in all)`, or what else there is to say first."""
     if not came.collisions:
         return "no collision"
     if not came.judged:
@@ -36,7 +36,7 @@ def lead_text(came: Failures) -> str:
     lead = "no avoidable collision"
     if came.avoidable:
         lead = f"{counted(came.avoidable, 'avoidable collision')} of {counted(came.avoidable_kinds, 'kind')}"
-    return lead if came.collisions == came.avoidable else f"{lead}; {collisions_text(came)} in all"
+    return lead if came.collisions == came.avoidable else f"{lead} ({came.collisions:,} in all)"
 
 
 def collisions_text(came: Failures) -> str:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content
 from cortex_dsl.report.findings.story import Moment, end_of, story_of
 from engine.interchange.measuring import Measured
@@ -247,10 +246,10 @@ def size_text(size: int) -> str:
     return f"{size / 1e3:.1f} kB" if size < 1e6 else f"{size / 1e6:.1f} MB"
 
 
-def export_document(written: Written, how: "ExportOptions") -> str:
-    """All of it as the one document of --json."""
+def export_content(written: Written, how: "ExportOptions") -> dict[str, Any]:
+    """All of it as the content of a document."""
     gathered = written.gathered
-    content = {
+    return {
         "folder": written.folder,
         **asdict(how),
         "files": [
@@ -278,7 +277,6 @@ def export_document(written: Written, how: "ExportOptions") -> str:
         "checked": written.checked,
         "findings": None if written.findings is None else [_finding_content(each) for each in written.findings],
     }
-    return document("export", content)
 
 
 def _finding_content(finding: Finding) -> dict[str, str]:

@@ -185,8 +185,8 @@ class Inliner:
             raise NOT_A_DRIVER.mistake(call.span, behaviour=call.name, actual=kind_name(self.actor))
         prologue, fixed = _settled(ev, call)
         job = Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start))
-        job.check_numbers()
         acts = LIBRARY[call.name](job)
+        job.check_numbers()
         if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
             # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
             acts = (ir.Scope(call.span, call.name, ev.run.new_scope(call.span), acts),)

@@ -75,9 +75,8 @@ class Job:
         top = closed_value(size_of(self.actor, "topSpeed"))
         if top is not None and target > top:
             name = self.actor.kind.name.capitalize()
-            target_text, top_text, enough = (shown(each, SPEED) for each in (target, top, math.ceil(target)))
-            note = TARGET_ABOVE_TOP.at(span, name=name, target=target_text, top=top_text, enough=enough)
-            self.ev.report(note)
+            wanted, highest, enough = (shown(speed, SPEED) for speed in (target, top, math.ceil(target)))
+            self.ev.report(TARGET_ABOVE_TOP.at(span, name=name, target=wanted, top=highest, enough=enough))
 
     def _parameter(self, name: str) -> Parameter:
         assert isinstance(self.call.behaviour, BuiltinValue)

@@ -20,7 +20,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import shown
 from cortex_dsl.semantics.names.classes import ACTOR_KINDS, LOW, PLACED, PLACES
-from cortex_dsl.semantics.names.properties import FLAGS, MODEL_FIELDS, PROPERTIES, all_properties
+from cortex_dsl.semantics.names.properties import FLAGS, MODEL_FIELDS, PROPERTIES, SCENIC_ONLY, all_properties
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import SPEED, UNITS
@@ -216,14 +216,14 @@ class Making:
 
     def _given(self, node: nodes.With) -> Value:
         name, kind = node.property, self.own.node.name if self.own else self.kind.name.capitalize()
-        refuse_scenic_only(name, node.property_span, f"a {kind}")
         if not (name in all_properties() or name in self.defaults or self._is_own(name)):
             raise UNKNOWN_PROPERTY.mistake(
                 node.property_span,
                 kind=f"a {kind}",
                 name=name,
-                suggestion=did_you_mean(name, {*all_properties(), *self.defaults}),
+                suggestion=did_you_mean(name, {*all_properties(), *self.defaults}) or SCENIC_ONLY.get(name, ""),
             )
+        refuse_scenic_only(name, node.property_span, f"a {kind}")
         with self.ev.naming(name):
             value = self.ev.evaluate(node.value)
         return checked(self.ev, name, self._adopted(name, value), node.value.span, may_act=self.may_act)

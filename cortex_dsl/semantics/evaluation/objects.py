@@ -199,9 +199,13 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
 
 # -- objects ----------------------------------------------------------------------------------------------------------
 
+OBJECTS = 2
+"""So many objects cost the next one as much as evaluating an expression."""
+
 
 def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
     own_name, kind = ev.run.assigning, making.kind
+    ev.file.budget.spend(node.span, len(ev.run.built.actors) // OBJECTS)
     placed: list[Placement] = []
     making.posed = lambda: _actor_pose(making, node, found, own_name, placed)
     with ev.naming(""):

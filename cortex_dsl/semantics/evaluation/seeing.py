@@ -6,7 +6,7 @@ from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose, Sighted, Truth, Value, Vector
-from cortex_dsl.semantics.quantities.algebra import Term, in_view
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 
@@ -30,7 +30,8 @@ def notice_reach(ev: Evaluator) -> Term:
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
     """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
     if not ev.moment.running:
-        return in_view(_view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span))
+        view, outline = _view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span)
+        return ev.algebra.look(view, outline, len(ev.run.built.actors))
     nothing = ev.algebra.literal(0.0)
     one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
     if isinstance(target, Actor):

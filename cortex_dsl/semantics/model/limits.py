@@ -13,8 +13,10 @@ from cortex_dsl.source import Span
 
 EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
-REPETITION_LIMIT = 250_000
-"""How many of them in loops, lists and calls, where a short text may demand any number: one second of work."""
+REPETITION_LIMIT = 100_000
+"""How many of them in the loops, lists and calls of one variant, where a short text may demand any number: a second at
+most, since editors compile a file at every key. The largest file of the tests takes 11,000, in all of its variants.
+"""
 COPIES = 64
 """Items or characters that are copied for what evaluating an expression costs."""
 MUCH = 20
@@ -30,13 +32,17 @@ class Budget:
 
     evaluations: int = 0
     repetitions: int = 0
-    """Those that loops, lists and calls evaluated, copies of items left out: they are counted as work, and are fast."""
+    """Those that loops, lists and calls of this variant evaluated, without copies of items, which are fast."""
     _reported: bool = False
     """Whether it was said that it has become too much."""
     _under_way: dict[Span, int] = field(default_factory=dict)
     """What repeats other work and is being worked out, from the outside in, with the count at which it began."""
     _most: dict[Span, int] = field(default_factory=dict)
     """The most that one such place took at once."""
+
+    def begin_variant(self) -> None:
+        """Count the loops, lists and calls of the next variant."""
+        self.repetitions = 0
 
     def spend(self, span: Span, evaluations: int = 1) -> None:
         """Count work. More than one evaluation at once is the work of a loop.

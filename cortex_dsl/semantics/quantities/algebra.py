@@ -216,6 +216,10 @@ class Algebra:
     def items(self, bundle: Term, count: int) -> tuple[Term, ...]:
         return tuple(self._interned(("item", bundle, i), _Item, bundle, i) for i in range(count))
 
+    def look(self, view: Term, outline: Term, actors: int) -> Term:
+        """Whether an outline is in a packed view at the start, where so many actors are placed by now."""
+        return self.apply(Op.CAN_SEE, view, outline, immediates=(actors,))
+
     def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:
         arguments = tuple(each if isinstance(each, Term) else self.literal(each) for each in operands)
         if op in EXACT and all(isinstance(a, Constant) for a in arguments):
@@ -322,8 +326,6 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
 region_depth, region_box_depth, box_distance = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH, Op.BOX_DISTANCE))
 """`box_distance`: between two outlines [m]."""
-in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)` at the start, a view being packed x, y, heading, angle, reach, the viewer's number or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.recording import ARMS, SignalTimes
-from engine.interchange.xml import Element, child, decimal
+from engine.interchange.xml_writing import Element, child, decimal
 from engine.road.lights import lit_arms
 from engine.road.network import Intersection, LaneRole, Leg, Network
 from engine.tables import Floats

@@ -25,7 +25,7 @@ from engine.interchange.commonroad.steps import Course, Timeline, timeline
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import PHASES, RecordedActor, Recording
-from engine.interchange.xml import Element, child, decimal, number, xml_text
+from engine.interchange.xml_writing import Element, child, decimal, number, xml_text
 from engine.kernels.geometry import Box
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind

@@ -8,7 +8,7 @@ Boxes and velocities are there only in recordings with additional data.
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from engine.interchange.contract import InterchangeError, reading
@@ -16,6 +16,7 @@ from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.openscenario.carla import BLUEPRINTS
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
+from engine.interchange.unread_kinds import Unread
 from engine.vocabulary import ActorKind
 
 MOST_BYTES = 1_000_000_000
@@ -45,7 +46,9 @@ ATTRIBUTE = re.compile(r"  (\w+) = (.*)")
 POSE = re.compile(rf"  Id: (\d+) Location: {_VECTOR} Rotation: {_VECTOR}")
 VELOCITY = re.compile(rf"  Id: (\d+) linear_velocity: {_VECTOR}")
 BOX = re.compile(rf"  Id: (\d+) origin: {_VECTOR} extension: {_VECTOR}")
-BOXES, POSITIONS, ACTORS = " Actor bounding boxes:", " Positions:", " Dynamic actors:"
+BOXES, POSITIONS, ACTORS = SECTIONS = " Actor bounding boxes:", " Positions:", " Dynamic actors:"
+SECTION_END = re.compile(r" \d.*")
+"""What a line of another kind says of one actor, behind the name of its kind."""
 
 
 @dataclass
@@ -82,6 +85,7 @@ class _Log:
     poses: list[tuple[int, float, str, tuple[float, float, float]]] = field(default_factory=list)
     """Line, time, actor, (x, y, yaw)."""
     velocities: dict[tuple[float, str], tuple[float, float]] = field(default_factory=dict)
+    unread: Unread = field(default_factory=Unread)
 
 
 def read_recorder(path: Path) -> Tracks:
@@ -92,7 +96,8 @@ def read_recorder(path: Path) -> Tracks:
         raise InterchangeError("it contains no positions of vehicles or walkers", cure, path.name)
     whole = all((time, actor) in log.velocities for _, time, actor, _ in log.poses)
     keys = ("time", "actor", "x", "y", "heading", "length", "width", "type", "role")
-    return tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))
+    tracks = tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))
+    return replace(tracks, remarks=(*tracks.remarks, *log.unread.notes()))
 
 
 def _read(path: Path) -> _Log:
@@ -101,24 +106,26 @@ def _read(path: Path) -> _Log:
             raise InterchangeError("the file is larger than 1 GB", "record a part of it", path.name)
         with path.open(encoding="utf-8", errors="replace") as file:
             log = _Log()
-            _gather(log, file)
+            _gather(log, file, path.name)
             return log
 
 
-def _gather(log: _Log, lines: Iterator[str]) -> None:
+def _gather(log: _Log, lines: Iterator[str], name: str) -> None:
     time, section, created = 0.0, "", None
     for number, line in enumerate(lines, 1):
         if found := FRAME.match(line):
             time, section, created = float(found.group(1)), "", None
         elif found := CREATE.match(line):
-            name, blueprint, kind = found.groups()
+            actor, blueprint, kind = found.groups()
             created = _Actor(blueprint, kind == WALKER) if kind in (VEHICLE, WALKER) else None
             if created is not None:
-                log.actors[name] = created
+                log.actors[actor] = created
         elif (found := ATTRIBUTE.match(line)) and created is not None:
             created.attributes[found.group(1)] = found.group(2).strip()
         elif line.startswith(" ") and not line.startswith("  "):
             section, created = line.partition(":")[0] + ":", None
+            if section not in (*SECTIONS, " Create", " Destroy"):
+                log.unread.add(SECTION_END.sub("", section).strip(" :"), f"{name}, line {number}")
         else:
             _add(log, section, line, number, time)
 

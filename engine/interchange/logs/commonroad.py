@@ -5,7 +5,7 @@ Source: CommonRoad, "XML format 2020a" (and 2018b, whose obstacles have a role):
 times count steps of the file's `timeStepSize`, angles are radians. States that are intervals say no motion.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
+from engine.interchange.unread_kinds import unread_elements
 from engine.interchange.xml import Limits, Node, read_xml
 from engine.opendrive.buildings import LARGEST_BUILDING
 from engine.vocabulary import ActorKind
@@ -25,6 +26,14 @@ KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width", "type"
 OBSTACLES = ("dynamicObstacle", "staticObstacle", "obstacle")
 SCENARIO, SOLUTION = (".cr.xml", ".xml"), ".solution.xml"
 EGO = "ego"
+READ: Mapping[str, None] = dict.fromkeys(
+    (
+        *("commonRoad", *OBSTACLES, "environmentObstacle", "role", "type", "shape", "rectangle", "length", "width"),
+        *("initialState", "trajectory", "state", "position", "point", "x", "y", "orientation", "center", "time"),
+        *("velocity", "exact", "intervalStart", "intervalEnd"),
+    )
+)
+"""Elements; their attributes are numbers of obstacles, and the scenario's descriptions."""
 LAYOUT = Layout(
     name="CommonRoad",
     known_by=(),
@@ -49,7 +58,8 @@ def read_commonroad(path: Path) -> Tracks:
     step = root.number("timeStepSize", low=1e-6)
     last = _last(root)
     rows = [*_ego(path, step), *(row for node in root.every(*OBSTACLES) for row in _obstacle(node, step, last))]
-    return _with_buildings(tracks_of_rows(path, LAYOUT, KEYS, rows), root)
+    tracks = _with_buildings(tracks_of_rows(path, LAYOUT, KEYS, rows), root)
+    return replace(tracks, remarks=(*tracks.remarks, *unread_elements(root, READ)))
 
 
 def _with_buildings(tracks: Tracks, root: Node) -> Tracks:

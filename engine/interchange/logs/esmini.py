@@ -8,13 +8,15 @@ import csv
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from engine.interchange.contract import InterchangeError, quoted, reading
 from engine.interchange.logs.rows import Row, tracks_of_rows
-from engine.interchange.tables.cells import CsvRows
 from engine.interchange.tables.layouts import Layout, Point
+from engine.interchange.tables.notation import CsvRows
 from engine.interchange.tables.track import Tracks
+from engine.interchange.unread_kinds import Unread
 
 LAYOUT = Layout(
     name="esmini's --csv_logger",
@@ -44,15 +46,21 @@ def read_esmini_log(path: Path) -> Tracks:
     """Raises InterchangeError: unreadable, or a column is missing or holds no number."""
     try:
         with reading(path), path.open(encoding="utf-8-sig", newline="") as file:
-            return tracks_of_rows(path, LAYOUT, KEYS, _rows(csv.reader(file), path.name))
+            unread = Unread()
+            tracks = tracks_of_rows(path, LAYOUT, KEYS, _rows(csv.reader(file), path.name, unread))
+            return replace(tracks, remarks=(*tracks.remarks, *unread.notes()))
     except (UnicodeDecodeError, csv.Error) as error:
         raise InterchangeError(
             f"this is not a log of esmini: {error}", "let esmini write it again", path.name
         ) from None
 
 
-def _rows(lines: CsvRows, name: str) -> Iterator[Row]:
+def _rows(lines: CsvRows, name: str, unread: Unread) -> Iterator[Row]:
     time, blocks = _columns(lines, name)
+    for block in blocks:
+        for column, index in block.items():
+            if column not in (NAME, *NUMBERS.values()):
+                unread.add(column, f"{name}, line {lines.line_num}, column {index + 1}")
     for cells in lines:
         if len(cells) <= time or not cells[time].strip():
             continue

@@ -8,6 +8,7 @@ boxes' centres, in metres, radians and m/s.
 
 import struct
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -16,6 +17,7 @@ from engine.interchange.kinds import UNSET, Code, kind_of
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
+from engine.interchange.unread_kinds import Unread
 from engine.vocabulary import ActorKind
 
 LONGEST = 100_000_000
@@ -31,6 +33,27 @@ LAYOUT = Layout(
 )
 VARINT, DOUBLE, BYTES, FLOAT = 0, 1, 2, 5
 """Wire types."""
+VERSION, STAMP, HOST, MOVING = 1, 2, 3, 5
+"""Fields of a `GroundTruth` that are read, and its version."""
+OTHERS = {
+    4: "stationary_object",
+    6: "traffic_sign",
+    7: "traffic_light",
+    8: "road_marking",
+    9: "lane_boundary",
+    10: "lane",
+    11: "occupant",
+    12: "environmental_conditions",
+    13: "country_code",
+    14: "proj_string",
+    15: "map_reference",
+    16: "model_reference",
+    17: "reference_line",
+    18: "logical_lane_boundary",
+    19: "logical_lane",
+    20: "proj_frame_offset",
+}
+"""Names of its other fields."""
 Message = dict[int, list[int | float | bytes]]
 """Values by field number."""
 
@@ -47,7 +70,9 @@ def tracks_of_messages(path: Path, messages: Iterable[bytes]) -> Tracks:
     Raises:
         InterchangeError: one cannot be decoded, or nobody moves.
     """
-    return tracks_of_rows(path, LAYOUT, KEYS, _rows(messages, path.name))
+    unread = Unread()
+    tracks = tracks_of_rows(path, LAYOUT, KEYS, _rows(messages, path.name, unread))
+    return replace(tracks, remarks=(*tracks.remarks, *unread.notes()))
 
 
 def _messages(file: BinaryIO, name: str) -> Iterator[bytes]:
@@ -63,10 +88,13 @@ def _messages(file: BinaryIO, name: str) -> Iterator[bytes]:
         yield content
 
 
-def _rows(messages: Iterable[bytes], name: str) -> Iterator[Row]:
+def _rows(messages: Iterable[bytes], name: str, unread: Unread) -> Iterator[Row]:
     for number, content in enumerate(messages, start=1):
         try:
-            yield from ((number, row) for row in _moving(fields(content)))
+            truth = fields(content)
+            for each in truth.keys() - {VERSION, STAMP, HOST, MOVING}:
+                unread.add(OTHERS.get(each, f"field {each}"), f"{name}, message {number}")
+            yield from ((number, row) for row in _moving(truth))
         except (ValueError, struct.error, OverflowError):
             cure = "name a trace of GroundTruth, in protobuf's binary form"
             raise InterchangeError("the message cannot be decoded", cure, f"{name}, message {number}") from None
@@ -74,10 +102,10 @@ def _rows(messages: Iterable[bytes], name: str) -> Iterator[Row]:
 
 def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
     """Everybody who moves, at the time of a `GroundTruth`."""
-    stamp = _inner(truth, 2)
+    stamp = _inner(truth, STAMP)
     time = _whole(stamp, 1) + _whole(stamp, 2) / 1e9
-    host = _whole(_inner(truth, 3), 1, UNSET)
-    for content in truth.get(5, ()):
+    host = _whole(_inner(truth, HOST), 1, UNSET)
+    for content in truth.get(MOVING, ()):
         thing = fields(_bytes(content))
         own, base, kind = _whole(_inner(thing, 1), 1), _inner(thing, 2), _inner(thing, 6)
         size, at, turned, velocity = (_inner(base, field) for field in (1, 2, 3, 4))

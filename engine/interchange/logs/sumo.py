@@ -6,12 +6,14 @@ north [degrees], `speed` [m/s]. Sizes are not in it; those of SUMO's vehicle cla
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from engine.interchange.contract import InterchangeError
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import SUMO_SAID, SUMO_SIZES, Layout, Point
 from engine.interchange.tables.track import Tracks
+from engine.interchange.unread_kinds import unread_elements
 from engine.interchange.xml import Limits, Node, read_xml
 from engine.vocabulary import ActorKind
 
@@ -27,21 +29,28 @@ LAYOUT = Layout(
     kinds={"person": ActorKind.PEDESTRIAN, "container": ActorKind.OBSTACLE},
     sizes=SUMO_SIZES,
 )
+_ACTOR = ("id", "x", "y", "angle", "speed", "type")
+READ = {"fcd-export": None, "timestep": ("time",), **dict.fromkeys(("vehicle", "person", "container"), _ACTOR)}
+"""Elements and their attributes."""
 GEO_EXTENT = 1.0
 """Degrees that no network spans; what spans less, and is driven faster than that in a second, is no metres."""
 
 
 def read_fcd(path: Path) -> Tracks:
     """Raises InterchangeError: unreadable, no FCD output, or positions in degrees of longitude and latitude."""
-    rows = list(_rows(read_xml(path, "fcd-export", LIMITS)))
+    root = read_xml(path, "fcd-export", LIMITS)
+    rows = list(_rows(root))
     _refuse_degrees(path, rows)
-    return tracks_of_rows(path, LAYOUT, KEYS, rows)
+    tracks = tracks_of_rows(path, LAYOUT, KEYS, rows)
+    return replace(tracks, remarks=(*tracks.remarks, *unread_elements(root, READ)))
 
 
 def _rows(root: Node) -> Iterator[Row]:
     for step in root.every("timestep"):
         time = step.number("time")
         for node in step.children:
+            if node.tag not in READ:
+                continue
             yield (
                 node.line,
                 {

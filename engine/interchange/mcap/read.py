@@ -7,6 +7,7 @@ in protobuf), and `osi_mapasamopendrive.proto` of omega-prime 0.3.7 (field 1 a r
 
 import json
 import math
+import struct
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,8 @@ MOST_MESSAGES = 1_000_000
 TRUTH, MAP = "osi3.GroundTruth", "MapAsamOpenDrive"
 REFERENCE, OPENDRIVE = 1, 2
 """Fields of a map."""
+DAMAGED = (ValueError, LookupError, TypeError, AttributeError, OverflowError, RuntimeError, EOFError, struct.error)
+"""What else a reader raises of bytes that are no MCAP; a RuntimeError is that of lz4."""
 Made = TypeVar("Made")
 Sample = tuple[float, ...]
 """Time [s], x, y, heading, speed, length, width, 1 while loose after an impact."""
@@ -47,16 +50,15 @@ def road_of_mcap(path: Path) -> tuple[str, bytes] | None:
 
 def _opened(path: Path, read: Callable[[Any], Made]) -> Made:
     try:
-        reader, broken = (
-            needed("mcap.reader", "MCAP needs", "export"),
-            needed("mcap.exceptions", "MCAP needs", "export"),
+        reader, broken, zstandard = (
+            needed(each, "MCAP needs", "export") for each in ("mcap.reader", "mcap.exceptions", "zstandard")
         )
     except MissingExtraError as missing:
         raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None
     try:
         with reading(path), path.open("rb") as file:
             return read(reader.make_reader(file, validate_crcs=True))
-    except (broken.McapError, ValueError, KeyError, IndexError, TypeError) as error:
+    except (broken.McapError, zstandard.ZstdError, *DAMAGED) as error:
         reason = (str(error).splitlines() or [""])[0][:120] or type(error).__name__
         message = f"this is not a readable MCAP file: {quoted(reason)[1:-1]}"
         raise InterchangeError(message, "write it again, or take CSV or Parquet", path.name) from None

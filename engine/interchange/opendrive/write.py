@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
 from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes
-from engine.interchange.xml import Element, child, xml_text
+from engine.interchange.xml_writing import Element, child, xml_text
 from engine.maps import MapFile, MapSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
 from engine.tables import ROAD_REGION

@@ -33,7 +33,7 @@ from engine.interchange.openscenario.write import (
     stretches,
 )
 from engine.interchange.recording import RecordedActor, Recording
-from engine.interchange.xml import Element, child, number, xml_text
+from engine.interchange.xml_writing import Element, child, number, xml_text
 from engine.vocabulary import ActorKind, State
 
 # -- blueprints --------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from engine.interchange.kinds import KINDS, Kind
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.own_metadata import FIELDS, FILE_PREFIX, of_actor
 from engine.interchange.recording import Provenance, RecordedActor, Recording
-from engine.interchange.xml import Element, child, decimal, number
+from engine.interchange.xml_writing import Element, child, decimal, number
 from engine.vocabulary import State
 
 # -- names as every reader takes them: letters, digits and `_`, unique, and still to be recognised ---------------------

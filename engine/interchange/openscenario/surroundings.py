@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.recording import Recording, Surroundings
-from engine.interchange.xml import Element, child
+from engine.interchange.xml_writing import Element, child
 
 CLEAR = 100_000.0
 """`visualRange` without fog [m], where one must be written."""

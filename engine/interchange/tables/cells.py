@@ -12,27 +12,29 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, Protocol, TextIO, TypeAlias
+from typing import Any, TextIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.contract import InterchangeError, quoted
-from engine.interchange.tables.columns import SLIDES, TEXTS, Cells, Chosen, Column, check_complete, choose
+from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.interchange.tables.columns import (
+    DATES,
+    NO_NAMES,
+    SLIDES,
+    TEXTS,
+    UNITS,
+    Cells,
+    Chosen,
+    Column,
+    check_complete,
+    choose,
+)
 from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
 from engine.interchange.tables.layouts import Layout, layout_of
+from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, separator_of
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats
-
-
-class CsvRows(Protocol):
-    """A reader of the module `csv`, which names no type."""
-
-    @property
-    def line_num(self) -> int: ...
-    def __iter__(self) -> Iterator[list[str]]: ...
-    def __next__(self) -> list[str]: ...
-
 
 MOST_ROWS = 3_000_000
 """An hour at 25 samples a second in which 30 actors are there at a time has fewer."""
@@ -41,8 +43,8 @@ LONGEST_TEXT = 10_000
 """Letters of a name or a type."""
 LARGEST = 1e9
 """No position or speed of a real file is larger, in its own unit."""
-LATEST = 1e13
-"""Times may count from 1970, in milliseconds."""
+LATEST = 1e19
+"""Times may count from 1970, in nanoseconds."""
 WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
 """Whole numbers are held in 64 bits."""
@@ -50,7 +52,6 @@ MAY_BE_EMPTY = ("heading", "length", "width")
 """Columns in which a known tool leaves a cell empty that it knows nothing for."""
 PREAMBLE = "Version:"
 """How the line begins that esmini writes above its column names."""
-DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")
 
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
@@ -58,44 +59,44 @@ Storage: TypeAlias = "array[float] | array[int] | list[str]"
 OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype", SLIDES)
 
 
-def read_csv_cells(path: Path, rate: float | None = None) -> Cells:
-    """`rate`: samples a second, where the time is a count of them and nothing else says it.
+def read_csv_cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
+    """`rate`: samples a second, where the time is a count of them and nothing else says it; `named`: as in `choose`.
 
     Raises:
         InterchangeError: unreadable, no CSV, too many rows, a cell that is no number, a missing column or file beside.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _read(file, path, rate)
+            return _read(file, path, rate, named)
     except UnicodeDecodeError:
         raise InterchangeError("this is not text in UTF-8", "save it as CSV, in UTF-8", path.name) from None
     except csv.Error as error:
         raise InterchangeError(f"this is not CSV: {error}", "save it as CSV, separated by commas", path.name) from None
 
 
-def _read(file: TextIO, path: Path, rate: float | None) -> Cells:
+def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]) -> Cells:
     name, lines = path.name, _short_lines(file, path.name)
     first, skipped = next(lines, ""), 0
     if first.startswith(PREAMBLE):
         first, skipped = next(lines, ""), 1
-    by_semicolons = layout_of(first.split(";"))
-    rows = csv.reader(chain([first], lines), strict=True, delimiter=";" if by_semicolons else ",")
+    separator = separator_of(first)
+    rows = csv.reader(chain([first], lines), strict=True, delimiter=separator)
     header = next(rows, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
-    _check_separator(header, name)
     refuse_meta(header, path)
-    layout = layout_of(header)
-    chosen = choose(header, name, layout, frame_rate(layout, path, rate))
+    layout = None if named else layout_of(header)
+    chosen = choose(header, name, layout, frame_rate(layout, path, rate), named)
     check_complete(chosen, header, name)
-    cells = _rows(rows, header, name, chosen, skipped, layout)
+    written = WrittenRows(rows, separator, chosen, name, skipped)
+    cells = _rows(written, header, skipped, layout, name)
+    cells = replace(cells, remarks=(*written.remarks(), *cells.remarks))
     return cells if layout is None else applied(cells, layout, path)
 
 
-def _rows(
-    rows: CsvRows, header: Sequence[str], name: str, chosen: Chosen, skipped: int, layout: Layout | None
-) -> Cells:
+def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout | None, name: str) -> Cells:
     """All rows under the header; a known tool's without an actor are those of an instant at which nobody is there."""
+    chosen = rows.chosen
     actor = -1 if layout is None else chosen.columns["actor"].index
     gathered: dict[str, Any] = {key: _storage(key, chosen) for key in chosen.columns}
     lines = array("q")
@@ -138,19 +139,24 @@ def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Storage], lines: Se
         key: np.array(values) for key, values in gathered.items() if isinstance(values, array)
     }
     numbers: dict[str, Floats] = {key: values for key, values in arrays.items() if values.dtype.kind == "f"}
-    begin = 0.0
+    begin, columns, remarks = 0.0, dict(chosen.columns), list[str]()
     if "time" in numbers:
-        numbers["time"], begin = _from_first(numbers["time"], chosen.columns["time"].factor)
+        time = columns["time"]
+        if not time.unit and (unit := assumed_unit(numbers["time"])):
+            columns["time"] = time = replace(time, factor=UNITS["time"][unit], unit=unit)
+            remarks.append(f"{cited(time.name)} counts {unit}, by its size; `{time.name} [{unit}]` states it")
+        numbers["time"], begin = _from_first(numbers["time"], time.factor)
     return Cells(
         file=name,
         numbers=numbers,
         texts={key: values for key, values in gathered.items() if isinstance(values, list)},
         whole={key: values for key, values in arrays.items() if values.dtype.kind == "i"},
         lines=lines,
-        columns=chosen.columns,
+        columns=columns,
         omega_prime=chosen.omega_prime,
         begin=begin,
         unread=chosen.unread,
+        remarks=tuple(remarks),
     )
 
 
@@ -218,14 +224,6 @@ def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError
     return InterchangeError(f"it should hold {wanted}, and holds {said}", cure, f"{place}, column `{column.name}`")
 
 
-def _check_separator(header: Sequence[str], name: str) -> None:
-    """Other programs separate columns otherwise, and then write numbers with a comma."""
-    for mark, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
-        if len(header) <= 2 and any(mark in cell for cell in header):
-            cure = "save it separated by commas, with points in its numbers"
-            raise InterchangeError(f"its columns are separated by {word}", cure, f"{name}, line 1")
-
-
 def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None:
     more = len(row) > len(header)
     cure = "write a point in numbers, not a comma" if more else "write all of its cells, or leave it out"
@@ -235,7 +233,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None
 # -- cells of Parquet --------------------------------------------------------------------------------------------------
 
 
-def read_parquet_cells(path: Path, rate: float | None = None) -> Cells:
+def read_parquet_cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
     """The same of a Parquet file.
 
     Raises:
@@ -245,8 +243,11 @@ def read_parquet_cells(path: Path, rate: float | None = None) -> Cells:
     if file.rows > MOST_ROWS:
         message = f"there are {file.rows:,} rows, more than {MOST_ROWS:,}"
         raise InterchangeError(message, "leave out actors or samples", path.name)
-    layout = layout_of(file.header)
-    chosen = choose(file.header, path.name, layout, frame_rate(layout, path, rate))
+    layout = None if named else layout_of(file.header)
+    chosen = choose(file.header, path.name, layout, frame_rate(layout, path, rate), named)
+    if "time" in chosen.columns and file.is_dated(chosen.columns["time"].name):
+        time = replace(chosen.columns["time"], factor=1e-9, unit=DATES)
+        chosen = replace(chosen, columns={**chosen.columns, "time": time})
     check_complete(chosen, file.header, path.name)
     gathered = {key: _stored(file, key, column, chosen) for key, column in chosen.columns.items()}
     cells = _cells(path.name, chosen, gathered, range(1, file.rows + 1))

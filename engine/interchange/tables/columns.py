@@ -65,8 +65,12 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 )
 """Of one column of each dimension, in SI."""
 MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
+DATES = "dates"
+"""The unit of a time that is written as dates, ISO 8601."""
 FRAMES = "frames"
 """The unit of a time that is a count: how many there are in a second stands elsewhere."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
+NO_COLUMNS: Mapping[int, str] = MappingProxyType({})
 MOST_NAMED = 8
 """Columns that are not read, by name."""
 SUFFIX = re.compile(r"[\[(]([^\[\](){}]*)[\])]$")
@@ -124,6 +128,8 @@ class Cells:
     """Of the known tool whose table it is."""
     unread: Sequence[str] = ()
     """Columns that are not read."""
+    remarks: tuple[str, ...] = ()
+    """On how its cells are written."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -134,14 +140,25 @@ class Cells:
         return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
 
 
-def choose(header: Sequence[str], file: str, layout: Layout | None = None, rate: float | None = None) -> Chosen:
-    """The columns to read; `layout`: of a known tool, and `rate`: samples a second, where the time is their count.
+def choose(
+    header: Sequence[str],
+    file: str,
+    layout: Layout | None = None,
+    rate: float | None = None,
+    named: Mapping[str, str] = NO_NAMES,
+) -> Chosen:
+    """The columns to read; `layout`: of a known tool, `rate`: samples a second, where the time is their count, `named`:
+    columns by what they are, with a unit if one is said (`time [ms]`), where their own names do not tell.
 
     Raises:
-        InterchangeError: one stands twice, has an unknown unit, or is a count without a rate.
+        InterchangeError: one stands twice, has an unknown unit, is a count without a rate, or is named and not there.
     """
     place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
+    if named:
+        found = _plain(names, place, rate, _told(names, place, named))
+        taken = {column.index for column in found.values()}
+        return Chosen(found, False, tuple(name for index, name in enumerate(names) if index not in taken and name))
     if "total_nanos" in names:
         return Chosen(_of_omega_prime(names, place), True)
     found = _plain(names, place, rate) if layout is None else _laid_out(names, layout, rate)
@@ -162,11 +179,38 @@ def _laid_out(names: Sequence[str], layout: Layout, rate: float | None) -> dict[
     return found
 
 
-def _plain(names: Sequence[str], place: str, rate: float | None) -> dict[str, Column]:
-    """Columns by their names, and the units that these say."""
+def _told(names: Sequence[str], place: str, named: Mapping[str, str]) -> dict[int, str]:
+    """Return what columns are to be taken for, by their indices.
+
+    Raises:
+        InterchangeError: there is no such column, or nothing that it could be.
+    """
+    found: dict[int, str] = {}
+    for name, column in named.items():
+        meaning, _ = _meaning(name, place)
+        if not meaning:
+            raise InterchangeError(f"no column is read as {quoted(name)}", name_cure(name, PLAIN), place)
+        if names.count(column) != 1:
+            message = f"{names.count(column) or 'none'} of its columns is called {cited(column)}"
+            raise InterchangeError(message, name_cure(column, names), place)
+        found[names.index(column)] = name
+    return found
+
+
+def _plain(
+    names: Sequence[str], place: str, rate: float | None, told: Mapping[int, str] = NO_COLUMNS
+) -> dict[str, Column]:
+    """Columns by their names, and the units that these say; `told`: what some are instead, whatever others are."""
     found: dict[str, Column] = {}
+    taken = {_meaning(name, place)[0] for name in told.values()}
     for index, name in enumerate(names):
-        meaning, unit = _meaning(name, place)
+        if index in told:
+            meaning, unit = _meaning(told[index], place)
+            own = SUFFIX.search(name)
+            unit = unit or (own.group(1).strip() if own and own.group(1).strip() in _units(meaning) else "")
+        else:
+            meaning, unit = _meaning(name, place)
+            meaning = "" if meaning in taken else meaning
         if meaning in found and meaning != "frame":
             message = f"{cited(found[meaning].name)} and {cited(name)} are both its {meaning}"
             raise InterchangeError(message, "leave one of them out, or rename it", place)
@@ -215,6 +259,7 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     words = {missing[0]} if chosen.omega_prime else {*PLAIN[missing[0]]}
     near = next((name for name in free if near_name(name, words)), "")
     cure = f"is it {cited(near)}? call that column `{missing[0]}`" if near else f"name a column `{missing[0]}`"
+    cure += "" if chosen.omega_prime else f", or say which it is: --columns {missing[0]}=COLUMN"
     there = ", ".join(map(cited, (name.strip() for name in header[:12])))
     also = f", nor {', '.join(f'`{name}`' for name in missing[1:])}" if missing[1:] else ""
     message = f"there is no column `{missing[0]}`{also}; there are {there}"

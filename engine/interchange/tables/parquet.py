@@ -70,14 +70,19 @@ class ParquetFile:
         self.rows = int(file.metadata.num_rows)
         self.metadata: Mapping[bytes, bytes] = file.schema_arrow.metadata or {}
 
+    def is_dated(self, name: str) -> bool:
+        """Return True if a column holds instants."""
+        return str(self._file.schema_arrow.field(name).type).startswith("timestamp")
+
     def column(self, name: str) -> np.ndarray:
-        """One column of numbers.
+        """One column of numbers; instants are nanoseconds since 1970.
 
         Raises:
             InterchangeError: it has empty cells, is too large, or the file is damaged.
         """
         try:
-            return self._column(name).to_numpy(zero_copy_only=False)
+            values = self._column(name).to_numpy(zero_copy_only=False)
+            return values.astype("datetime64[ns]").astype(np.int64) if values.dtype.kind == "M" else values
         except (OSError, ValueError) as error:
             raise _broken(self.file, error) from None
 

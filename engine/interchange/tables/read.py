@@ -4,7 +4,7 @@ check of a table that was written, which is read back and held against the run.
 Positions are centres of outlines. Which columns a plain table may have, and in which units, stands in `.columns`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
+from engine.interchange.tables.columns import NO_NAMES
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.facing import set_aside, with_assumed_headings
 from engine.interchange.tables.track import TableTrack, Tracks
@@ -30,10 +31,10 @@ MOST_STATES = 2_000_000
 """Samples times actors; a recording of so many takes 150 MB."""
 NEARBY = 200.0
 """Who never comes nearer to the ego has no part in what is judged of a recording that is too large [m]."""
+MOST_NAMED = 3
+"""Actors that a remark names."""
 MIXED = 0.2
 """By how much of a step the usual steps of two actors may differ, and still be one rate."""
-FEWEST = 3
-"""Samples that show a rate."""
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
@@ -52,9 +53,12 @@ def read_table(path: Path, ego: str | None = None, step: float | None = None, ra
     return recording_of(read_tracks(path, rate), path.stem, ego, step)
 
 
-def read_tracks(path: Path, rate: float | None = None) -> Tracks:
-    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`."""
-    cells = _cells(path, rate)
+def read_tracks(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Tracks:
+    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`.
+
+    `named`: its columns by what they are, where their own names do not tell (`columns.choose`).
+    """
+    cells = _cells(path, rate, named)
     tracks = tracks_of(cells)
     if (other := pedestrians_beside(cells.layout, path)) is not None:
         tracks = joined(tracks, tracks_of(_cells(other, rate)))
@@ -103,11 +107,11 @@ def recording_of(
         buildings=tracks.buildings,
         commands=False,
     )
-    gaps = tuple(f"{cited(t.name)} is missing for a while" for t in kept if len(gaps_between(t.time)))
+    gaps = tuple(absences(kept))
     return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
 
 
-def _cells(path: Path, rate: float | None = None) -> Cells:
+def _cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
     """Raises InterchangeError where there is no such file, or none of a kind that is read."""
     if path.suffix.lower() not in (".csv", ".parquet"):
         raise InterchangeError("this is not a table", "name a file that ends in .csv or .parquet", path.name)
@@ -118,7 +122,7 @@ def _cells(path: Path, rate: float | None = None) -> Cells:
                 message, f"leave out actors or samples: at most {MOST_BYTES / 1e6:.0f} MB", path.name
             )
         read = read_csv_cells if path.suffix.lower() == ".csv" else read_parquet_cells
-        return read(path, rate)
+        return read(path, rate, named)
 
 
 def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[str, ...]]:
@@ -226,9 +230,20 @@ def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[s
     return np.unique(np.concatenate([time, edges[empty].mean(axis=1)])), tuple(remarks)
 
 
+def absences(tracks: Sequence[TableTrack]) -> Iterator[str]:
+    """Yield remarks on those who have no rows for a while: when first, of a few of them."""
+    found = [(track, gaps) for track in tracks if len(gaps := gaps_between(track.time))]
+    for track, gaps in found[:MOST_NAMED]:
+        begin, end = track.time[gaps[0]], track.time[gaps[0] + 1]
+        more = f", and {len(gaps) - 1:,} times more" if len(gaps) > 1 else ""
+        yield f"{cited(track.name)} is missing from {begin:.6g} to {end:.6g} s{more}"
+    if len(found) > MOST_NAMED:
+        yield f"{len(found) - MOST_NAMED:,} more actors are missing for a while"
+
+
 def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
     """A remark on those who have rows at other steps than the recording, by name."""
-    others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > FEWEST]
+    others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > 1]
     others = [(name, own) for name, own in others if abs(own - step) > MIXED * step]
     if others:
         named = ", ".join(f"{cited(name)} every {own:.4g} s" for name, own in others[:3])

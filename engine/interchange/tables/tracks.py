@@ -90,6 +90,7 @@ def _read_as(cells: Cells) -> Iterator[str]:
     """What the table is taken for, and what of it is not read."""
     if cells.layout is not None:
         yield f"read as a table of {cells.layout.name}: {cells.layout.said}"
+    yield from cells.remarks
     time = cells.columns.get("time")
     if time is not None and time.unit == FRAMES:
         yield f"{cited(time.name)} counts {1.0 / time.factor:g} frames a second"

@@ -14,7 +14,7 @@ from engine.road.opendrive.surfaces import shapely
 from engine.tables import Floats
 
 APART = 1.0
-"""Surfaces at different levels are so far apart in height at least [m]: half of what a car needs below a bridge."""
+"""Surfaces at different levels are so far apart in height at least [m]; a car is some 1.5 m high."""
 SPACING = 5.0
 """Of the places along a lane at which heights are compared [m]."""
 SAME_PLACE = 30.0

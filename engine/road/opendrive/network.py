@@ -51,7 +51,7 @@ ENGINE = Path(__file__).parents[2]
 CODE = (
     *(ENGINE / folder for folder in ("road/opendrive", "road", "opendrive")),
     *(ENGINE / f"{name}.py" for name in ("interchange/contract", "frozen", "maps", "tables", "vocabulary")),
-    ENGINE / "interchange/xml.py",
+    *(ENGINE / f"interchange/{name}.py" for name in ("xml", "unread")),
 )
 """Files, and folders of files, that decide what is read."""
 

@@ -165,7 +165,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     path = folder / KEPT
     rows = {_place(row): row for row in _rows(path) if row.get("program_digest") == program_digest}
     intervals = {name: list(getattr(found, name)) for name in _INTERVALS}
-    row = {**content(found), **intervals, "seed": seed, "program_digest": program_digest}
+    named = {"withheld": found.withheld.value, "seed": seed, "program_digest": program_digest}
+    row = {**content(found), **intervals, **named}
     rows[_place(row)] = row
     with store_errors(path):
         text = json_text(list(rows.values()), indent=2)

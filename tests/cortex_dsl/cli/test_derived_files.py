@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 import engine.search.run
-from cortex_dsl.api.derived_files import differing, restore
+from cortex_dsl.api.derived_files import differing
+from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.runs import open_run
 from engine.search.chain import last_link
 from engine.search.journal_reader import read_journal

@@ -233,7 +233,7 @@ def test_json_of_a_file_with_errors_is_a_document(cortexc: Command, tmp_path: Pa
     assert result.document["errors"] == 1
     file.write_text("ego = new Car on road\nterminate after 1 s\n")
     (case,) = cortexc("export", file, "--to", "csv", "--json", "--out", tmp_path).document["cases"]
-    assert case["facts"]["command"] == f"cortexc {file} --seed 0"
+    assert case["facts"]["command"] == f"cortexc {file.name} --seed 0"
 
 
 def test_the_list_as_a_document(cortexc: Command) -> None:
@@ -351,3 +351,12 @@ def test_a_certificate_lies_beside_what_was_played(cortexc: Command, run: Path, 
     (beside,) = (tmp_path / "files").glob("*.fidelity.json")
     assert json.loads(beside.read_text(encoding="utf-8")) == certificate
     assert "not a library of esmini" in result.document["findings"][0]["reason"]
+
+
+def test_an_export_for_carla_names_scenario_runner(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """With the rate of its samples; other files are opened as usual."""
+    said = cortexc("export", left_turn, "--seed", 4, "--for", "carla", "--to", "xosc,csv", "--out", tmp_path).out
+    words = " ".join(said.split())
+    assert "python scenario_runner.py --sync --frameRate 20 --openscenario" in words
+    assert "esmini --window" not in words
+    assert "cortexc measure" in words

@@ -22,6 +22,25 @@ def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.parametrize(
+    ("name", "cure"),
+    [
+        ("town.xodr", 'map opendrive("{}")'),
+        ("case.XOSC", "cortexc import {}"),
+        ("drive.csv", "cortexc measure {}"),
+        ("drive.mcap", "cortexc measure {}"),
+    ],
+)
+def test_other_files_are_told_by_their_names(
+    name: str, cure: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A map or recording is no scenario with a mistake in its first line: the message says what takes it."""
+    path = tmp_path / name
+    path.write_text("<OpenDRIVE/>")
+    assert main([str(path), "--check"]) == 2
+    assert cure.replace("{}", str(path)) in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
     ("content", "message"),
     [
         (b"\x7fELF\x00\x00", "not a text file"),

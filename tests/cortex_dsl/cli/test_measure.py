@@ -310,7 +310,7 @@ def test_every_option_has_help(cortexc: Cortexc, command: str) -> None:
 
 def test_control_characters_of_a_stranger_do_not_reach_the_terminal(cortexc: Cortexc, tmp_path: Path) -> None:
     """Names are shown as they can be."""
-    (tmp_path / "odd.csv").write_text("time,id,x,y\n0,\x1b[31mred,0,0\n0,b,40,0\n")
+    (tmp_path / "odd.csv").write_text("time,id,x,y,yaw\n0,\x1b[31mred,0,0,0\n0,b,40,0,0\n")
     assert "\x1b[31m" not in cortexc("measure", tmp_path / "odd.csv").out
     assert np.isfinite(cortexc("measure", tmp_path / "odd.csv", "--json").document["pairs"][0]["min_distance"])
 

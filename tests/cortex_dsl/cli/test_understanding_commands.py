@@ -252,7 +252,7 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     """One row for each method, a later one in place of an earlier; the page shows it, or how to come by it."""
     assert cortexc("report", run, "--cases", 0).code == 0
     page = (run / "report.html").read_text()
-    assert f"cortexc probability {run}" in page
+    assert f"cortexc probability {run.name}" in page
     assert cortexc("probability", run, "--samples", 1000).code == 0
     result = cortexc("probability", run, "--samples", 2000, "--json")
     assert "kept in" in result.said

@@ -24,7 +24,7 @@ def test_facts_bring_it_back(worst: ExportCase) -> None:
     assert facts["stream"] == format_key(worst.scenes.keys[0])
     assert facts["digest"] == worst.scenario.program.digest
     assert re.fullmatch(r"\d+ of 22 \(C 10, MD 4, D_MS \d, TTC_MS \d; profile paper\)", facts["risk"])
-    assert facts["command"] == f"cortexc replay {worst.run.folder} --case 1"
+    assert facts["command"] == f"cortexc replay {worst.run.folder.name} --case 1"
     assert facts["search"].startswith("cortexc ")
     assert facts["version"] == f"cortexc {VERSION}"
 

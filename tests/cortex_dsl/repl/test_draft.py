@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.repl.draft import Draft, History, keys, place, place_last, split
+from cortex_dsl.repl.draft import Draft, History, keys, place, place_last, place_with_sources, split
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 
@@ -106,3 +106,20 @@ def test_the_environment_goes_above_all_objects() -> None:
     assert placed.draft.entries[:2] == ("param WET = Range(0, 1)", "environment(friction=WET)")
     assert placed.index == 1
     assert place(placed.draft, "environment(sight=9 m)").replaced == "`environment`"
+
+
+def test_what_a_redefined_entry_reads_moves_above_it() -> None:
+    """With all that this reads in turn; whatever reads the entry stays below."""
+    draft = Draft(("ego = new Car", "other = new Car ahead of ego", "U = 1", "V = U * 3 m/s", "terminate after 3 s"))
+    placed = place_with_sources(draft, "ego = new Car at (0, 0), with speed V")
+    assert placed is not None
+    assert placed.draft.entries == (
+        "U = 1",
+        "V = U * 3 m/s",
+        "ego = new Car at (0, 0), with speed V",
+        "other = new Car ahead of ego",
+        "terminate after 3 s",
+    )
+    assert (placed.index, placed.replaced) == (2, "`ego`")
+    assert place_with_sources(draft, "ego = new Truck") is None
+    assert place_with_sources(draft, "third = new Car at (0, 0), with speed V") is None

@@ -102,10 +102,10 @@ def came(**counts: int) -> Failures:
 def test_what_speaks_against_the_ego_is_said_first() -> None:
     """Never safe where there are collisions, never avoidable where nobody was asked."""
     assert lead_text(came(valid=9)) == "no collision"
-    assert lead_text(came(valid=9, collisions=3, kinds=2)) == "no avoidable collision; 3 collisions of 2 kinds in all"
-    assert lead_text(came(valid=9, collisions=3, kinds=2, unknown=3)) == "3 collisions of 2 kinds"
+    assert lead_text(came(valid=9, collisions=3, kinds=2)) == "no avoidable collision (3 in all)"
+    assert lead_text(came(valid=9, collisions=3, kinds=2, unknown=3)) == "3 collisions"
     every = came(valid=9, collisions=3, kinds=2, avoidable=2, avoidable_kinds=1)
-    assert lead_text(every) == "2 avoidable collisions of 1 kind; 3 collisions of 2 kinds in all"
+    assert lead_text(every) == "2 avoidable collisions of 1 kind (3 in all)"
     assert lead_text(replace(every, avoidable=3)) == "3 avoidable collisions of 1 kind"
     first, second = rate_texts(came(valid=998, collisions=500, kinds=7), 2.0)
     assert first == "avoidable: none found; estimated rate 0.10 % of valid simulations, (n + 1) / (N + 2)"

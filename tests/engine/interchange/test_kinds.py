@@ -13,7 +13,7 @@ from engine.interchange.mcap.write import write_mcap
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.read.entities import CATEGORIES
 from engine.interchange.tables import write_csv
-from engine.interchange.xml import number
+from engine.interchange.xml_writing import number
 from engine.vocabulary import ActorKind
 from tests.engine.interchange.commonroad.recordings import recording
 

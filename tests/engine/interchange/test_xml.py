@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.xml import Element, Limits, child, read_xml, xml_text
+from engine.interchange.xml import Limits, read_xml
+from engine.interchange.xml_writing import Element, child, xml_text
 
 
 def failure(path: Path, limits: Limits | None = None) -> InterchangeError:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.road import PathBook, Pose, Primitive
-from engine.road.paths import STRAIGHT
+from engine.road.paths import STRAIGHT, chord_count
 from tests.engine.road.conflict_areas import Strip, conflict_areas
 from tests.laws import examples
 
@@ -145,3 +145,13 @@ def test_conflict_area_of_oblique_strips(angle: float, first_width: float, secon
     expected = 0.5 * (second_width / math.sin(angle) + first_width / math.tan(angle))
     assert stretch == pytest.approx((40.0 - expected, 40.0 + expected), abs=1e-4)
     assert sum(opposite) == pytest.approx(80.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("curvature", [5e-324, 1e-300, 1e-15, 1e-9, 1e-3, 0.1, 1.0, 50.0])
+def test_chords_of_any_curvature_stay_within_the_tolerance(curvature: float) -> None:
+    """The sagitta of a chord is 2 sin(angle / 4) ** 2 / curvature; a nearly straight line is one chord."""
+    line = Primitive(0.0, 0.0, 0.0, curvature, min(100.0, math.pi / curvature))
+    count = chord_count(line, 0.01)
+    angle = curvature * line.length / count
+    assert 2.0 * math.sin(0.25 * angle) ** 2 / curvature <= 0.01 * (1.0 + 1e-6)
+    assert count == 1 or curvature > 1e-9

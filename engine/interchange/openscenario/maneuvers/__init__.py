@@ -27,7 +27,7 @@ from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.openscenario.write import add_signals
 from engine.interchange.own_metadata import FILE_PREFIX
 from engine.interchange.recording import Provenance, Recording
-from engine.interchange.xml import Element, child, decimal, xml_text
+from engine.interchange.xml_writing import Element, child, decimal, xml_text
 
 __all__ = ["ManeuverPlan", "champions_file", "is_listed", "ranges_file", "write_maneuvers"]
 

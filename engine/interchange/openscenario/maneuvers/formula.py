@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from engine.interchange.xml import decimal
+from engine.interchange.xml_writing import decimal
 
 OPERATORS: Mapping[str, tuple[int, Callable[[float, float], float]]] = {
     "+": (1, lambda a, b: a + b),

@@ -9,7 +9,7 @@ from engine.interchange.openscenario.document import world_position
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, Start
-from engine.interchange.xml import Element, child, decimal
+from engine.interchange.xml_writing import Element, child, decimal
 
 MIDDLE = 0.5
 """A lane on the way is named by its middle, which is on no other lane."""

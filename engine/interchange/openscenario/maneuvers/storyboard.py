@@ -38,7 +38,7 @@ from engine.interchange.openscenario.surroundings import add_environment
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import add_group, add_replay, stretches
 from engine.interchange.recording import Recording
-from engine.interchange.xml import Element, child, decimal
+from engine.interchange.xml_writing import Element, child, decimal
 
 # -- triggers: groups of conditions, each with an edge -----------------------------------------------------------------
 

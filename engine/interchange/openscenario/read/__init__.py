@@ -22,6 +22,7 @@ from engine.interchange.openscenario.read.actions import (
     stop_time,
     timed_actions,
 )
+from engine.interchange.openscenario.read.elements import READ, REMARKED
 from engine.interchange.openscenario.read.entities import Entity, read_entities
 from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
 from engine.interchange.openscenario.read.parameters import Catalogs, substituted
@@ -29,6 +30,7 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
+from engine.interchange.unread_kinds import unread_elements
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
@@ -201,7 +203,8 @@ def read_openscenario(
     catalogs = Catalogs(scenario, path.parent, limits)
     entities = read_entities(scenario, catalogs, ego)
     storyboard = scenario.need("Storyboard")
-    tracks, said = read_tracks(entities, timed_actions(storyboard), road, catalogs)
+    actions = timed_actions(storyboard)
+    tracks, said = read_tracks(entities, actions, road, catalogs)
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
     times = grid(parts, end, step, path.name)
@@ -212,7 +215,8 @@ def read_openscenario(
     jumps = (presence(part, times.times)[1] for part in parts)
     on_motion = [*(remark for part in parts for remark in part.remarks), *filter(None, jumps)]
     recording, on_contact = _motion_alone(recording)
-    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact))
+    unread = unread_elements(scenario, READ, (*REMARKED, *(timed.action.tag for timed in actions if not timed.is_read)))
+    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact, *unread))
 
 
 GOING = {"through": "go on through each other", "stop": "stand"}
@@ -269,7 +273,7 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
     if not Path(name).suffix:
         return None, [*remarks, f"the road {quoted(name)} is the name of a map, not a file: it is not read"]
     road = read_opendrive(_beside(node, folder, name), limits)
-    return road, [*remarks, *road.remarks, "whether an actor leaves the road is not judged: that needs a road of ours"]
+    return road, [*remarks, *road.notes, "whether an actor leaves the road is not judged: that needs a road of ours"]
 
 
 def _beside(node: Node, folder: Path, name: str) -> Path:

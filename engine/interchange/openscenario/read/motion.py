@@ -59,7 +59,8 @@ def place(position: Node, around: Surroundings) -> Placed:
     Raises:
         InterchangeError: of a kind that is not read here, off the network, or relative to what is not known.
     """
-    node = position.only()
+    known = position.every(*KINDS)  # an element of another name beside it is not read, and noted
+    node = known[0] if len(known) == 1 else position.only()
     if node.tag not in KINDS:
         raise node.error(f"<{node.tag}> is not read here", f"write one of {', '.join(KINDS)}")
     return KINDS[node.tag](node, around)

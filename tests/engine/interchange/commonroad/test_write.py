@@ -20,7 +20,7 @@ from engine.interchange.commonroad import write_commonroad
 from engine.interchange.commonroad.write import VEHICLES, benchmark_id
 from engine.interchange.measuring import measure
 from engine.interchange.sources import read_recording
-from engine.interchange.xml import decimal
+from engine.interchange.xml_writing import decimal
 from engine.kernels.geometry import Box, box_distance
 from engine.maps import RoadSpec
 from engine.road import build_network

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 
 from engine.interchange.recording import Recording
-from engine.interchange.xml import Element
+from engine.interchange.xml_writing import Element
 from tests.engine.interchange.openscenario.conftest import (
     actor,
     recording,

@@ -283,8 +283,7 @@ def test_one_long_name_does_not_make_every_row_long(table) -> None:
         ("", "t.csv", "empty"),
         ("\n\n", "t.csv", "empty"),
         ("time,id,x,y\n", "t.csv", "no rows"),
-        ("time;id;x;y\n0;a;1,5;2\n", "line 1", "semicolons"),
-        ("time\tid\tx\ty\n", "line 1", "tabs"),
+        ("time\tid\tx\ty\n", "t.csv", "no rows"),
         ("tim,id,x,y\n0,a,1,2\n", "line 1", "call that column `time`"),
         ("time,id,x\n0,a,1\n", "line 1", "no column `y`"),
         ("time,t,id,x,y\n", "line 1", "both"),
@@ -401,3 +400,106 @@ def test_files_that_cannot_be_read_are_reported(tmp_path: Path) -> None:
     for name, words in (("none.csv", "no such file"), ("folder.csv", "not a file"), ("t.xlsx", "not a table")):
         with pytest.raises(InterchangeError, match=words):
             read_table(tmp_path / name)
+
+
+# -- the same table in other notations ---------------------------------------------------------------------------------
+
+
+def one_drive(time, comma: bool = False, header: str = "time,id,x,y") -> str:
+    """Two that drive past each other, 10 samples a second."""
+    lines = [header]
+    for k in range(20):
+        for name, x, y in (("ego", k / 1.0, 0.5), ("b", 40 - 0.75 * k, 3.25)):
+            cells = [time(k), name, f"{x:.3f}", f"{y:.3f}"]
+            lines.append(",".join(cells) if not comma else ";".join(cell.replace(".", ",") for cell in cells))
+    return "\n".join(lines) + "\n"
+
+
+PLAIN = one_drive(lambda k: f"{k / 10}")
+EPOCH = 1_700_000_000
+NOTATIONS = {
+    "us from 1970": (one_drive(lambda k: str(EPOCH * 10**6 + k * 10**5)), "`time` counts us, by its size"),
+    "us from 0": (one_drive(lambda k: str(k * 10**5)), "`time` counts us, by its size"),
+    "ms from 1970": (one_drive(lambda k: str(EPOCH * 10**3 + k * 10**2)), "`time` counts ms, by its size"),
+    "ns from 1970": (one_drive(lambda k: str(EPOCH * 10**9 + k * 10**8)), "`time` counts ns, by its size"),
+    "us, said": (one_drive(lambda k: str(EPOCH * 10**6 + k * 10**5), header="time [us],id,x,y"), "times count from"),
+    "dates": (one_drive(lambda k: f"2026-11-28T12:00:0{k // 10}.{k % 10}00Z"), "`time` is written as dates"),
+    "dates of a zone": (one_drive(lambda k: f"2026-11-28 23:59:5{8 + k // 10}.{k % 10}+01:00"), "written as dates"),
+    "semicolons": (
+        one_drive(lambda k: f"{k / 10}", True, "time;id;x;y"),
+        "separated by semicolons, and numbers have decimal commas",
+    ),
+    "tabs": (PLAIN.replace(",", "\t"), "columns are separated by tabs"),
+}
+
+
+@pytest.mark.parametrize("notation", NOTATIONS)
+def test_notations_of_one_table_are_one_recording(table, notation: str) -> None:
+    """Each with a remark that says how it was read."""
+    text, remark = NOTATIONS[notation]
+    found, plain = table(text), table(PLAIN)
+    assert found.recording.time == pytest.approx(plain.recording.time, abs=1e-6)
+    assert found.recording.step == pytest.approx(0.1, abs=1e-7)
+    assert found.recording.states[:, :, :3] == pytest.approx(plain.recording.states[:, :, :3], abs=1e-12)
+    assert any(remark in each for each in found.remarks), found.remarks
+
+
+def test_parquet_has_instants(tmp_path: Path) -> None:
+    """Of any resolution."""
+    import pyarrow
+    import pyarrow.parquet
+
+    for unit, factor in (("ms", 100), ("us", 100_000), ("ns", 100_000_000)):
+        times = pyarrow.array([EPOCH * 10 * factor + k * factor for k in range(9)], pyarrow.timestamp(unit))
+        columns = {"time": times, "id": ["a"] * 9, "x": [float(k) for k in range(9)], "y": [0.0] * 9}
+        pyarrow.parquet.write_table(pyarrow.table(columns), tmp_path / "t.parquet")
+        assert read_table(tmp_path / "t.parquet").recording.time == pytest.approx([k / 10 for k in range(9)])
+
+
+NAMED = {"time": "zeit", "actor": "objekt", "x": "px", "y": "py"}
+
+
+def test_columns_may_be_named(tmp_path: Path) -> None:
+    """By what they are, with a unit if theirs does not say it; what is named is read in place of what is called so."""
+    path = tmp_path / "t.csv"
+    for header, named in (
+        ("zeit,objekt,px,py", NAMED),
+        ("zeit [s],objekt,px,py", {**NAMED, "time": "zeit [s]"}),
+        ("x,y,px,py", {**NAMED, "time": "x", "actor": "y"}),
+    ):
+        path.write_text(PLAIN.replace("time,id,x,y", header))
+        (tmp_path / "plain.csv").write_text(PLAIN)
+        found = read.read_tracks(path, named=named).tracks
+        for one, other in zip(found, read.read_tracks(tmp_path / "plain.csv").tracks, strict=True):
+            assert one.positions.tolist() == other.positions.tolist()
+            assert one.time.tolist() == other.time.tolist()
+    path.write_text(PLAIN.replace("time,id,x,y", "zeit,objekt,px,py"))
+    halved = read.read_tracks(path, named={"time [ms]": "zeit", **{key: NAMED[key] for key in ("actor", "x", "y")}})
+    assert halved.tracks[0].time[1] == pytest.approx(1e-4)
+    with pytest.raises(InterchangeError, match="none of its columns is called `zeitt`") as caught:
+        read.read_tracks(path, named={**NAMED, "time": "zeitt"})
+    assert "`zeit`" in caught.value.cure
+    with pytest.raises(InterchangeError, match='no column is read as "tim"') as caught:
+        read.read_tracks(path, named={"tim": "zeit"})
+    assert "`time`" in caught.value.cure
+    with pytest.raises(InterchangeError, match="no column `time`") as caught:
+        read.read_tracks(path)
+    assert "--columns time=COLUMN" in caught.value.cure
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("time;id;x;y\n0;a;1,5;2\n0,1;a;1.6;2\n", "line 3, column `x`", "with a point"),
+        ("time;id;x;y\n0;a;1,5,1;2\n", "line 2, column `x`", '"1,5,1"'),
+        ("time,id,x,y\n2026-11-28T12:00:00Z,a,1,2\n0.1,a,1,2\n", "line 3, column `time`", "a date"),
+        ("time,id,x,y\n0,a,1,2\n2026-11-28T12:00:00Z,a,1,2\n", "line 3, column `time`", "2026"),
+        ("time,id,x,y\n2026-13-28T12:00:00Z,a,1,2\n", "line 2, column `time`", "2026-13"),
+    ],
+)
+def test_mixed_notations_are_refused(table, text: str, place: str, words: str) -> None:
+    """At the cell that is written otherwise."""
+    with pytest.raises(InterchangeError) as caught:
+        table(text)
+    assert place in caught.value.place
+    assert words in f"{caught.value.message} {caught.value.cure}"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
-from engine.interchange.xml import decimal
+from engine.interchange.xml_writing import decimal
 from tests.engine.interchange.openscenario.maneuvers.conftest import (
     evaluated,
     formulas,

@@ -325,7 +325,7 @@ def test_actions_without_motion_change_nothing(tmp_path: Path) -> None:
     """Controllers, appearance, environment."""
     action = "<PrivateAction><ControllerAction><AssignControllerAction/></ControllerAction></PrivateAction>"
     text = scenario([vehicle("Ego")], [("Ego", action + follow(STRAIGHT))], [event("Ego", action)], network=NO_ROAD)
-    assert read(tmp_path, text).remarks == ()
+    assert read(tmp_path, text).remarks == ("not read: `ControllerAction` (2, case.xosc, line 11)",)
 
 
 def test_speeds_have_the_sign_of_the_motion(tmp_path: Path) -> None:

@@ -1,0 +1,280 @@
+"""Is there a recording that breaks a command, or takes too long? Recordings of every kind that is read, changed.
+
+    python -m benchmarks.fuzz recordings [--count 2000] [--seed 0] [--keep FOLDER] [--json]
+
+Each file has one to four changes: a row, column, cell, element or text is deleted or doubled, a number becomes 0,
+changes its sign, or jumps; of a binary file, some bytes. `cortexc measure` judges it, its ego or every pair. It must
+end in a result whose JSON is strict, or in a refusal that names the file and a cure, within the time limit. Exit code 1
+if one does not; `--keep` writes those files down, and the slowest.
+"""
+
+import argparse
+import csv
+import io
+import json
+import math
+import random
+import re
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import NoReturn
+
+from benchmarks.fuzz.texts import limited
+from cortex_dsl.cli import main as cortexc
+from engine.interchange import ExportOptions
+from engine.interchange.openscenario import write_trajectories
+from tests.engine.interchange.openscenario.conftest import small
+from tests.engine.interchange.test_sources import WRITERS
+
+TIME_LIMIT = 10
+"""For one file [s]."""
+JUMPS = (1e-9, 1e-3, 0.1, 0.9, 1.1, 10.0, 1e3, 1e6, 1e12)
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+TEXTS = ("", " ", "nan", "inf", "-", "x", "1e999", "1,5", "2026-11-28T12:00:00Z", "é", '"', "<", "\t")
+FINE, REFUSED = 0, 1
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The files of one recording; the first is the one that is named."""
+
+    files: dict[str, bytes]
+
+    @property
+    def name(self) -> str:
+        return next(iter(self.files))
+
+
+@cache
+def sound() -> tuple[Sample, ...]:
+    """Return recordings to change, one of each kind."""
+    found: list[Sample] = []
+    for write in WRITERS:
+        with tempfile.TemporaryDirectory() as folder:
+            name = write(Path(folder)).name
+            others = sorted(each.name for each in Path(folder).iterdir() if each.name != name)
+            found.append(Sample({each: (Path(folder) / each).read_bytes() for each in (name, *others)}))
+    files = write_trajectories(small(), "case", ExportOptions(), None).files
+    return (*found, Sample({name: str(text).encode() for name, text in files.items()}))
+
+
+# -- changes -----------------------------------------------------------------------------------------------------------
+
+
+def number_of(rng: random.Random, text: str) -> str:
+    """Return another number, or no number, in place of one."""
+    try:
+        value = float(text)
+    except ValueError:
+        return rng.choice(TEXTS)
+    other = rng.choice((0.0, -value, value * rng.choice(JUMPS), value + rng.choice((-1.0, 1.0)) * rng.choice(JUMPS)))
+    return rng.choice(TEXTS) if rng.random() < 0.1 else repr(int(other) if rng.random() < 0.3 else other)
+
+
+def changed_table(rng: random.Random, text: str) -> str:
+    """A table with other rows, columns and cells."""
+    mark = ";" if ";" in text[:500] else ","
+    rows = list(csv.reader(io.StringIO(text), delimiter=mark))
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        at = rng.randrange(len(rows))
+        column = rng.randrange(max(1, len(rows[at])))
+        match rng.randrange(8):
+            case 0:
+                del rows[at : at + rng.choice((1, 1, 30))]
+            case 1:
+                rows[at:at] = [list(rows[at])]
+            case 2:
+                rng.shuffle(rows[1:])
+                rows.insert(rng.randrange(len(rows)), rows.pop(at))
+            case 3:
+                for row in rows:
+                    del row[column : column + 1]
+            case 4:
+                for row in rows:
+                    row[column:column] = row[column : column + 1]
+            case 5:
+                kept = rng.choice((0.0, -1.0, *JUMPS))
+                for row in rows[1:]:
+                    row[column : column + 1] = [_scaled(cell, kept) for cell in row[column : column + 1]]
+            case _:
+                if column < len(rows[at]):
+                    rows[at][column] = number_of(rng, rows[at][column])
+        if not rows:
+            break
+    out = io.StringIO()
+    csv.writer(out, delimiter=mark, lineterminator="\n").writerows(rows)
+    return out.getvalue()
+
+
+def _scaled(cell: str, factor: float) -> str:
+    try:
+        return repr(float(cell) * factor)
+    except ValueError:
+        return cell
+
+
+def changed_pieces(rng: random.Random, pieces: list[str]) -> str:
+    """Lines of a log or elements of XML, with some deleted, doubled, moved, or with other numbers."""
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        at = rng.randrange(len(pieces))
+        match rng.randrange(6):
+            case 0:
+                del pieces[at : at + rng.choice((1, 1, 5))]
+            case 1:
+                pieces[at:at] = pieces[at : at + rng.choice((1, 1, 5))]
+            case 2:
+                pieces.insert(rng.randrange(len(pieces)), pieces.pop(at))
+            case _:
+                found = list(NUMBER.finditer(pieces[at]))
+                if found:
+                    one = rng.choice(found)
+                    start, end = one.span()
+                    pieces[at] = pieces[at][:start] + number_of(rng, one.group()) + pieces[at][end:]
+        if not pieces:
+            break
+    return "".join(pieces)
+
+
+def changed_bytes(rng: random.Random, content: bytes) -> bytes:
+    """A binary file with some bytes changed, deleted, doubled or zero."""
+    data = bytearray(content)
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        at, size = rng.randrange(len(data)), rng.choice((1, 1, 4, 8, 64))
+        match rng.randrange(5):
+            case 0:
+                del data[at : at + size]
+            case 1:
+                data[at:at] = data[at : at + size]
+            case 2:
+                data[at : at + size] = bytes(len(data[at : at + size]))
+            case _:
+                data[at] ^= 1 << rng.randrange(8)
+        if not data:
+            break
+    return bytes(data)
+
+
+def changed(rng: random.Random, name: str, content: bytes) -> bytes:
+    """The content of a file with some changes."""
+    if name.endswith((".parquet", ".mcap", ".osi")):
+        return changed_bytes(rng, content)
+    text = content.decode()
+    if name.endswith(".csv") and not text.startswith("Version:"):
+        return changed_table(rng, text).encode()
+    if name.endswith(".csv"):
+        head, _, rest = text.partition("\n")
+        return f"{head}\n{changed_table(rng, rest)}".encode()
+    mark = r"(?<=\n)" if name.endswith((".txt", ".log")) else r"(?=<)"
+    return changed_pieces(rng, [piece for piece in re.split(mark, text) if piece]).encode()
+
+
+def recordings(rng: random.Random) -> Iterator[Sample]:
+    """Yield changed recordings for ever, one kind after the other."""
+    while True:
+        for sample in sound():
+            which = rng.choice((sample.name, sample.name, sample.name, *sample.files))
+            yield Sample({**sample.files, which: changed(rng, which, sample.files[which])})
+
+
+# -- judgement ---------------------------------------------------------------------------------------------------------
+
+
+def judge(sample: Sample, folder: Path, *, every_pair: bool = False) -> str:
+    """Return `result`, `result with a note` or `refused`.
+
+    Raises:
+        AssertionError: what comes out is none of these.
+    """
+    for stale in folder.iterdir():
+        stale.unlink()
+    for name, content in sample.files.items():
+        (folder / name).write_bytes(content)
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        rate = ["--rate", "10"] if sample.name == "plain.csv" else []  # which counts frames
+        code = cortexc(["measure", str(folder / sample.name), "--json", *rate, *(["--all"] if every_pair else [])])
+    if code == REFUSED:
+        said = out.getvalue() + err.getvalue()
+        if not any(Path(name).stem in said for name in sample.files) or not re.search(
+            r'help: |"help": "|"cure": "', said
+        ):
+            raise AssertionError(f"a refusal without a place or a cure: {said}")
+        return "refused"
+    if code != FINE:
+        raise AssertionError(f"exit code {code}: {out.getvalue()[-3000:]}{err.getvalue()[-3000:]}")
+    document = json.loads(out.getvalue(), parse_constant=_refuse)
+    return "result with a note" if document["remarks"] else "result"
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise AssertionError(f"{constant} is no JSON")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What became of all files."""
+
+    count: int
+    outcomes: dict[str, int]
+    broken: int
+    slowest: float
+    """[s]"""
+    seconds: float
+
+
+def fuzz(count: int, seed: int = 0, keep: Path | None = None) -> Judged:
+    """Judge that many files; those that break something are written to `keep`."""
+    begin, rng = time.perf_counter(), random.Random(seed)
+    stream, outcomes, slowest, slowest_sample = recordings(rng), Counter[str](), -math.inf, sound()[0]
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        for every_pair in (False, True):
+            judge(sound()[0], folder, every_pair=every_pair)  # kernels are loaded
+        for number in range(count):
+            sample, start = next(stream), time.thread_time()
+            try:
+                with limited(TIME_LIMIT):
+                    outcome = judge(sample, folder, every_pair=rng.random() < 0.4)
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:
+                outcome = "broken"
+                _write(keep, f"{number:05d}-{type(error).__name__}", sample, str(error))
+            seconds = time.thread_time() - start
+            if seconds > slowest:
+                slowest, slowest_sample = seconds, sample
+            outcomes[outcome] += 1
+    _write(keep, "slowest", slowest_sample, f"{slowest:.2f} s")
+    found = dict(sorted(outcomes.items()))
+    return Judged(count, found, outcomes["broken"], slowest, time.perf_counter() - begin)
+
+
+def _write(folder: Path | None, name: str, sample: Sample, told: str) -> None:
+    if folder is not None:
+        (folder / name).mkdir(parents=True, exist_ok=True)
+        (folder / f"{name}.txt").write_text(told, encoding="utf-8")
+        for each, content in sample.files.items():
+            (folder / name / each).write_bytes(content)
+
+
+def main(arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--keep", type=Path)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(arguments)
+    found = fuzz(options.count, options.seed, options.keep)
+    if options.json:
+        print(json.dumps(asdict(found), indent=2))
+    else:
+        for name, count in found.outcomes.items():
+            print(f"{name:22}{count:>9,}")
+        print(f"broken {found.broken}, slowest {found.slowest:.2f} s, {found.seconds:.0f} s in all")
+    return 1 if found.broken else 0

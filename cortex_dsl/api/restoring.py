@@ -1,0 +1,92 @@
+"""The files beside the journal of a run that is opened: compared with it, and written again (`derived_files`)."""
+
+from dataclasses import replace
+
+from cortex_dsl.api.derived_files import derived_files, differing, write_derived
+from cortex_dsl.api.runs import OpenedRun
+from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
+from engine.search.journal import Journal
+from engine.search.run import summarize
+from engine.search.store import JOURNAL, hold
+
+SUMMARY = "summary.json"
+
+
+def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
+    """Return what a run came to by its journal alone, which ended with this status; see `summarize`."""
+    from engine.risk import PROFILES
+    from engine.search.evaluator import make_blaming, make_evaluator
+
+    record, program, config = run.record, run.scenario.program, run.scenario.config
+    manifest = record.manifest
+    search = manifest.config.search
+    if _only_repeats(run):
+        search = replace(search, probes=0)
+    campaign = summarize(
+        program.space,
+        make_evaluator(program, config, PROFILES[manifest.profile], ()),
+        search,
+        manifest.method,
+        manifest.preset,
+        list(zip(record.past(), record.generations, strict=True)),
+        make_blaming(program, config),
+        status,
+    )
+    return replace(campaign, objective=manifest.objective, elapsed=record.seconds)
+
+
+def compared(run: OpenedRun) -> tuple[list[str], list[str], str]:
+    """Compare the files of a run with those that follow from its journal: return the names that were compared, those of
+    them that differ, and why some could not be compared, if so.
+
+    Raises:
+        StoreError: a file cannot be read.
+    """
+    if not _is_written(run):
+        why = "the run is not finished" if run.record.proved else "an earlier version wrote them"
+        return [], [], f"the files beside the journal are not compared: {why}"
+    files, remark = _files_of(run, campaign_of_journal(run, run.record.status))
+    return list(files), differing(run.folder, files), remark
+
+
+def restore(run: OpenedRun) -> list[str]:
+    """Write the files of a run again where they are not those that follow from its journal; return their names. A run
+    whose analysis was interrupted is analysed now.
+
+    Raises:
+        StoreError: a file cannot be written, or another process writes the run.
+    """
+    record = run.record
+    if not _is_written(run):
+        return []
+    whole = len(record.generations) == record.manifest.config.search.generations
+    ended = (FINISHED if whole else STOPPED) if record.status == INTERRUPTED else record.status
+    campaign = campaign_of_journal(run, ended)
+    files, _ = _files_of(run, campaign)
+    if not differing(run.folder, files):
+        return []
+    with hold(run.folder):
+        names = write_derived(run.folder, files)
+        if campaign.status not in (record.status, INTERRUPTED):
+            Journal.reopen(run.folder / JOURNAL).finish(campaign)
+    return names
+
+
+def _is_written(run: OpenedRun) -> bool:
+    """Whether the files of a run are there, written by a version with a chain."""
+    return run.record.proved and run.record.status in (FINISHED, STOPPED, INTERRUPTED)
+
+
+def _files_of(run: OpenedRun, campaign: Campaign) -> tuple[dict[str, bytes], str]:
+    files = derived_files(run.scenario, campaign, run.record.manifest, run.record.link)
+    if _only_repeats(run):
+        del files[SUMMARY]
+        driver = run.scenario.config.driver
+        return files, f"`{SUMMARY}` is not compared: `{driver.name if driver else ''}` is needed to probe genes"
+    return files, ""
+
+
+def _only_repeats(run: OpenedRun) -> bool:
+    """Whether what drives is known by its recorded decisions alone, and cannot drive the scenes that probe genes."""
+    driver = run.scenario.config.driver
+    return driver is not None and not driver.anew

@@ -1,0 +1,32 @@
+"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread_kinds` notes all others."""
+
+from collections.abc import Mapping
+
+from engine.interchange.openscenario.read.actions import ACTED_ON
+from engine.interchange.openscenario.read.entities import BODIES
+from engine.interchange.openscenario.read.motion import KINDS
+
+READ: Mapping[str, None] = dict.fromkeys(
+    (
+        *("OpenSCENARIO", "FileHeader", "ParameterDeclarations", "CatalogLocations", "RoadNetwork", "LogicFile"),
+        *("Entities", "ScenarioObject", "CatalogReference", "Properties", "Property", *BODIES, "BoundingBox", "Center"),
+        *("Dimensions", "Performance", "Axles", "FrontAxle", "RearAxle", "Storyboard", "Init", "Actions", "Private"),
+        *("PrivateAction", "GlobalAction", "EntityAction", *ACTED_ON, "Position", *KINDS, "Orientation"),
+        *("LongitudinalAction", "LateralAction", "RoutingAction", "SpeedActionDynamics", "SpeedActionTarget"),
+        *("AbsoluteTargetSpeed", "Trajectory", "TrajectoryRef", "Shape", "Polyline", "Vertex", "TimeReference"),
+        *("Timing", "TrajectoryFollowingMode", "Story", "Act", "ManeuverGroup", "Actors", "EntityRef", "Maneuver"),
+        *("Event", "Action", "StartTrigger", "StopTrigger", "ConditionGroup", "Condition", "ByValueCondition"),
+        *(
+            "ParameterDeclaration",
+            "ParameterAssignment",
+            "SimulationTimeCondition",
+            "EnvironmentAction",
+            "Environment",
+            "Weather",
+            "ParameterAssignments",
+        ),
+    )
+)
+"""Elements of a scenario that are read, or hold such."""
+REMARKED = ("TrafficSignals", "ByEntityCondition")
+"""What has remarks of its own, beside actions that are not replayed."""

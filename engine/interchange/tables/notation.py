@@ -1,0 +1,133 @@
+"""How the cells of a CSV are written: what separates them, decimal commas, times as dates, times without a unit."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, cited, quoted
+from engine.interchange.tables.columns import DATES, TEXTS, Chosen, Column
+from engine.tables import Floats
+
+
+class CsvRows(Protocol):
+    """A reader of the module `csv`, which names no type."""
+
+    @property
+    def line_num(self) -> int: ...
+    def __iter__(self) -> Iterator[list[str]]: ...
+    def __next__(self) -> list[str]: ...
+
+
+SEPARATORS: Mapping[str, str] = MappingProxyType({";": "semicolons", "\t": "tabs", "|": "bars"})
+"""What other programs than ours write between columns."""
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
+SINCE_1970: Mapping[str, float] = MappingProxyType({"ns": 1e17, "us": 1e14, "ms": 1e11})
+"""From which number on a time counts from 1970 in this unit; in seconds, 1e11 lies in the year 5138."""
+STEPS: Mapping[str, float] = MappingProxyType({"ns": 1e7, "us": 1e4})
+"""From which usual step on a time that counts from 0 is in this unit: in milliseconds, 1e4 is a row every 10 s."""
+
+
+def separator_of(header: str) -> str:
+    """Return what stands between columns: a comma, unless the line of column names has more of another mark."""
+    mark = max(SEPARATORS, key=header.count)
+    return mark if header.count(mark) > header.count(",") else ","
+
+
+class WrittenRows:
+    """Rows of a CSV whose numbers have points and whose times are seconds, whatever they are written with.
+
+    Raises InterchangeError, while it is read: points and commas in one table, or times that are dates in part.
+    """
+
+    def __init__(self, rows: CsvRows, separator: str, chosen: Chosen, file: str, skipped: int) -> None:
+        self._rows, self._file, self._skipped = rows, file, skipped
+        self._first = next(rows, None)
+        self._separator = separator
+        self._numbers = {
+            column.index: column for key, column in chosen.columns.items() if key not in TEXTS and separator != ","
+        }
+        self._with_comma = self._with_point = ""
+        self._time = chosen.columns.get("time")
+        self._dated = self._time is not None and self._first is not None and self._is_dated(self._first, self._time)
+        if self._dated and self._time is not None:
+            self._numbers.pop(self._time.index, None)
+            time = replace(self._time, factor=1.0, unit=DATES)
+            chosen = replace(chosen, columns={**chosen.columns, "time": time})
+        self.chosen = chosen
+
+    @property
+    def line_num(self) -> int:
+        """Return the line of the file at which the last row ended."""
+        return self._rows.line_num
+
+    def __iter__(self) -> Iterator[list[str]]:
+        if self._first is not None:
+            yield self._plain(self._first)
+        for row in self._rows:
+            yield self._plain(row)
+
+    def remarks(self) -> Iterator[str]:
+        """Yield what is to be said of the notation, once all rows are read."""
+        if self._separator != "," and self._with_comma:
+            yield f"columns are separated by {SEPARATORS[self._separator]}, and numbers have decimal commas"
+        elif self._separator != ",":
+            yield f"columns are separated by {SEPARATORS[self._separator]}"
+        if self._dated and self._time is not None:
+            yield f"{cited(self._time.name)} is written as dates (ISO 8601; without a zone they are UTC)"
+
+    def _is_dated(self, row: list[str], time: Column) -> bool:
+        return time.index < len(row) and seconds_of_date(row[time.index]) is not None
+
+    def _plain(self, row: list[str]) -> list[str]:
+        if self._dated and self._time is not None and self._time.index < len(row):
+            row[self._time.index] = self._seconds(row[self._time.index], self._time)
+        for index, column in self._numbers.items():
+            if index < len(row):
+                row[index] = self._with_points(row[index], column)
+        return row
+
+    def _seconds(self, text: str, column: Column) -> str:
+        seconds = seconds_of_date(text)
+        if seconds is None and text.strip():
+            message = f"it should hold a date, as its first row does, and holds {quoted(text)}"
+            raise InterchangeError(message, "write all times in one way", self._place(column))
+        return text if seconds is None else repr(seconds)
+
+    def _with_points(self, text: str, column: Column) -> str:
+        comma = DECIMAL_COMMA.fullmatch(text) is not None
+        self._with_comma = self._with_comma or (text if comma else "")
+        self._with_point = self._with_point or (text if "." in text else "")
+        if self._with_comma and self._with_point:
+            message = f"there are numbers with a comma ({quoted(self._with_comma)}) and with a point"
+            raise InterchangeError(f"{message} ({quoted(self._with_point)})", "use one of them", self._place(column))
+        return text.replace(",", ".") if comma else text
+
+    def _place(self, column: Column) -> str:
+        return f"{self._file}, line {self.line_num + self._skipped}, column `{column.name}`"
+
+
+def seconds_of_date(text: str) -> float | None:
+    """Return a date of ISO 8601 as seconds since 1970, in UTC unless it says a zone; None of another text."""
+    cut = text.strip()
+    if len(cut) < len("2026-11-28") or "-" not in cut[1:] or not cut[0].isdigit():  # no date, as nearly always
+        return None
+    try:
+        date = datetime.fromisoformat(cut)
+        return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        return None
+
+
+def assumed_unit(times: Floats) -> str:
+    """Return the unit of times that say none, by their size; "" for seconds, from any begin."""
+    largest = float(np.abs(times).max())
+    if unit := next((unit for unit, least in SINCE_1970.items() if largest >= least), ""):
+        return unit
+    steps = np.diff(np.unique(times))
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return next((unit for unit, least in STEPS.items() if usual > least), "")

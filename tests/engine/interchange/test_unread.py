@@ -1,0 +1,68 @@
+"""What a recording states and its reader does not read has one note for each kind, and changes nothing."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.interchange.sources import read_recording
+from tests.engine.interchange import test_sources as sources
+from tests.engine.interchange.openscenario.read.files import simple
+
+ELEMENT = '<cortexcTest a="1"><inner/></cortexcTest>'
+NOTE = re.compile(r"not read: `([^`]+)` \(([\d,]+), (.+)\)")
+
+
+def notes(path: Path) -> dict[str, str]:
+    found = [NOTE.fullmatch(remark) for remark in read_recording(path).remarks]
+    named = [match.group(1) for match in found if match]
+    assert len(named) == len(set(named))
+    return {match.group(1): f"{match.group(2)}, {match.group(3)}" for match in found if match}
+
+
+@pytest.mark.parametrize("write", [sources.fcd, sources.commonroad, simple])
+def test_an_unknown_element_anywhere_has_one_note(tmp_path: Path, write: Callable) -> None:
+    """Put in behind every begin of an element that has contents; the recording stays what it was."""
+    if write is simple:
+        path = tmp_path / "case.xosc"
+        path.write_text(simple())
+    else:
+        path = write(tmp_path)
+    text, before = path.read_text(), notes(path)
+    states = read_recording(path).recording.states
+    begins = re.finditer(r"<(\w+)(?: [^<>]*[^/<>])?>\n?", text)
+    for name, at in {match.group(1): match.end() for match in begins}.items():
+        if name in ("x", "y", "exact", "length", "width", "orientation", "type", "role"):
+            continue  # holds a text
+        path.write_text(text[:at] + ELEMENT + text[at:])
+        found = notes(path)
+        line = text[:at].count("\n") + 1
+        assert found == {**before, "cortexcTest": f"1, {path.name}, line {line}"}, name
+        assert np.array_equal(read_recording(path).recording.states, states)
+
+
+def test_simulators_logs_name_what_is_passed_over(tmp_path: Path) -> None:
+    """Attributes, columns, lists of lines, fields of messages."""
+    assert notes(sources.fcd(tmp_path))["vehicle.lane"] == "100, fcd.xml, line 2"
+    assert notes(sources.esmini_log(tmp_path))["Wheel_Angle [deg]"] == "2, full_log.csv, line 2, column 6"
+    assert notes(sources.carla_log(tmp_path))["State traffic lights"].startswith("50, recorder.txt, line ")
+    trace = sources.osi(tmp_path)
+    content = trace.read_bytes()
+    size = int.from_bytes(content[:4], "little")
+    light = bytes([7 << 3 | 2, 2, 1 << 3, 5])  # a traffic light, in the first message
+    trace.write_bytes((size + len(light)).to_bytes(4, "little") + content[4 : 4 + size] + light + content[4 + size :])
+    assert notes(trace)["traffic_light"] == "1, trace.osi, message 1"
+
+
+def test_weather_of_a_scenario_is_named(tmp_path: Path) -> None:
+    """Each part of an environment on its own."""
+    environment = (
+        '<GlobalAction><EnvironmentAction><Environment name="e"><Weather><Fog visualRange="50"/>'
+        '<Precipitation precipitationType="rain"/></Weather><RoadCondition frictionScaleFactor="0.4"/></Environment>'
+        "</EnvironmentAction></GlobalAction>"
+    )
+    path = tmp_path / "case.xosc"
+    path.write_text(simple().replace("<Actions>", f"<Actions>{environment}", 1))
+    assert {"Fog", "Precipitation", "RoadCondition"} <= notes(path).keys()
