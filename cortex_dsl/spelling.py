@@ -34,12 +34,14 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "angularSpeed": "a vehicle turns by its wheels: `take SetSteerAction(5 deg)`",
         **dict.fromkeys(("collision", "CollisionTest"), "contact is always detected, and ends the run"),
         **dict.fromkeys(
-            ("ttc", "TTC", "min_ttc", "InTimeToArrivalToVehicle"),
+            ("ttc", "TTC", "min_ttc", "InTimeToArrivalToVehicle", "TimeToCollisionCondition"),
             "write `timeToCollision(ego, other)`; the least of a run is `least(timeToCollision(ego, other))`, in "
             "`maximize` and `minimize`",
         ),
         **dict.fromkeys(("pet", "PET"), "`maximize` and `minimize` have `post_encroachment_time`, the least of a run"),
-        **dict.fromkeys(("thw", "THW", "headway"), "write `(distance from ego to other) / ego.speed`"),
+        **dict.fromkeys(
+            ("thw", "THW", "headway", "TimeHeadwayCondition"), "write `(distance from ego to other) / ego.speed`"
+        ),
         **dict.fromkeys(
             ("TrafficManager", "traffic_manager", "tm"),
             "each vehicle has a driver of its own: `with behavior AutopilotBehavior()`",
@@ -53,10 +55,27 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
             "write `do ConstantThrottleBehavior(0.5) until self.speed > 10 m/s`",
         ),
         **dict.fromkeys(
-            ("InTriggerDistanceToVehicle", "InTriggerDistanceToLocation"),
+            ("InTriggerDistanceToVehicle", "InTriggerDistanceToLocation", "RelativeDistanceCondition", "get_distance"),
             "write a condition, as in `(distance from ego to other) < 10 m`",
         ),
         "InTriggerDistanceToNextIntersection": "write a condition, as in `(distance from ego to intersection) < 10 m`",
+        **dict.fromkeys(("carla", "world", "client"), "nothing is imported: road, vehicles and drivers are built in"),
+        **dict.fromkeys(
+            ("blueprint", "blueprint_library", "spawn_actor", "ActorSource"),
+            "a class says what an object is, as in `new Truck on road, with length 9 m`",
+        ),
+        **dict.fromkeys(
+            ("weather", "Weather", "WeatherParameters", "EnvironmentAction"),
+            "before all objects write `environment(friction=0.6, sight=50 m, light=0.5)`",
+        ),
+        **dict.fromkeys(("egoSpeed", "ego_speed", "get_speed", "get_velocity"), "write `ego.speed`"),
+        **dict.fromkeys(("get_location", "get_transform"), "write `ego.position` and `ego.heading`"),
+        **dict.fromkeys(
+            ("simulationTime", "SimulationTimeCondition", "GameTime", "game_time", "elapsed_seconds"),
+            "write `simulation().currentTime`, which counts steps",
+        ),
+        **dict.fromkeys(("timestep", "dt", "fixed_delta_seconds"), "write `simulation().timestep`"),
+        "is_junction": "write `ego in intersection`",
         "TriggerVelocity": "write a condition, as in `ego.speed > 10 m/s`",
         "StandStill": "write a condition, as in `ego.speed < 0.1 m/s`",
         **dict.fromkeys(("TimeOut", "timeout"), "write `terminate after 20 s`"),
@@ -127,22 +146,28 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "cyclist": ("Bicycle",),
         "person": ("Pedestrian",),
         "walker": ("Pedestrian",),
-        **dict.fromkeys(("npccar", "egocar", "egovehicle"), ("Car",)),
+        **dict.fromkeys(("npc", "npccar", "lead", "leadcar", "egocar", "egovehicle"), ("Car",)),
         "way": ("ways", "road"),
+        "waypoint": ("OrientedPoint",),
+        "hero": ("ego",),
+        "deceleration": ("maxBraking",),
         "idle": ("IdleBehavior",),
         **dict.fromkeys(
-            ("idm", "idmbehavior", "followleadbehavior", "followvehiclebehavior"), ("CarFollowingBehavior",)
+            ("idm", "idmbehavior", "followleadbehavior", "followleader", "followvehicle", "followvehiclebehavior"),
+            ("CarFollowingBehavior",),
         ),
         **dict.fromkeys(
             ("basicagent", "basicagentbehavior", "behavioragent", "changeautopilot"), ("AutopilotBehavior",)
         ),
         **dict.fromkeys(("drivingbehavior", "changeautopilot", "setautopilot"), ("AutopilotBehavior",)),
         **dict.fromkeys(("stopbehavior", "stopvehicle", "brakingbehavior", "handbrakevehicle"), ("BrakeBehavior",)),
+        **dict.fromkeys(("emergencystop", "decelerate"), ("BrakeBehavior",)),
         **dict.fromkeys(
             ("keepvelocity", "constantvelocityagent", "constantvelocitybehavior"), ("ConstantSpeedBehavior",)
         ),
         **dict.fromkeys(
-            ("waypointfollower", "followwaypointsbehavior", "trackwaypointsaction"), ("FollowTrajectoryBehavior",)
+            ("waypointfollower", "followwaypointsbehavior", "trackwaypointsaction", "setdestination", "localplanner"),
+            ("FollowTrajectoryBehavior",),
         ),
         **dict.fromkeys(("lanechange", "cutin", "cutinbehavior", "overtakebehavior"), ("LaneChangeBehavior",)),
         **dict.fromkeys(("syncarrival", "crosswalkbehavior"), ("CrossingBehavior",)),
@@ -191,9 +216,11 @@ def class_called(word: str, classes: Iterable[str]) -> str | None:
 def did_you_mean(word: str, candidates: Iterable[str]) -> str:
     """A sentence for a diagnostic's cure: the nearest name, or the list of valid ones when it is short."""
     choices = sorted(set(candidates))
-    if word in ELSEWHERE and word not in choices:
+    folded = word.lower().replace("_", "")
+    same = next((choice for choice in choices if choice.lower().replace("_", "") == folded), None)
+    if same is None and word in ELSEWHERE:
         return ELSEWHERE[word]
-    meant = next((name for name in SYNONYMS.get(word.lower().replace("_", ""), ()) if name in choices), None)
+    meant = same or next((name for name in SYNONYMS.get(folded, ()) if name in choices), None)
     if (match := meant or nearest(word, choices)) is not None:
         return f"did you mean `{match}`?"
     if 0 < len(choices) <= MOST_CHOICES:

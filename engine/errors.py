@@ -71,7 +71,7 @@ def _is_a_slip(word: str, meant: str) -> bool:
         return True
     if len(word) >= SHORTEST_BEGINNING and word in meant.split("_"):
         return True
-    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 2)
+    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 3)
 
 
 def _edits(a: str, b: str) -> int:

@@ -17,10 +17,11 @@ from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest
-from cortex_dsl.console.simulating import mistake_of
+from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.search_report import SearchReport
+from cortex_dsl.report.findings.tally import blame_content
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.driving.names import Egos, as_options, how_again
 from engine.extras import MissingExtraError
@@ -76,7 +77,8 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
         show(scenario.compiled.source, [] if mistake is None else [mistake], request, terminal)
-        terminal.document("search", _content(request, found))
+        reports = [_report(each, scenario.program if mistake is None else None) for each in found]
+        terminal.document("search", _content(request, found, reports))
     else:
         _show(scenario.program, found, terminal, ours=mistake is None)
         for each in found:
@@ -93,7 +95,7 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
 
 def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
     """The report; `ours` says that failed runs are no mistake of the file."""
-    reports = [_report(each) for each in found]
+    reports = [_report(each, program if ours else None) for each in found]
     console, settings = terminal.out, _settings(found)
     if len(reports) == 1:
         console.print(search_view(program, reports[0], settings, console.width))
@@ -104,10 +106,13 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
             terminal.err.print(line)
 
 
-def _report(found: Found) -> SearchReport:
+def _report(found: Found, program: Program | None) -> SearchReport:
+    """Of one campaign; without a program nothing is to blame."""
     folder = found.folder if found.folder.is_dir() else None
     manifest = found.manifest
-    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, _driver_options(manifest.driver))
+    blame = program and blame_of_search(program, found.campaign, manifest.config.search.seed)
+    driver = _driver_options(manifest.driver)
+    return SearchReport(found.campaign, folder, found.worst_files, manifest.method, driver, blame)
 
 
 def _driver_options(driver: DrivenBy | None) -> str:
@@ -129,7 +134,7 @@ def _settings(found: Sequence[Found]) -> str:
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 
-def _content(request: CompileRequest, found: Sequence[Found]) -> dict[str, Any]:
+def _content(request: CompileRequest, found: Sequence[Found], reports: Sequence[SearchReport]) -> dict[str, Any]:
     searches = [
         {
             "method": each.manifest.method,
@@ -137,8 +142,9 @@ def _content(request: CompileRequest, found: Sequence[Found]) -> dict[str, Any]:
             "worst_files": each.worst_files,
             **summary(each.campaign, each.manifest),
             "figures": each.campaign.generations,
+            "blame": report.blame and blame_content(report.blame),
         }
-        for each in found
+        for each, report in zip(found, reports, strict=True)
     ]
     return {"file": request.file, "searches": searches}
 

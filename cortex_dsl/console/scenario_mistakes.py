@@ -76,6 +76,8 @@ def _line_span(source: Source, line: int) -> Span:
 
 MOST_PAIRS = 50
 """Pairs of objects that are looked at."""
+EDGE = 0.05
+"""Metres from the road that would be shown as 0.0."""
 
 
 def misplaced(compiled: Compiled, conflict: Sequence[int]) -> list[Diagnostic]:
@@ -107,7 +109,8 @@ def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
         with np.errstate(divide="ignore", invalid="ignore"):
             (distance,), (inside,) = boundary_distance(edges, np.array(place[:1]), np.array(place[1:]))
         if not inside:
-            label = f"({place[0]:g}, {place[1]:g}) is {distance:.1f} m off the road"
+            where = "on the edge of" if distance < EDGE else f"{distance:.1f} m off"
+            label = f"({place[0]:g}, {place[1]:g}) is {where} the road"
             yield OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
 
 

@@ -244,6 +244,15 @@ def _no_scene(
     return Exit.NO_SCENE
 
 
+def blame_of_search(program: Program, campaign: "Campaign", seed: int) -> "Account | None":
+    """What rejects the attempts of a search without a valid scene; None where there is one, or nothing was tried."""
+    if campaign.by_individual.valid or not Tally.of_search(campaign.evaluations).attempts:
+        return None
+    from engine.acceptance import account, weigh
+
+    return account(weigh(program, seed=seed))
+
+
 def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:
     """The objects whose places alone keep every scene away, where there are such."""
     from cortex_dsl.console.scenario_mistakes import misplaced

@@ -9,7 +9,7 @@ import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
-from cortex_dsl.console.simulating import mistake_of
+from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.instant import draw, is_undefined
@@ -178,7 +178,8 @@ def _search(state: State, method: str, argument: str) -> None:
 
     console, population = state.terminal.out, scenario.config.search.population
     settings = ", ".join([f"{generations} x {population}", f"seed {state.seed}", *(f"objective {aim}" for aim in aims)])
-    console.print(search_view(scenario.program, SearchReport(campaign, None), settings, console.width))
+    report = SearchReport(campaign, None, blame=blame_of_search(scenario.program, campaign, state.seed))
+    console.print(search_view(scenario.program, report, settings, console.width))
     state.found = Found(scenario, campaign, state.draft, f":{method}, {settings}")
     if campaign.worst:
         console.print()

@@ -121,9 +121,9 @@ def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
     with _LOCK:
         tree, diagnostics = _run(source, layout, diagnostics)
     if len(diagnostics) > 1:
-        from cortex_dsl.syntax.scenic2 import naming_the_command  # not for texts without an error
+        from cortex_dsl.syntax.scenic2 import in_one  # not for texts without an error
 
-        diagnostics = naming_the_command(diagnostics, source.name)
+        diagnostics = in_one(diagnostics, source)
     return tree, diagnostics
 
 

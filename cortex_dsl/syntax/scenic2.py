@@ -10,11 +10,14 @@ from dataclasses import replace
 from shlex import quote
 
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.source import Source
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.scanning import Line, scan
 from cortex_dsl.syntax.words import RESERVED, SPECIFIER_WORDS
 
 COMMAND = "cortexc fmt --from scenic2"
+MOST_LINES = 8
+"""Lines that are named."""
 MOST_FORGOTTEN = 1
 """Errors of the spelling of Scenic 2 that a file may have without being such a script."""
 
@@ -63,15 +66,19 @@ def _objects(text: str, line: Line, values: Collection[str]) -> Iterator[tuple[i
             yield found.start(), "new "
 
 
-def naming_the_command(diagnostics: Sequence[Diagnostic], name: str) -> list[Diagnostic]:
-    """The same, the first of several that a script of Scenic 2 has naming the command that rewrites it."""
-    spelled = [
-        index for index, each in enumerate(diagnostics)
-        if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS
-    ]  # fmt: skip
-    result = list(diagnostics)
-    if len(spelled) > MOST_FORGOTTEN:
-        first = result[spelled[0]]
-        cure = f"{first.cure}; `{COMMAND} {quote(name)}` does so in the whole file, if it is a script of Scenic 2"
-        result[spelled[0]] = replace(first, cure=cure)
-    return result
+def in_one(diagnostics: Sequence[Diagnostic], source: Source) -> list[Diagnostic]:
+    """The same, those of the spelling of Scenic 2 as one, if several: it names their lines and the command."""
+    spelled = [each for each in diagnostics if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS]
+    if len(spelled) <= MOST_FORGOTTEN:
+        return list(diagnostics)
+    first, *others = spelled
+    numbers = list(dict.fromkeys(str(source.position(each.label.span.start).line) for each in others))
+    shown, more = ", ".join(numbers[:MOST_LINES]), len(numbers) - MOST_LINES
+    tail = f" and {more} more" if more > 0 else ""
+    also = f"The spelling of Scenic 2 is also in line{'s' * (len(numbers) > 1)} {shown}{tail}."
+    whole = replace(
+        first,
+        reason=f"{first.reason} {also}".strip(),
+        cure=f"{first.cure}; `{COMMAND} {quote(source.name)}` rewrites a whole script of Scenic 2",
+    )
+    return [whole if each is first else each for each in diagnostics if each is first or each not in others]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.source import Source
-from cortex_dsl.spelling import ELSEWHERE, class_called, did_you_mean, likely_range, nearest
+from cortex_dsl.spelling import ELSEWHERE, SYNONYMS, class_called, did_you_mean, likely_range, nearest
 
 TURNS = ("STRAIGHT", "LEFT_TURN", "RIGHT_TURN", "U_TURN")
 
@@ -26,6 +26,12 @@ def test_nearest(word: str, meant: str | None) -> None:
 def test_letters_that_changed_places() -> None:
     """The same letters in another order come before other letters."""
     assert nearest("eog", ("log", "ego", "egg")) == "ego"
+
+
+@pytest.mark.parametrize("name", ["lane_width", "corner_radius"])
+def test_a_word_of_a_name(name: str) -> None:
+    """Is meant for the name, as its beginning is."""
+    assert nearest(name.split("_")[-1], (name, "approach", "light")) == name
 
 
 def test_of_several_beginnings_the_shortest() -> None:
@@ -91,6 +97,18 @@ FOREIGN = {
     "OffRoadTest": "in road",
     "VerifaiParameter": "Range",
     "rho": "expect",
+    "blueprint": "new Truck",
+    "weather": "environment(",
+    "egoSpeed": "ego.speed",
+    "get_transform": "ego.heading",
+    "simulationTime": "currentTime",
+    "fixed_delta_seconds": "timestep",
+    "is_junction": "in intersection",
+    "FollowLeader": "CarFollowingBehavior",
+    "EmergencyStop": "BrakeBehavior",
+    "set_destination": "FollowTrajectoryBehavior",
+    "waypoint": "OrientedPoint",
+    "npc": "Car",
     "way": "road",
     "EgoCar": "Car",
     "Cone": "Obstacle",
@@ -117,10 +135,18 @@ def test_what_a_cure_proposes_compiles(text: str) -> None:
         text = f"minimize {text}"
     elif inside == text:
         text = ""
-    elif not text.startswith(("require", "terminate")):
+    elif not text.startswith(("require", "terminate", "record", "new ", "environment(")):
         text = f"record {text}"
-    lines = ("map intersection()", "behavior B():", f"    {inside}", "ego = new Car on road, with behavior B()")
+    first, text = (text, "") if text.startswith("environment(") else ("", text)
+    lines = ("map intersection()", first, "behavior B():", f"    {inside}", "ego = new Car on road, with behavior B()")
     compile_source(Source("cure.scn", "\n".join((*lines, "other = new Car on road", text, ""))))
+
+
+@pytest.mark.parametrize("word", [*ELSEWHERE, *SYNONYMS])
+def test_a_name_of_the_file_comes_before_all_tables(word: str) -> None:
+    """What differs from it only by capitals or underscores is meant for it, whatever the word means elsewhere."""
+    own = f"{word[0]}_{word[1:]}".upper()
+    assert did_you_mean(word, [own, "Car", "speed"]) == f"did you mean `{own}`?"
 
 
 @given(st.text("abcdefgh", min_size=1, max_size=10), st.lists(st.text("abcdefgh", min_size=1, max_size=10)))
@@ -132,7 +158,13 @@ def test_no_unrelated_word_is_near(word: str, candidates: list[str]) -> None:
 
 @pytest.mark.parametrize(
     ("word", "candidate"),
-    [("way", "any"), ("StopBehavior", "RSSBehavior"), ("BehaviorAgent", "RSSBehavior"), ("pet", "get")],
+    [
+        ("deceleration", "SetSteerAction"),
+        ("way", "any"),
+        ("StopBehavior", "RSSBehavior"),
+        ("BehaviorAgent", "RSSBehavior"),
+        ("pet", "get"),
+    ],
 )
 def test_of_short_words_one_letter_may_differ(word: str, candidate: str) -> None:
     """The common ending of two names counts for nothing; of three letters one may be wrong."""

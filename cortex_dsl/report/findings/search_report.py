@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +38,9 @@ from engine.search.result_files import broken_by, collisions_by_partner
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 
+if TYPE_CHECKING:
+    from engine.acceptance import Account
+
 
 @dataclass(frozen=True)
 class SearchReport:
@@ -52,6 +55,8 @@ class SearchReport:
     """Of the method, where it is not one of ours."""
     driver: str = ""
     """The options that name who drives what the file leaves to a controller; "" where nobody does."""
+    blame: "Account | None" = None
+    """What rejects the attempts, where no scene was valid."""
 
     @property
     def method(self) -> str:

@@ -110,8 +110,10 @@ def _off_road(account: "Account") -> Text | None:
         Text.assemble("off the road: ", (f"`{name}`", "warn"), f" in {percent(each.share)} of the rejected attempts")
         for name, each in zip(names, weighing.off_road, strict=False)
     ]
-    cure = f"place `{names[0]}` elsewhere, or let it stand off the road: `with regionContainedIn None`"
-    return Text("\n").join([*lines, Text(cure)])
+    road = account.blames[weighing.program.first_built_in]
+    if road.alone == 0.0 or road.without > weighing.acceptance:  # else no attempt is rejected for that alone
+        lines.append(Text(f"place `{names[0]}` elsewhere, or let it stand off the road: `with regionContainedIn None`"))
+    return Text("\n").join(lines)
 
 
 def _nearest(account: "Account", failing: Sequence["Blame"]) -> Text | None:

@@ -29,8 +29,8 @@ from cortex_dsl.report.findings.search_report import (
     partners_text,
 )
 from cortex_dsl.report.findings.story import end_text
-from cortex_dsl.report.findings.tally import Tally
-from cortex_dsl.report.terminal.requirements_view import requirements_view
+from cortex_dsl.report.findings.tally import Tally, blame_note
+from cortex_dsl.report.terminal.requirements_view import blame_view, requirements_view
 from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline, title_of
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
@@ -249,6 +249,8 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     elif (tally := Tally.of_search(campaign.evaluations)).attempts:
         note = "no scene was valid; tested only if the earlier ones held"
         parts.append(section("Requirements", requirements_view(program, tally), note))
+        if report.blame is not None:
+            parts.append(section("Which requirement is to blame", blame_view(report.blame), blame_note(report.blame)))
     if report.folder is not None:
         parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
     return parts

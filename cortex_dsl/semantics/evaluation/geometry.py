@@ -26,7 +26,7 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.views import View
-from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     atan2,
@@ -131,9 +131,10 @@ def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
 def _on_the_ground(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
     """A place that a script of Scenic gives with its height, which is 0 on a plane."""
     height = adopt(ev, items[2], LENGTH, span, "a height")
-    if closed_value(height) != 0.0:
+    if (value := closed_value(height)) != 0.0:
         cure = "write 0, or `(x, y)`: heights are not simulated"
-        raise OUT_OF_RANGE.mistake(span, what="a height", actual="another", expected="0 m", cure=cure)
+        actual = "drawn or computed in the run" if value is None else shown(value, LENGTH)
+        raise OUT_OF_RANGE.mistake(span, what="a height", actual=actual, expected="0 m", cure=cure)
     return vector(ev, items[:2], span)
 
 

@@ -164,3 +164,22 @@ def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path, monkeypatc
             write_output(page, "after")
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"old.html": "before"}
     write_output(Path(os.devnull), "after")
+
+
+@pytest.mark.parametrize("methods", [("--ga",), ("--ga", "--random")])
+def test_a_search_without_a_scene_names_what_leaves_the_road(
+    methods: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As runs and samples do, in the report and in the document."""
+    (path := tmp_path / "off.scn").write_text(
+        "map road()\nparam GAP = Range(2, 4) m\nspot = new OrientedPoint in network.lanes[0].centerline\n"
+        "ego = new Car at spot\nbus = new Bus right of spot by GAP\n"
+    )
+    words = [str(path), *methods, "--generations", "1", "--population", "4", "--jobs", "1", "--max-attempts", "50"]
+    assert main([*words, "--out", str(tmp_path / "run")]) == 3
+    shown = " ".join(capsys.readouterr().out.split())
+    assert shown.count("off the road: `bus` in 100.0 % of the rejected attempts") == len(methods)
+    assert "`with regionContainedIn None`" in shown
+    assert main([*words, "--out", str(tmp_path / "other"), "--json"]) == 3
+    searches = json.loads(capsys.readouterr().out)["searches"]
+    assert [each["blame"]["off_road"][0] for each in searches] == [{"object": "bus", "share": 1.0}] * len(methods)

@@ -167,3 +167,12 @@ def test_the_object_that_leaves_the_road_is_named() -> None:
     assert "off the road: `bus` in 100.0 % of the rejected attempts" in shown
     assert "with regionContainedIn None" in shown
     assert blame_content(found)["off_road"][0] == {"object": "bus", "share": 1.0}
+
+
+def test_off_the_road_is_no_cure_where_it_accepts_nothing() -> None:
+    """What leaves the road is named, but if another requirement rejects those attempts too, there is no advice."""
+    text = "map road()\nspot = new OrientedPoint in network.lanes[0].centerline\nego = new Car at spot\n"
+    found = account_of(text + "bus = new Bus right of spot by Range(-6, 2) m\nrequire (distance to bus) > 90 m\n")
+    shown = render(blame_view(found), 120)
+    assert "off the road: `bus` in " in shown
+    assert "with regionContainedIn None" not in shown

@@ -68,3 +68,11 @@ def test_other_heights_are_refused(place: str, model: bool, code: str, cure: str
         compile_text(f"{head}ego = new Car at {place}, with regionContainedIn None\n")
     assert refused.value.diagnostics[-1].code == code
     assert cure in refused.value.diagnostics[-1].cure
+
+
+@pytest.mark.parametrize(("height", "shown"), [("3", "a height is 3 m"), ("Range(1, 2)", "a height is drawn")])
+def test_the_height_is_shown(height: str, shown: str) -> None:
+    """As the file has it, or that no number is known before a scene is drawn."""
+    with pytest.raises(CompileError) as refused:
+        compile_text(f"{SCRIPT}ego = new Car at (1, 2, {height}), with regionContainedIn None\n")
+    assert refused.value.diagnostics[-1].message.startswith(shown)

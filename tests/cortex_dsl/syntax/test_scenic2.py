@@ -68,10 +68,12 @@ def test_programs_of_today_stay(path: Path) -> None:
 
 
 def test_errors_name_the_command_once() -> None:
-    """In a file with several such errors, and in no file with one."""
+    """In a file with several such errors, which are one then, and in no file with one."""
     with pytest.raises(CompileError) as caught:
         compile_text(OLD, name="old.scn")
-    assert [f"{COMMAND} old.scn" in each.cure for each in caught.value.diagnostics].count(True) == 1
+    (only,) = caught.value.diagnostics
+    assert f"{COMMAND} old.scn" in only.cure
+    assert only.reason.endswith("also in lines 9, 11, 12, 13, 15.")
     with pytest.raises(CompileError) as one:
         compile_text("ego = Car on road\n", name="old.scn")
     assert COMMAND not in one.value.diagnostics[0].cure
