@@ -71,7 +71,10 @@ def _is_a_slip(word: str, meant: str) -> bool:
         return True
     if len(word) >= SHORTEST_BEGINNING and word in meant.split("_"):
         return True
-    return _edits(word, meant) <= max(1, (max(len(word), len(meant)) - 1) // 3)
+    letters, edits = max(len(word), len(meant)), _edits(word, meant)
+    # Words that begin alike may differ in more letters.
+    alike = word[: SHORTEST_BEGINNING - 1] == meant[: SHORTEST_BEGINNING - 1]
+    return edits <= max(1, (letters + (2 if alike else -1)) // 3)
 
 
 def _edits(a: str, b: str) -> int:
