@@ -41,10 +41,11 @@ def test_a_run_that_a_drawn_value_makes_invalid_runs_again_from_its_concrete_cop
 
 def test_no_road_file_breaks_a_command() -> None:
     """Every changed file ends in a run, a run with a note, or a refusal that says where in the file."""
-    stream, outcomes = maps.files(random.Random(5)), set()
-    with maps.judging() as judged:
+    rng = random.Random(5)
+    stream, outcomes = maps.samples(rng), set()
+    with maps.judging(rng) as judged:
         for _ in range(MAPS):
-            text, start = next(stream), time.thread_time()
-            outcomes.add(judged(text))
-            assert time.thread_time() - start < SECONDS, text
+            sample, start = next(stream), time.thread_time()
+            outcomes.add(judged(sample))
+            assert time.thread_time() - start < SECONDS, sample
     assert {"run", "refused"} <= outcomes

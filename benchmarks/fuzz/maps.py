@@ -8,25 +8,19 @@ run and a note, or in a refusal that says where in the file, within the time lim
 `--keep` writes those files down, and the slowest.
 """
 
-import argparse
-import json
 import random
 import re
 import tempfile
-import time
-import traceback
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from unittest.mock import patch
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from benchmarks.fuzz.texts import limited
+from benchmarks.fuzz.files import JUMPS, Fuzzer, Judge, Sample, run
 from cortex_dsl import CompileError, compile_text
 from cortex_dsl.diagnostics import Severity
 from engine.interchange.opendrive import write_opendrive
@@ -34,10 +28,7 @@ from engine.maps import LoneRoad, MapFile, MapSpec, RoadSpec, Roundabout
 from engine.road.opendrive import network
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "roads"
-TIME_LIMIT = 10
-"""For one file [s]."""
 SPECS: tuple[MapSpec, ...] = (LoneRoad(2, 150.0, -60.0), Roundabout(3, 1, 30.0), RoadSpec())
-JUMPS = (1e-9, 1e-3, 0.1, 0.9, 1.1, 10.0, 1e3, 1e6, 1e12)
 PLACE = re.compile(r"line \d+|\.xodr")
 SCENARIO = """map opendrive("{}")
 ego = new Car on road, with behavior FollowLaneBehavior(10 m/s)
@@ -106,7 +97,7 @@ def _number(rng: random.Random, element: Element, change: Callable[[float], floa
 CHANGES: tuple[Change, ...] = (delete, double, move, zero, sign, jump, jump)
 
 
-def files(rng: random.Random) -> Iterator[str]:
+def samples(rng: random.Random) -> Iterator[Sample]:
     """Yield changed files for ever."""
     while True:
         root = deepcopy(rng.choice(sound()))
@@ -114,22 +105,28 @@ def files(rng: random.Random) -> Iterator[str]:
             pairs = [(parent, element) for parent in root.iter() for element in parent]
             if pairs:
                 rng.choice(CHANGES)(rng, *rng.choice(pairs))
-        yield ElementTree.tostring(root, encoding="unicode")
+        yield _sample(root)
+
+
+def _sample(root: Element) -> Sample:
+    return Sample({"map.xodr": ElementTree.tostring(root, encoding="utf-8")})
 
 
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
 @contextmanager
-def judging() -> Iterator[Callable[[str], str]]:
-    """Yield a function that judges the text of a file; it writes nothing to the user's cache."""
+def judging(_: random.Random) -> Iterator[Judge]:
+    """Yield a function that judges a file; it writes nothing to the user's cache."""
     with tempfile.TemporaryDirectory() as folder, patch.object(network, "cached_file", lambda *_: None):
-        yield lambda text: judge(text, Path(folder) / "map.xodr")
+        judge(_sample(sound()[0]), Path(folder))
+        yield lambda sample: judge(sample, Path(folder))
 
 
-def judge(text: str, path: Path) -> str:
+def judge(sample: Sample, folder: Path) -> str:
     """Return `run`, `run with a note` or `refused`; raise whatever must not be."""
-    path.write_text(text, encoding="utf-8")
+    path = folder / sample.name
+    path.write_bytes(sample.files[sample.name])
     try:
         scenario = compile_text(SCENARIO.format(path))
     except CompileError as error:
@@ -147,60 +144,8 @@ def judge(text: str, path: Path) -> str:
     return "run with a note" if network.file_network(spec).remarks else "run"
 
 
-@dataclass(frozen=True)
-class Judged:
-    """What became of all files."""
-
-    count: int
-    outcomes: dict[str, int]
-    broken: int
-    slowest: float
-    """[s]"""
-    seconds: float
-
-
-def fuzz(count: int, seed: int = 0, keep: Path | None = None) -> Judged:
-    """Judge that many files; those that break something are written to `keep`."""
-    begin, stream = time.perf_counter(), files(random.Random(seed))
-    outcomes, slowest, slowest_text = Counter[str](), 0.0, ""
-    with judging() as judged:
-        judged(ElementTree.tostring(sound()[0], encoding="unicode"))  # kernels are loaded
-        for number in range(count):
-            text, start = next(stream), time.thread_time()
-            try:
-                with limited(TIME_LIMIT):
-                    outcome = judged(text)
-            except KeyboardInterrupt:
-                raise
-            except BaseException as error:
-                outcome = "broken"
-                _write(keep, f"{number:05d}-{type(error).__name__}", text, traceback.format_exc())
-            slowest, slowest_text = max((slowest, slowest_text), (time.thread_time() - start, text))
-            outcomes[outcome] += 1
-    _write(keep, "slowest", slowest_text, f"{slowest:.2f} s")
-    found = dict(sorted(outcomes.items()))
-    return Judged(count, found, outcomes["broken"], slowest, time.perf_counter() - begin)
-
-
-def _write(folder: Path | None, name: str, text: str, told: str) -> None:
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.xodr").write_text(text, encoding="utf-8")
-        (folder / f"{name}.txt").write_text(told, encoding="utf-8")
+FUZZER = Fuzzer(samples, judging)
 
 
 def main(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--keep", type=Path)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args(arguments)
-    found = fuzz(options.count, options.seed, options.keep)
-    if options.json:
-        print(json.dumps(asdict(found), indent=2))
-    else:
-        for name, count in found.outcomes.items():
-            print(f"{name:22}{count:>9,}")
-        print(f"broken {found.broken}, slowest {found.slowest:.2f} s, {found.seconds:.0f} s in all")
-    return 1 if found.broken else 0
+    return run(__doc__, FUZZER, arguments)

@@ -8,47 +8,28 @@ end in a result whose JSON is strict, or in a refusal that names the file and a 
 if one does not; `--keep` writes those files down, and the slowest.
 """
 
-import argparse
 import csv
 import io
 import json
-import math
 import random
 import re
 import tempfile
-import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import asdict, dataclass
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import NoReturn
 
-from benchmarks.fuzz.texts import limited
+from benchmarks.fuzz.files import JUMPS, Fuzzer, Judge, Sample, run
 from cortex_dsl.cli import main as cortexc
 from engine.interchange import ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from tests.engine.interchange.openscenario.conftest import small
 from tests.engine.interchange.test_sources import WRITERS
 
-TIME_LIMIT = 10
-"""For one file [s]."""
-JUMPS = (1e-9, 1e-3, 0.1, 0.9, 1.1, 10.0, 1e3, 1e6, 1e12)
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
 TEXTS = ("", " ", "nan", "inf", "-", "x", "1e999", "1,5", "2026-11-28T12:00:00Z", "é", '"', "<", "\t")
 FINE, REFUSED = 0, 1
-
-
-@dataclass(frozen=True)
-class Sample:
-    """The files of one recording; the first is the one that is named."""
-
-    files: dict[str, bytes]
-
-    @property
-    def name(self) -> str:
-        return next(iter(self.files))
 
 
 @cache
@@ -216,65 +197,18 @@ def _refuse(constant: str) -> NoReturn:
     raise AssertionError(f"{constant} is no JSON")
 
 
-@dataclass(frozen=True)
-class Judged:
-    """What became of all files."""
-
-    count: int
-    outcomes: dict[str, int]
-    broken: int
-    slowest: float
-    """[s]"""
-    seconds: float
-
-
-def fuzz(count: int, seed: int = 0, keep: Path | None = None) -> Judged:
-    """Judge that many files; those that break something are written to `keep`."""
-    begin, rng = time.perf_counter(), random.Random(seed)
-    stream, outcomes, slowest, slowest_sample = recordings(rng), Counter[str](), -math.inf, sound()[0]
+@contextmanager
+def judging(rng: random.Random) -> Iterator[Judge]:
+    """Yield a function that judges a recording: its ego, or now and then every pair."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         for every_pair in (False, True):
-            judge(sound()[0], folder, every_pair=every_pair)  # kernels are loaded
-        for number in range(count):
-            sample, start = next(stream), time.thread_time()
-            try:
-                with limited(TIME_LIMIT):
-                    outcome = judge(sample, folder, every_pair=rng.random() < 0.4)
-            except KeyboardInterrupt:
-                raise
-            except BaseException as error:
-                outcome = "broken"
-                _write(keep, f"{number:05d}-{type(error).__name__}", sample, str(error))
-            seconds = time.thread_time() - start
-            if seconds > slowest:
-                slowest, slowest_sample = seconds, sample
-            outcomes[outcome] += 1
-    _write(keep, "slowest", slowest_sample, f"{slowest:.2f} s")
-    found = dict(sorted(outcomes.items()))
-    return Judged(count, found, outcomes["broken"], slowest, time.perf_counter() - begin)
+            judge(sound()[0], folder, every_pair=every_pair)
+        yield lambda sample: judge(sample, folder, every_pair=rng.random() < 0.4)
 
 
-def _write(folder: Path | None, name: str, sample: Sample, told: str) -> None:
-    if folder is not None:
-        (folder / name).mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.txt").write_text(told, encoding="utf-8")
-        for each, content in sample.files.items():
-            (folder / name / each).write_bytes(content)
+FUZZER = Fuzzer(recordings, judging)
 
 
 def main(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--keep", type=Path)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args(arguments)
-    found = fuzz(options.count, options.seed, options.keep)
-    if options.json:
-        print(json.dumps(asdict(found), indent=2))
-    else:
-        for name, count in found.outcomes.items():
-            print(f"{name:22}{count:>9,}")
-        print(f"broken {found.broken}, slowest {found.slowest:.2f} s, {found.seconds:.0f} s in all")
-    return 1 if found.broken else 0
+    return run(__doc__, FUZZER, arguments)
