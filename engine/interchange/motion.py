@@ -26,8 +26,8 @@ velocity of the step in which it happens lies between the two."""
 THERE_AND_BACK = 100.0
 """No road user changes its velocity at this rate in one step and back in the next [m/s^2]: that is a jump, too, if it
 leads farther than `ASIDE`. Tyres give a tenth of that."""
-ASIDE = 1.0
-"""[m]"""
+ASIDE = 1.8
+"""Width of a car [m]: errors of measurement and coarse polylines lead less far."""
 
 LEAST_JUMP = 0.5
 """A shorter way is no jump, however fast: times that are a microsecond apart are as inexact as that [m]."""
