@@ -1,34 +1,86 @@
-"""What a file states and its reader never asked for, so that nothing is left out without a note.
+"""What a file states and its reader does not read, kind by kind, with its number and its first place.
 
-Nodes record what is asked of them (`Node.read`). The rest is named kind by kind: an element that no reader asked for
-counts with all that is in it; the attributes of an element of one name are one kind.
+Nodes of road files record what is asked of them (`Node.read`), and `unread` finds the rest. Other readers name what
+they read (`unread_elements`), or note what they pass over (`Unread`). An element that is not read counts with all that
+is in it.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from engine.interchange.contract import quoted
+from engine.interchange.contract import cited, quoted
 from engine.interchange.xml import Node
 
+MOST_KINDS = 50
+"""Notes on one file; a last one counts the kinds that are left."""
 
-class Unread(NamedTuple):
-    """One kind of element, or the attributes of one, that are not read."""
+
+class Kind(NamedTuple):
+    """Elements, attributes or lines of one name that are not read."""
 
     name: str
     """`roadMark`, or `pitch, roll of signal`."""
-    elements: int
-    """Their number."""
-    line: int
-    """Where the first one stands in the file."""
+    number: int
+    place: str
+    """Of the first."""
 
     def __str__(self) -> str:
-        return f"{self.name} ({self.elements}, line {self.line})"
+        return f"{self.name} ({self.number:,}, {self.place})"
 
 
-def unread(root: Node, known: Collection[str] = ()) -> tuple[Unread, ...]:
+@dataclass
+class Unread:
+    """What was passed over, in the order of the file."""
+
+    kinds: dict[str, Kind] = field(default_factory=dict[str, Kind])
+    """By name."""
+
+    def add(self, name: str, place: str) -> None:
+        """Count one more."""
+        known = self.kinds.get(name)
+        self.kinds[name] = Kind(name, 1, place) if known is None else known._replace(number=known.number + 1)
+
+    def notes(self) -> tuple[str, ...]:
+        """Return a note for each kind."""
+        notes = [f"not read: {each._replace(name=cited(each.name))}" for each in self.kinds.values()]
+        more = len(notes) - MOST_KINDS
+        return (*notes[:MOST_KINDS], *([f"not read: {more:,} more kinds"] if more > 0 else []))
+
+
+# -- what readers name, and what they never asked for ------------------------------------------------------------------
+
+
+def unread_elements(
+    root: Node, read: Mapping[str, Collection[str] | None], remarked: Iterable[str] = ()
+) -> tuple[str, ...]:
+    """Return notes on elements of other names than those of `read`, with all that is in them, and on attributes.
+
+    `read`: the attributes that are read of each element; None where all are, or none is looked at. `remarked`: elements
+    on which another remark is made.
+    """
+    found, known = Unread(), {*remarked}
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        if node.tag in known:
+            continue
+        if node.tag not in read:
+            found.add(node.tag, node.place)
+            continue
+        attributes = read[node.tag]
+        for name in node.attributes if attributes is not None else ():
+            if attributes is not None and name not in attributes:
+                found.add(f"{node.tag}.{name}", node.place)
+        stack.extend(reversed(node.children))
+    return found.notes()
+
+
+def unread(root: Node, known: Collection[str] = ()) -> tuple[Kind, ...]:
     """Return every kind that was not read, in the order of the file: elements first, then attributes.
 
-    `known`: elements (`header`) and attributes (`name`, `connection id`) that say nothing of what the reader is after.
+    The attributes of an element of one name are one kind. `known`: elements (`header`) and attributes (`name`,
+    `connection id`) that say nothing of what the reader is after.
     """
     elements: dict[str, list[int]] = {}
     attributes: dict[str, tuple[dict[str, None], list[int]]] = {}
@@ -41,9 +93,9 @@ def unread(root: Node, known: Collection[str] = ()) -> tuple[Unread, ...]:
             seen.update(dict.fromkeys(names))
             lines.append(node.line)
     return (
-        *(Unread(_shown(tag), len(lines), min(lines)) for tag, lines in elements.items()),
+        *(Kind(_shown(tag), len(lines), f"line {min(lines)}") for tag, lines in elements.items()),
         *(
-            Unread(f"{', '.join(map(_shown, names))} of {_shown(tag)}", len(lines), min(lines))
+            Kind(f"{', '.join(map(_shown, names))} of {_shown(tag)}", len(lines), f"line {min(lines)}")
             for tag, (names, lines) in attributes.items()
         ),
     )
@@ -67,6 +119,6 @@ def _shown(text: str) -> str:
     return quoted(text)[1:-1]
 
 
-def not_read(kinds: Collection[Unread]) -> str:
+def not_read(kinds: Collection[Kind]) -> str:
     """Return the sentence about these kinds; "" for none."""
     return f"not read: {', '.join(map(str, kinds))}" if kinds else ""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.interchange.contract import InterchangeError, name_cure
-from engine.interchange.unread import Unread, not_read
+from engine.interchange.unread import Kind, not_read
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.links import OdrConnection, OdrEnd
 from engine.opendrive.signals import OdrSignal
@@ -122,7 +122,7 @@ class OdrNetwork:
     path: Path
     """Where that file is."""
     remarks: tuple[str, ...] = ()
-    unread: tuple[Unread, ...] = ()
+    unread: tuple[Kind, ...] = ()
     """What the file states and nothing here reads."""
     junction_types: Mapping[str, str] = field(default_factory=dict[str, str])
     """By id, those of junctions of which roads do not lead through."""

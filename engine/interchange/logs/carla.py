@@ -16,7 +16,7 @@ from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.openscenario.carla import BLUEPRINTS
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread_kinds import Unread
+from engine.interchange.unread import Unread
 from engine.vocabulary import ActorKind
 
 MOST_BYTES = 1_000_000_000

@@ -16,7 +16,7 @@ from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread_kinds import unread_elements
+from engine.interchange.unread import unread_elements
 from engine.interchange.xml import Limits, Node, read_xml
 from engine.opendrive.buildings import LARGEST_BUILDING
 from engine.vocabulary import ActorKind

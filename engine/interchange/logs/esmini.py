@@ -16,7 +16,7 @@ from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import Layout, Point
 from engine.interchange.tables.notation import CsvRows
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread_kinds import Unread
+from engine.interchange.unread import Unread
 
 LAYOUT = Layout(
     name="esmini's --csv_logger",

@@ -13,7 +13,7 @@ from engine.interchange.contract import InterchangeError
 from engine.interchange.logs.rows import Row, tracks_of_rows
 from engine.interchange.tables.layouts import SUMO_SAID, SUMO_SIZES, Layout, Point
 from engine.interchange.tables.track import Tracks
-from engine.interchange.unread_kinds import unread_elements
+from engine.interchange.unread import unread_elements
 from engine.interchange.xml import Limits, Node, read_xml
 from engine.vocabulary import ActorKind
 

@@ -8,7 +8,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from engine.interchange.contract import cited, quoted
-from engine.interchange.unread import Unread
+from engine.interchange.unread import Kind
 from engine.opendrive.curves import Piece, Pose
 from engine.opendrive.roads import OdrNetwork
 from engine.road.opendrive.drawing import DrawnLane
@@ -49,14 +49,14 @@ def remarks_on(
     yield from on_junctions(network, ways, areas)
 
 
-def unread_lanes(network: OdrNetwork) -> Iterator[Unread]:
+def unread_lanes(network: OdrNetwork) -> Iterator[Kind]:
     """Yield the types of lanes that nobody drives on here."""
     every = (lane for road in network.roads.values() for section in road.sections for lane in section.lanes.values())
     lines: dict[str, set[int]] = defaultdict(set)
     for lane in every:
         if lane.id and lane.type not in {"none", *DRIVABLE}:
             lines[lane.type].add(lane.line)
-    yield from (Unread(f"lane of type {quoted(kind)[1:-1]}", len(of), min(of)) for kind, of in lines.items())
+    yield from (Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), f"line {min(of)}") for kind, of in lines.items())
 
 
 def on_jumps(jumps: Sequence[float]) -> Iterator[str]:

@@ -30,7 +30,7 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
-from engine.interchange.unread_kinds import unread_elements
+from engine.interchange.unread import unread_elements
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork

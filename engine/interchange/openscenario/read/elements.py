@@ -1,4 +1,4 @@
-"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread_kinds` notes all others."""
+"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all others."""
 
 from collections.abc import Mapping
 
