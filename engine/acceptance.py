@@ -46,7 +46,7 @@ class OffRoad:
 
     actor: int
     share: float
-    """Of the rejected attempts, those in which it does."""
+    """Share of the rejected attempts in which it does."""
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class Field(NamedTuple):
     layout: "Layout | None"
     """Of a handle in a handle."""
     own: int = 0
-    """Of an array that each slot has to itself: number of the word before the header with its address; else 0."""
+    """Number of the word before the header that has the address of an array of the slot's own; else 0."""
 
 
 class Layout:

@@ -13,7 +13,7 @@ SUMMARY = "summary.json"
 
 
 def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
-    """Return what a run came to by its journal alone, which ended with this status; see `summarize`."""
+    """Return the campaign of a run from its journal alone, with the given status; see `summarize`."""
     from engine.risk import PROFILES
     from engine.search.evaluator import make_blaming, make_evaluator
 

@@ -245,7 +245,7 @@ def _no_scene(
 
 
 def blame_of_search(program: Program, campaign: "Campaign", seed: int) -> "Account | None":
-    """What rejects the attempts of a search without a valid scene; None where there is one, or nothing was tried."""
+    """Return the requirements that reject the attempts of a search; None if a scene is valid or nothing was tried."""
     if campaign.by_individual.valid or not Tally.of_search(campaign.evaluations).attempts:
         return None
     from engine.acceptance import account, weigh

@@ -77,7 +77,7 @@ def _usual_indent(lines: Sequence[Line]) -> Line | None:
 
 
 def _mixed(line: Line, usual: Line) -> Diagnostic:
-    """What is wrong with a line indented unlike most others; it is said alone, as no depth after it is known."""
+    """Return the error of a line indented unlike most others; no depth after it is known, so no other error is."""
     kinds = {" ": "spaces", "\t": "tabs"}
     found = " and ".join(kinds.get(kind, "others") for kind in sorted(set(line.indent)))
     label = Label(Span(usual.start - len(usual.indent), usual.start), "most lines are indented so")

@@ -157,7 +157,7 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
 
 
 def jump_remark(name: str, time: Floats, positions: Floats, jumps: Ints) -> str:
-    """Return what is to be said of jumps (`jumps_of`); "" without any."""
+    """Return the remark on jumps (`jumps_of`); "" without any."""
     if not len(jumps):
         return ""
     first = int(jumps[0])

@@ -16,7 +16,7 @@ from engine.tables import Floats, Ints
 EXACT = 0.01
 """Least way from which a direction is taken [m]."""
 TIMES_NOISE = 150.0
-"""And least way in standard deviations of the noise: the direction of two such ways is known to 0.3 degrees."""
+"""Least way in standard deviations of the noise: the direction of two such ways is known to 0.3 degrees."""
 MOST = 0.97
 """No longer way than this is asked for, which a turn would bend [m]."""
 CERTAIN = 10.0
@@ -183,7 +183,7 @@ def _first_heading(middle: Floats, ways: Floats, lag: float) -> float:
 
 
 def _front(vectors: Floats, on_foot: bool) -> tuple[Floats, Ints]:
-    """Return where the front of an actor points that moves by vectors (rows, 2), not wrapped, and its gear, 1 or -1.
+    """Return the unwrapped heading of an actor that moves by vectors (rows, 2), and its gear, 1 or -1.
 
     The front of a vehicle never turns about from one row to the next: there it changes its gear.
     """

@@ -23,7 +23,7 @@ class Kind(NamedTuple):
     """`roadMark`, or `pitch, roll of signal`."""
     number: int
     place: str
-    """Of the first."""
+    """Place of the first."""
 
     def __str__(self) -> str:
         return f"{self.name} ({self.number:,}, {self.place})"
@@ -34,7 +34,7 @@ class Unread:
     """What was passed over, in the order of the file."""
 
     kinds: dict[str, Kind] = field(default_factory=dict[str, Kind])
-    """By name."""
+    """Kinds by name."""
 
     def add(self, name: str, place: str) -> None:
         """Count one more."""

@@ -20,7 +20,7 @@ class OdrEnd(NamedTuple):
     """`road` or `junction`."""
     id: str
     at_start: bool | None
-    """Of a road: whether its start is what lies here; None where the file does not say."""
+    """True if the link is to the start of a road; None if the file does not say."""
 
 
 class OdrConnection(NamedTuple):
@@ -38,7 +38,7 @@ class OdrConnection(NamedTuple):
 
 
 def road_end(road: Node, name: str) -> OdrEnd | None:
-    """Return what the `predecessor` or `successor` of a road names; None where it names nothing."""
+    """Return the road or junction that a `predecessor` or `successor` names; None if it names nothing."""
     end = road.find("link", name)
     if end is None or not end.has("elementId"):
         return None

@@ -53,7 +53,7 @@ class OdrLane:
     successor: int | None = None
     speeds: tuple[SpeedFrom, ...] = ()
     line: int = 0
-    """Of the file."""
+    """Line of the file."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class OdrRoad:
     predecessor: OdrEnd | None = None
     successor: OdrEnd | None = None
     speeds: tuple[SpeedFrom, ...] = ()
-    """Of all lanes that have none of their own."""
+    """Speed limits of lanes without a limit of their own."""
     signals: tuple[OdrSignal, ...] = ()
     """Those that count on it, wherever they stand."""
     heights: tuple[Cubic, ...] = ()
-    """Of the reference line [m]; none where the road is flat, at height 0."""
+    """Heights of the reference line [m]; none for a flat road at height 0."""
 
     def section(self, s: float) -> OdrSection:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
@@ -120,16 +120,16 @@ class OdrNetwork:
     roads: Mapping[str, OdrRoad]
     junctions: tuple[str, ...]
     path: Path
-    """Where that file is."""
+    """Path of the file."""
     remarks: tuple[str, ...] = ()
     unread: tuple[Kind, ...] = ()
     """What the file states and nothing here reads."""
     junction_types: Mapping[str, str] = field(default_factory=dict[str, str])
-    """By id, those of junctions of which roads do not lead through."""
+    """Types of junctions that no roads lead through, by id."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
-    """As `Recording.buildings`."""
+    """Buildings, see `Recording.buildings`."""
     connections: tuple[OdrConnection, ...] = ()
-    """Of all junctions."""
+    """Connections of all junctions."""
     content: bytes | None = None
     """The file itself, where it lay in another and is gone."""
 

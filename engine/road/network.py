@@ -328,7 +328,7 @@ class Network:
     remarks: tuple[str, ...] = ()
     """On what was mended or left out."""
     levels: tuple[str, ...] = ()
-    """On roads of a file that pass over others; all lanes lie in one plane."""
+    """Remarks on roads that pass over others; all lanes lie in one plane."""
     unread: str = ""
     """What a file states and nothing here reads, kind by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])

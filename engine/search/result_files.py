@@ -169,7 +169,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
 def failures_content(
     came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
 ) -> dict[str, Any]:
-    """What speaks against the ego, how often in valid simulations and in a second, and every kind of collision; null
+    """Return counts and rates of collisions of the ego, and every kind of collision; null
     where no collision was judged.
     """
     counts: dict[str, Any] = {**asdict(came), "avoidable_share": came.share(came.avoidable)}

@@ -163,7 +163,7 @@ def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case 
 
 
 def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
-    """Of two cases the worse has the greater; see `ranking.order_of_risk`."""
+    """Return a key that is greater for the worse of two cases; see `ranking.order_of_risk`."""
     aimed = is_aimed(evaluations.rollouts)
     return (2 * case.lost + case.collided if aimed else case.score), case.continuous
 
@@ -178,9 +178,9 @@ def summarize(
     blaming: Blaming | None,
     status: str,
 ) -> Campaign:
-    """Return what a search came to that ended with this status, which decides what is analysed: genes are probed when
-    it is finished, and collisions are judged unless it was interrupted. Ctrl-C makes it interrupted. The objective and
-    the time are for the caller to fill in.
+    """Return the campaign of a search that ended with this status, which decides what is analysed: genes are probed
+    when it is finished, and collisions are judged unless it was interrupted. Ctrl-C makes it interrupted. The
+    objective and the time are for the caller to fill in.
     """
     evaluations = concatenate([block for block, _ in done])
     box = Box.of(space)

@@ -52,7 +52,7 @@ def seen_from(folder: Path, name: str) -> str:
 
 
 def located(folder: Path, name: str) -> str:
-    """Return where a file is that a run names as `seen_from` its folder."""
+    """Return the path of a file that a run names as `seen_from` its folder."""
     place = Path(os.path.normpath(folder / name))
     return str(place) if place.is_file() else name
 

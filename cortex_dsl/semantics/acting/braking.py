@@ -169,7 +169,7 @@ def _works(job: Job) -> Term:
 
 
 def _now(job: Job, other: Actor, sight: Sight) -> Conflict:
-    """What is foreseen as the actor is going."""
+    """Return the conflict foreseen at the present motion of the actor."""
     return foreseen(job, -1.0, other, sight, job.speed(), job.ev.algebra.literal(0.0))
 
 

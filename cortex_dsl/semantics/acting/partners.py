@@ -31,7 +31,7 @@ class Seen:
     crosses: Term
     """Whether both are in an area of ways that cross at a time, and I can do something about it."""
     beside: "Beside | None"
-    """Where it is on a lane beside mine; None of who never is in a lane."""
+    """Place on a lane next to that of the actor; None for one that is never in a lane."""
 
     @property
     def gap(self) -> Term:
@@ -44,7 +44,7 @@ class Beside:
     """Another against the lane that I am in."""
 
     ahead: Term
-    """From my front to its rear, along my lane; less than 0 where they overlap [m]."""
+    """Gap from the front of the actor to its rear along the lane, negative if they overlap [m]."""
     apart: Term
     """Between the sides of both outlines, across my lane [m]."""
     along: Term
@@ -54,7 +54,7 @@ class Beside:
     nearing: Term
     """… and towards me, across it [m/s]."""
     deviation: Term
-    """From the middle of its own lane [m]."""
+    """Lateral offset from the middle of its lane [m]."""
 
     @property
     def comes_over(self) -> Term:

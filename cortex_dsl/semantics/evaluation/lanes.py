@@ -298,7 +298,7 @@ def all_sections(network: Network) -> tuple[LaneSection, ...]:
 
 
 def ends(ev: Evaluator, line: Centerline) -> tuple[Pose, Pose]:
-    """Where a centre line begins and ends, heading along it: its points, as far as scripts ask for them."""
+    """Return the first and last point of a centre line, with its heading there."""
     lane = line.lane
     if isinstance(lane, LaneNow):
         path, ahead = of_each(ev, lane, "path"), of_each(ev, lane, "length")

@@ -200,7 +200,7 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
 # -- objects ----------------------------------------------------------------------------------------------------------
 
 OBJECTS = 2
-"""So many objects cost the next one as much as evaluating an expression."""
+"""Number of existing objects that add the cost of one evaluation to the next object."""
 
 
 def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:

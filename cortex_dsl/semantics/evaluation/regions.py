@@ -46,7 +46,7 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 
 CORNERS = ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))
-"""Of a rectangle, in its order: shares of its width to the right and of its length ahead."""
+"""Corners of a rectangle in order: shares of its width to the right and of its length ahead."""
 
 # -- what is convex ----------------------------------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ class Area:
     is_workspace: bool = False
     """Whether all objects must lie in it."""
     corners: Sequence[Vector] | None = None
-    """Of what is an outline itself, in order."""
+    """Corners of an area that is an outline itself, in order."""
 
 
 def convex(area: Area) -> Area:

@@ -129,7 +129,7 @@ class Cells:
     unread: Sequence[str] = ()
     """Columns that are not read."""
     remarks: tuple[str, ...] = ()
-    """On how its cells are written."""
+    """Remarks on the notation of its cells."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -180,7 +180,7 @@ def _laid_out(names: Sequence[str], layout: Layout, rate: float | None) -> dict[
 
 
 def _told(names: Sequence[str], place: str, named: Mapping[str, str]) -> dict[int, str]:
-    """Return what columns are to be taken for, by their indices.
+    """Return the meaning that the user gives to columns, by index.
 
     Raises:
         InterchangeError: there is no such column, or nothing that it could be.

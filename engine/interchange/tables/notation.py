@@ -27,13 +27,13 @@ SEPARATORS: Mapping[str, str] = MappingProxyType({";": "semicolons", "\t": "tabs
 """What other programs than ours write between columns."""
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 SINCE_1970: Mapping[str, float] = MappingProxyType({"ns": 1e17, "us": 1e14, "ms": 1e11})
-"""From which number on a time counts from 1970 in this unit; in seconds, 1e11 lies in the year 5138."""
+"""Least number that counts from 1970 in this unit; in seconds, 1e11 lies in the year 5138."""
 STEPS: Mapping[str, float] = MappingProxyType({"ns": 1e7, "us": 1e4})
-"""From which usual step on a time that counts from 0 is in this unit: in milliseconds, 1e4 is a row every 10 s."""
+"""Least usual step of a time that counts from 0 in this unit: in milliseconds, 1e4 is a row every 10 s."""
 
 
 def separator_of(header: str) -> str:
-    """Return what stands between columns: a comma, unless the line of column names has more of another mark."""
+    """Return the separator of columns: a comma, unless the line of column names has more of another mark."""
     mark = max(SEPARATORS, key=header.count)
     return mark if header.count(mark) > header.count(",") else ","
 

@@ -24,7 +24,7 @@ class TableTrack:
     heading: Floats
     """(samples,) NaN where nothing shows it, until `facing` assumes one."""
     speed: Floats
-    """Of the rear axle, along the heading."""
+    """Speed of the rear axle along the heading."""
     length: float
     width: float
     rear_to_center: float
@@ -67,4 +67,4 @@ class Tracks:
     numbered: bool = False
     """Whether actors have numbers alone, of which 0 is the ego's unless something else is said."""
     buildings: Floats | None = None
-    """As `Recording.buildings`."""
+    """Buildings, see `Recording.buildings`."""

@@ -32,7 +32,7 @@ class DrawnLane:
 
     rows: tuple[Stretch, ...]
     jump: float
-    """By how much it jumps aside at most [m]."""
+    """Largest lateral jump of the line [m]."""
     inner: Floats
     """(n, 2) border nearer to the reference line …"""
     outer: Floats

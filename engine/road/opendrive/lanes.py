@@ -23,7 +23,7 @@ SHORTEST = 1e-6
 NEAR, ALIKE = 0.5, 0.2
 """A lane follows another one if its start is no further from the end of that one, in place [m] and heading [rad]."""
 WITHIN = 1e-9
-"""By how much a place lies before the end of a section, to be in that section still [m]."""
+"""Least distance of a place in a section from the end of the section [m]."""
 
 
 class End(NamedTuple):
@@ -47,18 +47,18 @@ class FileLane:
 
     road: str
     parts: tuple[Part, ...]
-    """In the direction of the reference line."""
+    """The parts of the lane, in the direction of the reference line."""
     forward: bool
     """Whether traffic runs that way."""
 
     @property
     def last(self) -> Part:
-        """Where traffic leaves it."""
+        """The end at which traffic leaves it."""
         return self.parts[-1] if self.forward else self.parts[0]
 
     @property
     def first(self) -> Part:
-        """Where traffic enters it."""
+        """The end at which traffic enters it."""
         return self.parts[0] if self.forward else self.parts[-1]
 
 

@@ -16,7 +16,7 @@ from engine.tables import Floats
 APART = 1.0
 """Surfaces at different levels are so far apart in height at least [m]; a car is some 1.5 m high."""
 SPACING = 5.0
-"""Of the places along a lane at which heights are compared [m]."""
+"""Spacing of the places along a lane at which heights are compared [m]."""
 SAME_PLACE = 30.0
 """Two places of one road that are so near along it are on one level [m]: it may climb 1 m on the way."""
 TOUCHING = 0.01
@@ -30,7 +30,7 @@ class Tile(NamedTuple):
 
     road: str
     s: float
-    """Of its middle [m]."""
+    """Arc length of its middle [m]."""
     height: float
     """[m]"""
     corners: tuple[tuple[float, float], ...]

@@ -29,7 +29,7 @@ class Links(Lanes):
     # -- from road to road
 
     def stated(self, end: End) -> OdrEnd | None:
-        """Return what the file says lies beyond an end of a road; None where it says nothing, or names what is not."""
+        """Return the link that the file states at an end of a road; None without one, or if its road is unknown."""
         road = self.network.roads[end.road]
         beyond = road.predecessor if end.at_start else road.successor
         there = self.network.junctions if beyond and beyond.kind == "junction" else self.network.roads

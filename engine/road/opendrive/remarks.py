@@ -23,9 +23,9 @@ WORTH_A_REMARK = 0.005
 UNROUNDED = 0.01
 """Files round lengths by less [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
-"""So near one another, and so nearly in one direction, a lane ends where another begins [m, rad]."""
+"""Largest distance and angle between the end of a lane and the start of the next one [m, rad]."""
 OVERLAP = 5.0
-"""So much that two junctions have in common is told [m^2]; neighbours touch."""
+"""Least common area of two junctions that is reported [m^2]; neighbours touch."""
 
 
 def remarks_on(

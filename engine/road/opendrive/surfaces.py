@@ -126,7 +126,7 @@ def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
 
 
 def _grown(polygon: Any) -> Any:
-    """Return what lies within `GAP` of a polygon. GEOS loses some mitred outlines; round ones it never does."""
+    """Return a polygon widened by `GAP`. GEOS loses some mitred outlines; round ones it never does."""
     grown = polygon.buffer(GAP, join_style="mitre")
     return grown if grown.area > polygon.area else polygon.buffer(GAP)
 
