@@ -12,7 +12,7 @@ from rich.text import Text
 
 from engine.compiling_apart import count_kernels
 
-COMPILING = "compiling kernels, once for each version …"
+COMPILING = "compiling the kernels that this command needs, once for each version …"
 COMPILED = re.compile(rf"(?:{re.escape(COMPILING)}|kernels: \d+ of \d+, \d+ s)\n")
 """All that is written without a terminal while kernels are compiled."""
 
