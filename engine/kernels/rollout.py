@@ -150,7 +150,9 @@ def judge_temporal(plan: Plan, run: Run) -> None:
         return
     last = run.status[Status.SAMPLE] - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
     hold = plan.layout.hold
-    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last // hold, run.worth, run.decided)
+    broken = find_broken(
+        plan.formula, plan.temporal_root, run.watched, last // hold, run.formula_values, run.formula_decided
+    )
     if broken.temporal >= 0:
         run.status[Status.SAMPLE] = broken.sample * hold
         run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1

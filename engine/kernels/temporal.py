@@ -35,42 +35,44 @@ class Broken(NamedTuple):
 
 
 @kernel
-def find_broken(formula: Ints, roots: Ints, watched: Floats, last: int, worth: Floats, decided: Ints) -> Broken:
+def find_broken(
+    formula: Ints, roots: Ints, watched: Floats, last: int, formula_values: Floats, formula_decided: Ints
+) -> Broken:
     """The requirement that is broken first; of equally early ones the first.
 
     `roots` (temporals,): rows of `formula` that must be true at sample 0. `watched` (samples, rules): the atoms' values
-    at samples 0 to `last`. `always f` is decided where f is false first, anything else at the last sample. `worth`
-    (2, rows) and `decided` (temporals,) are working memory.
+    at samples 0 to `last`. `always f` is decided where f is false first, any other formula at the last sample.
+    `formula_values` (2, rows) and `formula_decided` (temporals,) are working memory.
     """
-    now, later = worth[0], worth[1]
-    decided[:] = last
+    now, later = formula_values[0], formula_values[1]
+    formula_decided[:] = last
     for sample in range(last, -1, -1):
         _at_sample(formula, now, later, watched, sample, sample == last, TRUTH)
         for temporal in range(len(roots)):
             root = roots[temporal]
             if formula[root, 0] == TemporalOp.ALWAYS and now[formula[root, 1]] < 0.0:
-                decided[temporal] = sample
+                formula_decided[temporal] = sample
         now, later = later, now
     broken, at = -1, last + 1
     for temporal in range(len(roots)):
-        if later[roots[temporal]] < 0.0 and decided[temporal] < at:
-            broken, at = temporal, decided[temporal]
+        if later[roots[temporal]] < 0.0 and formula_decided[temporal] < at:
+            broken, at = temporal, formula_decided[temporal]
     return Broken(broken, at)
 
 
 @kernel
-def work_out(formula: Ints, watched: Floats, last: int, column: int, worth: Floats) -> None:
-    """What each row is worth at sample 0, of samples 0 to `last`, into row 0 of `worth` (2, rows), which is working
-    memory, too. NaN where an atom that counts is NaN.
+def work_out(formula: Ints, watched: Floats, last: int, column: int, formula_values: Floats) -> None:
+    """Write the value of each row at sample 0, of samples 0 to `last`, into row 0 of `formula_values` (2, rows).
 
-    `column`: `TRUTH` or `MARGIN`; an atom that nobody asks how far it holds is worth nothing.
+    Row 1 is working memory. NaN where an atom that counts is NaN. `column`: `TRUTH` or `MARGIN`; only atoms of
+    objectives have a margin.
     """
-    now, later = worth[0], worth[1]
+    now, later = formula_values[0], formula_values[1]
     for sample in range(last, -1, -1):
         _at_sample(formula, now, later, watched, sample, sample == last, column)
         now, later = later, now
     for row in range(len(formula)):
-        worth[0, row] = later[row]
+        formula_values[0, row] = later[row]
 
 
 @inlined
