@@ -175,7 +175,7 @@ PLACES = {
 @examples(40)
 def test_a_run_that_asks_it_is_an_error(place: str, tree: Tree) -> None:
     """Whether it is a rule, an atom of a formula or a branch of a behavior; A is read through a local of the run."""
-    condition = text(tree).replace("(A)", "(ego.mine + ego.speed)")
+    condition = text(tree).replace("(A)", "(ego.mine + ego.speed / (1 m/s))")
     branch = f"if {condition}:\n            wait\n        else:\n            wait\n"
     behavior = f"behavior B():\n    while True:\n        {branch}"
     lines = PLACES[place].format(condition)
@@ -233,8 +233,11 @@ def test_geometry_of_a_place_that_does_not_exist_is_nan() -> None:
             assert np.isnan(registers[20 : 20 + results]).all(), (op.name, place)
 
 
-@pytest.mark.parametrize("number", ["sqrt(A)", "log(A)", "asin(A - 2)", "acos(A - 2)", "log(A + 1)"])
-def test_what_bounds_prove_is_an_error_of_the_file(number: str) -> None:
-    """Wherever A may lie."""
+@pytest.mark.parametrize(
+    "number", ["sqrt(A)", "log(A)", "asin(A - 2) / (1 rad)", "acos(A - 2) / (1 rad)", "log(A + 1)"]
+)
+@pytest.mark.parametrize("place", ["require not ({} > 0.5)", "other = new Car at (0, 30), with speed {} * 1 m/s"])
+def test_what_bounds_prove_is_an_error_of_the_file(place: str, number: str) -> None:
+    """Wherever A may lie, in a condition or a property."""
     with pytest.raises(CompileError, match="SCN401"):
-        cx.compile_text(f"param A = Range(-2, -1)\nego = new Car at (0, 0)\nrequire not ({number} > 0.5)\n")
+        cx.compile_text(f"param A = Range(-2, -1)\nego = new Car at (0, 0)\n{place.format(number)}\n")

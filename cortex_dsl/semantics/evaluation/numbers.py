@@ -302,7 +302,7 @@ def defined(ev: Evaluator, result: Term, span: Span, reason: str) -> Term:
     value, within = closed_value(result), tuple(map(ev.interval, result.arguments))
     if is_undefined(result.op, within) or (value is not None and not math.isfinite(value)):
         known, (low, high) = closed_value(result.arguments[0]), within[0]
-        operand = f"{low:g} to {high:g}" if known is None else f"{known:g}"
+        operand = f"{low:g} to {high + 0.0:g}" if known is None else f"{known:g}"
         raise NOT_FINITE.mistake(span, reason=reason.format(operand), secondary=range_labels(result, ev.file.genes))
     return result
 

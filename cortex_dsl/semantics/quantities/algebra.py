@@ -9,7 +9,7 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeGuard, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
@@ -271,16 +271,12 @@ class Algebra:
 
 def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
     """Logic and selection with a known operand; truths are 1.0, 0.0 or NaN, so no bit changes."""
-    if op == Op.SELECT and _is_number(arguments[0]):
+    if op == Op.SELECT and isinstance(arguments[0], Constant) and not math.isnan(arguments[0].value):
         return arguments[1] if arguments[0].value else arguments[2]
     for one, other in (arguments, arguments[::-1]) if op in (Op.AND, Op.OR) else ():
-        if _is_number(one):
+        if isinstance(one, Constant) and not math.isnan(one.value):
             return one if bool(one.value) == (op == Op.OR) else other
     return None
-
-
-def _is_number(term: Term) -> TypeGuard[Constant]:
-    return isinstance(term, Constant) and not math.isnan(term.value)
 
 
 # -- functions of terms ------------------------------------------------------------------------------------------------
