@@ -11,6 +11,9 @@ follows from its operands there and from itself a sample later:
 
 After the last sample nothing holds: `next` is worth minus infinity there.
 
+A number that does not exist is no truth. An atom that is NaN is worth NaN, and so is all that depends on it: of truths
+what no other operand decides (`false and NaN` is false), of numbers everything.
+
 Sources: De Giacomo and Vardi, "Linear Temporal Logic and Linear Dynamic Logic on Finite Traces", IJCAI 2013; Fainekos
 and Pappas, "Robustness of temporal logic specifications for continuous-time signals", Theoretical Computer Science 410,
 2009.
@@ -27,8 +30,13 @@ TRUTH, MARGIN = 1, 2
 """Column of an atom's row that names the rule from which it takes its worth."""
 
 
+KEPT, UNKNOWN = -1, -2
+
+
 class Broken(NamedTuple):
-    """A requirement that does not hold, -1 if all do, and the sample at which that was decided."""
+    """A requirement that does not hold, `KEPT` if all do, and the sample at which that was decided; `UNKNOWN` where
+    none is broken, and whether one is depends on a NaN.
+    """
 
     temporal: int
     sample: int
@@ -53,10 +61,12 @@ def find_broken(
             if formula[root, 0] == TemporalOp.ALWAYS and now[formula[root, 1]] < 0.0:
                 formula_decided[temporal] = sample
         now, later = later, now
-    broken, at = -1, last + 1
+    broken, at = KEPT, last + 1
     for temporal in range(len(roots)):
         if later[roots[temporal]] < 0.0 and formula_decided[temporal] < at:
             broken, at = temporal, formula_decided[temporal]
+        elif broken == KEPT and math.isnan(later[roots[temporal]]):
+            broken = UNKNOWN
     return Broken(broken, at)
 
 
@@ -80,43 +90,49 @@ def _at_sample(
     formula: Ints, now: Floats, later: Floats, watched: Floats, sample: int, is_last: bool, column: int
 ) -> None:
     """The worth of all rows at a sample into `now`; `later` knows them a sample later."""
+    most = 1.0 if column == TRUTH else math.inf
     for row in range(len(formula)):
         op, a, b = int(formula[row, 0]), int(formula[row, 1]), int(formula[row, 2])
         if op != TemporalOp.ATOM:
-            now[row] = _joined(op, now[a], now[b], later[a], later[row], is_last)
+            now[row] = _joined(op, now[a], now[b], later[a], later[row], is_last, most)
         elif column == TRUTH:
-            now[row] = 1.0 if abs(watched[sample, a]) > 0.0 else -1.0  # NaN is not true
+            value = watched[sample, a]
+            now[row] = -1.0 if value == 0.0 else math.nan if math.isnan(value) else 1.0
         else:
             now[row] = watched[sample, b] if b >= 0 else 0.0
 
 
 @inlined
-def _joined(op: int, a: float, b: float, a_later: float, later: float, is_last: bool) -> float:
-    """What an operator is worth whose operands are worth a and b; itself a sample later it was worth `later`."""
+def _joined(op: int, a: float, b: float, a_later: float, later: float, is_last: bool, most: float) -> float:
+    """What an operator is worth whose operands are worth a and b; itself a sample later it was worth `later`. Nothing
+    is worth more than `most`, nor less than its opposite, which `next` may fall below.
+    """
     if op == TemporalOp.NOT:
         return -a
     if op == TemporalOp.AND:
-        return _lesser(a, b)
+        return _lesser(a, b, most)
     if op == TemporalOp.OR:
-        return _greater(a, b)
+        return _greater(a, b, most)
     if op == TemporalOp.IMPLIES:
-        return _greater(-a, b)
+        return _greater(-a, b, most)
     if op == TemporalOp.NEXT:
         return -math.inf if is_last else a_later
     if op == TemporalOp.ALWAYS:
-        return a if is_last else _lesser(a, later)
+        return a if is_last else _lesser(a, later, most)
     if op == TemporalOp.EVENTUALLY:
-        return a if is_last else _greater(a, later)
-    return b if is_last else _greater(b, _lesser(a, later))
+        return a if is_last else _greater(a, later, most)
+    return b if is_last else _greater(b, _lesser(a, later, most), most)
 
 
 @inlined
-def _lesser(a: float, b: float) -> float:
-    """NaN where one of them is."""
-    return b if b < a or b != b else a
+def _lesser(a: float, b: float, most: float) -> float:
+    """NaN where one of them is, unless the other is the least there is."""
+    if a != a:
+        return b if b <= -most else a
+    return b if b < a or (b != b and a > -most) else a
 
 
 @inlined
-def _greater(a: float, b: float) -> float:
-    """NaN where one of them is."""
-    return b if b > a or b != b else a
+def _greater(a: float, b: float, most: float) -> float:
+    """NaN where one of them is, unless the other is the most there is."""
+    return -_lesser(-a, -b, most)
