@@ -3,7 +3,9 @@
 Kernels switch on these integers: a value is part of the program's meaning, as those of `engine.vocabulary` are.
 """
 
+from collections.abc import Mapping
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Op(IntEnum):
@@ -162,3 +164,64 @@ class Op(IntEnum):
     REPLAY = 93
     """One step along the recorded track at pool[a] (an integer, see `kernels.replay`), whose time passes b times as
     fast as that of the run; dst keeps how far it has come. At its end: mark the route done and go to row c."""
+
+
+class Instruction(NamedTuple):
+    """Operands and results of an instruction."""
+
+    operands: tuple[int, ...]
+    """Number of consecutive registers that each of a, b, c, d names; `NUMBER` for an integer, `MANY` where the first
+    register holds their number or the instruction's docstring says it."""
+    results: int = 1
+    """Number of consecutive registers that it writes from dst on."""
+
+
+NUMBER, MANY = 0, -1
+INSTRUCTIONS: Mapping[Op, Instruction] = {
+    Op.TABLE: Instruction((NUMBER, 1)),
+    Op.PATH_POSE: Instruction((1, 1), 3),
+    Op.PATH_LENGTH: Instruction((1,)),
+    Op.PATH_DISTANCE: Instruction((1, 1, 1)),
+    Op.PATH_PROJECT: Instruction((1, 1, 1)),
+    Op.REGION_SAMPLE: Instruction((1, 1, 1), 2),
+    Op.REGION_DISTANCE: Instruction((1, 1, 1)),
+    Op.REGION_CONTAINS: Instruction((1, 1, 1)),
+    Op.REGION_CONTAINS_BOX: Instruction((1, 5)),
+    Op.REGION_BOX_DISTANCE: Instruction((1, 5)),
+    Op.REGION_DEPTH: Instruction((1, 1, 1)),
+    Op.REGION_BOX_DEPTH: Instruction((1, 5)),
+    Op.BOX_DISTANCE: Instruction((5, 5)),
+    Op.CAN_SEE: Instruction((6, 5, MANY)),
+    Op.ROAD_HEADING: Instruction((1, 1)),
+    Op.ROAD_FOLLOW: Instruction((1, 1, 1), 3),
+    Op.LANE_ROUTE: Instruction((3,)),
+    Op.LANE_NEAREST: Instruction((3,)),
+    Op.STATE: Instruction((NUMBER, NUMBER)),
+    Op.TIME: Instruction(()),
+    Op.RANDOM: Instruction(()),
+    Op.WITHIN: Instruction((NUMBER, 1)),
+    Op.LEAD: Instruction((NUMBER, 1, 1), 2),
+    Op.TTC: Instruction((NUMBER, NUMBER, NUMBER, 1)),
+    Op.IS_RUNNING: Instruction((NUMBER,)),
+    Op.SEES: Instruction((NUMBER, NUMBER, 5, 5)),
+    Op.NOTICES: Instruction((NUMBER, NUMBER, 1)),
+    Op.TOUCHES: Instruction((NUMBER,)),
+    Op.VELOCITY: Instruction((NUMBER,), 3),
+    Op.ACTION: Instruction((NUMBER,)),
+    Op.CROSSING: Instruction((NUMBER, NUMBER, MANY), 10),
+    Op.JUMP: Instruction((NUMBER,), 0),
+    Op.JUMP_UNLESS: Instruction((1, NUMBER), 0),
+    Op.JUMP_IF_RUNNING: Instruction((NUMBER, NUMBER), 0),
+    Op.SET_RESUME: Instruction((NUMBER, NUMBER), 0),
+    Op.RESUME: Instruction((NUMBER,), 0),
+    Op.YIELD: Instruction((NUMBER,), 0),
+    Op.COMMAND: Instruction((NUMBER, 1), 0),
+    Op.FOLLOW: Instruction((1, 1, 1, NUMBER)),
+    Op.HOLD_SPEED: Instruction((1,), 0),
+    Op.TERMINATE: Instruction((NUMBER,), 0),
+    Op.HALT: Instruction((), 0),
+    Op.END: Instruction((), 0),
+    Op.SPAWN: Instruction((NUMBER,), 0),
+    Op.REPLAY: Instruction((NUMBER, 1, NUMBER)),
+}
+"""Every instruction but the scalar ones, which are rows of `engine.operators`."""

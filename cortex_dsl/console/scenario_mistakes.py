@@ -24,7 +24,8 @@ from cortex_dsl.source import Source, Span
 from engine.built_in import checking
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
-from engine.opcodes import Op
+from engine.operators import OPERATORS
+from engine.operators.bounds import DIVISIONS
 from engine.program import ParamSpace, Program
 from engine.tables import ROAD_REGION
 from engine.vocabulary import Column
@@ -165,19 +166,6 @@ def undefined_objective(compiled: Compiled, number: int, space: ParamSpace, geno
 # What cannot be excluded when the file is compiled is shown once it happened: with the genes and draws of the scene,
 # the first operation on the way to the value that has no finite result.
 
-_WHY = {
-    Op.DIV: "it divides by {1:.6g}",
-    Op.MOD: "it divides by {1:.6g}",
-    Op.FLOORDIV: "it divides by {1:.6g}",
-    Op.SQRT: "it is the square root of {0:.6g}",
-    Op.POW: "it is {0:.6g} to the power of {1:.6g}",
-    Op.LOG: "it is the logarithm of {0:.6g}",
-    Op.ASIN: "it is the arc sine of {0:.6g}",
-    Op.ACOS: "it is the arc cosine of {0:.6g}",
-    Op.EXP: "it is e to the power of {0:.6g}",
-}
-"""Operations that do not have a finite result everywhere, and what to say of their operands."""
-
 
 @dataclass(frozen=True)
 class _Culprit:
@@ -232,19 +220,19 @@ def _culprit(expression: ir.Expr, genes: Numbers, draws: Numbers) -> _Culprit | 
     """The first operation without a finite result; of what changes during the run, the first that may have none."""
     suspect = None
     for part in parts(expression):
-        if not (isinstance(part, ir.Apply) and part.op in _WHY):
+        if not (isinstance(part, ir.Apply) and part.op in OPERATORS and (reason := OPERATORS[part.op].reason)):
             continue
         known = [closed_value(operand, genes=genes, draws=draws) for operand in operands(part)]
         result = closed_value(part, genes=genes, draws=draws)
         if result is not None and not math.isfinite(result):
-            return _Culprit(part, _WHY[part.op].format(*known))
+            return _Culprit(part, reason.format(*known))
         if result is None and suspect is None and not _divides_safely(part, known):
             suspect = _Culprit(part, "it has no value for every number")
     return suspect
 
 
 def _divides_safely(part: ir.Apply, known: list[float | None]) -> bool:
-    return part.op in (Op.DIV, Op.MOD, Op.FLOORDIV) and known[1] not in (None, 0.0)
+    return OPERATORS[part.op].domain is DIVISIONS and known[1] not in (None, 0.0)
 
 
 def _drawn(space: ParamSpace, expression: ir.Expr, scenes: "Scenes", row: int) -> str:

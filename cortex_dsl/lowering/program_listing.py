@@ -7,60 +7,18 @@ printed bare; jumps name rows.
 
 from collections.abc import Callable, Iterator, Sequence
 
-from engine.opcodes import Op
+from engine.opcodes import INSTRUCTIONS, Op
+from engine.operators import OPERATORS
 from engine.program import Program
 from engine.tables import Size
 from engine.vocabulary import ActorKind, Column, Command, GeneKind, State, TemporalOp, Turns
 
 Namer = Callable[[int], str]
 
-PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
-    Op.TABLE: (0,),
-    Op.STATE: (0, 1),
-    Op.WITHIN: (0,),
-    Op.ACTION: (0,),
-    Op.LEAD: (0,),
-    Op.TTC: (0, 1, 2),
-    Op.SEES: (0, 1),
-    Op.NOTICES: (0, 1),
-    Op.VELOCITY: (0,),
-    Op.CROSSING: (0, 1),
-    Op.TOUCHES: (0,),
-    Op.IS_RUNNING: (0,),
-    Op.SPAWN: (0,),
-    Op.JUMP: (0,),
-    Op.JUMP_UNLESS: (1,),
-    Op.JUMP_IF_RUNNING: (0, 1),
-    Op.SET_RESUME: (0, 1),
-    Op.RESUME: (0,),
-    Op.YIELD: (0,),
-    Op.COMMAND: (0,),
-    Op.FOLLOW: (3,),
-    Op.REPLAY: (0, 2),
-    Op.TERMINATE: (0,),
-}
-"""Which of the operands a, b, c, d are numbers and not registers."""
-
-OPERAND_COUNT: dict[Op, int] = {
-    **dict.fromkeys((Op.MOVE, Op.NEG, Op.ABS, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN), 1),
-    **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT, Op.VELOCITY), 1),
-    **dict.fromkeys((Op.NORMAL_QUANTILE, Op.NORMAL_CDF, Op.PATH_LENGTH, Op.LANE_ROUTE, Op.JUMP, Op.RESUME), 1),
-    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE, Op.LANE_NEAREST, Op.IS_RUNNING, Op.SPAWN, Op.TOUCHES), 1),
-    Op.ACTION: 1,
-    **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
-    **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
-    **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT, Op.REGION_DEPTH), 3),
-    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES, Op.CROSSING, Op.REPLAY), 3),
-    **dict.fromkeys((Op.FOLLOW, Op.SEES, Op.TTC), 4),
-}
-"""Operands that an instruction reads; 2 where it is not named here."""
-
 OF_ACTORS = frozenset(
     {Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY, Op.CROSSING}
 )
 """Their plain operands are actors (of STATE the first)."""
-
-WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op not in (Op.FOLLOW, Op.REPLAY))
 
 
 def format_program(program: Program) -> str:
@@ -205,14 +163,14 @@ def _rows(rows: Sequence[Sequence[int]], first: int, name: Namer, lines: Sequenc
 
 
 def _instruction(row: Sequence[int], name: Namer) -> str:
-    op, destination, *operands = row
-    plain = PLAIN_OPERANDS.get(Op(op), ())
+    op, destination, operands = Op(row[0]), row[1], row[2:]
+    counts, results = INSTRUCTIONS.get(op) or ((1,) * OPERATORS[op].arity, 1)
     words = [
-        _plain(Op(op), position, operand) if position in plain else name(operand)
-        for position, operand in enumerate(operands[: OPERAND_COUNT.get(Op(op), 2)])
+        name(operand) if count else _plain(op, position, operand)
+        for position, (operand, count) in enumerate(zip(operands, counts, strict=False))
     ]
-    body = f"{Op(op).name.lower():16} {', '.join(words)}".rstrip()
-    return body if op in WITHOUT_DESTINATION else f"{name(destination):5} <- {body}"
+    body = f"{op.name.lower():16} {', '.join(words)}".rstrip()
+    return f"{name(destination):5} <- {body}" if results else body
 
 
 def _plain(op: Op, position: int, operand: int) -> str:

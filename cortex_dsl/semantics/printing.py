@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.bounds import operands
 from engine.opcodes import Op
+from engine.operators import OPERATORS, Infix
 from engine.vocabulary import Column, Distribution, GeneKind, RuleKind, State, TemporalOp
 
 # -- expressions and acts ----------------------------------------------------------------------------------------------
 
-INFIX = {
-    Op.ADD: "+", Op.SUB: "-", Op.MUL: "*", Op.DIV: "/", Op.MOD: "%", Op.FLOORDIV: "//", Op.POW: "**",
-    Op.LT: "<", Op.LE: "<=", Op.EQ: "==", Op.NE: "!=", Op.AND: "and", Op.OR: "or",
-}  # fmt: skip
+INFIX = {op: row.spelling.sign for op, row in OPERATORS.items() if isinstance(row.spelling, Infix)}
 INDENT = "  "
 
 

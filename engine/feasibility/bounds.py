@@ -1,4 +1,4 @@
-"""The interval version of every geometry instruction, and what each reads and gives.
+"""The interval version of every geometry instruction.
 
 Path and region ids are known numbers in nearly every program; where one is not, nothing is said.
 
@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from engine.feasibility.arithmetic import Bools, Interval, between, either, everything, truth
 from engine.feasibility.distances import (
     COS,
     CURVATURE,
@@ -35,6 +34,7 @@ from engine.feasibility.distances import (
     unknown,
 )
 from engine.opcodes import Op
+from engine.operators.intervals import Bools, Interval, between, either, everything, truth
 from engine.tables import Floats, RoadTables
 
 # -- paths -------------------------------------------------------------------------------------------------------------
@@ -289,23 +289,3 @@ GEOMETRY: Mapping[Op, Geometry] = {
     Op.LANE_ROUTE: _one_of(lambda road: len(road.path_length)),
     Op.LANE_NEAREST: _one_of(lambda road: len(road.lane_path)),
 }
-OPERANDS: Mapping[Op, tuple[int, ...]] = {
-    Op.PATH_POSE: (1, 1),
-    Op.PATH_LENGTH: (1,),
-    Op.PATH_DISTANCE: (1, 1, 1),
-    Op.PATH_PROJECT: (1, 1, 1),
-    Op.REGION_SAMPLE: (1, 1, 1),
-    Op.REGION_DISTANCE: (1, 1, 1),
-    Op.REGION_CONTAINS: (1, 1, 1),
-    Op.REGION_CONTAINS_BOX: (1, 5),
-    Op.REGION_BOX_DISTANCE: (1, 5),
-    Op.BOX_DISTANCE: (5, 5),
-    Op.CAN_SEE: (6, 5),
-    Op.ROAD_HEADING: (1, 1),
-    Op.ROAD_FOLLOW: (1, 1, 1),
-    Op.LANE_ROUTE: (3,),
-    Op.LANE_NEAREST: (3,),
-}
-"""How many consecutive registers each operand names."""
-RESULTS: Mapping[Op, int] = {Op.PATH_POSE: 3, Op.REGION_SAMPLE: 2, Op.ROAD_FOLLOW: 3}
-"""Numbers that an instruction gives, where more than one."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from engine.feasibility.arithmetic import Bools, Interval
+from engine.operators.intervals import Bools, Interval
 from engine.portable import arctan2
 from engine.tables import Floats, Ints, RoadTables
 

@@ -203,7 +203,7 @@ def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callab
 
 FAMILY = "proof-*.json"
 _ENGINE = Path(__file__).parents[1]
-CODE = (Path(__file__).parent, *(_ENGINE / folder for folder in ("road", "road/opendrive", "opendrive")))
+CODE = (Path(__file__).parent, *(_ENGINE / folder for folder in ("operators", "road", "road/opendrive", "opendrive")))
 """Folders whose files decide what is proved."""
 
 

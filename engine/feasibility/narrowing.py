@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.feasibility.arithmetic import Bools
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.slices import EVERY, MOST, Bench, Sliced
+from engine.operators.intervals import Bools
 from engine.tables import Floats, Ints
 
 GRID = 2.0**30

@@ -9,12 +9,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from engine.feasibility.arithmetic import Bools
 from engine.feasibility.bounds import GEOMETRY
 from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
 from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
 from engine.frozen import frozen
 from engine.opcodes import Op
+from engine.operators.intervals import Bools
 from engine.program import Program
 from engine.tables import ROAD_REGION, Floats, Ints, Size
 from engine.vocabulary import GeneKind

@@ -9,20 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from engine.feasibility.bounds import OPERANDS, RESULTS
-from engine.feasibility.forward import FORWARD
+from engine.feasibility.bounds import GEOMETRY
 from engine.frozen import frozen
-from engine.opcodes import Op
+from engine.opcodes import INSTRUCTIONS, Op
+from engine.operators import OPERATORS
 from engine.program import Program
 from engine.tables import CodeTables, Size
 from engine.vocabulary import Column
-
-THREE = frozenset({Op.SELECT})
-TWO = frozenset({Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.MOD, Op.FLOORDIV, Op.POW, Op.MIN, Op.MAX, Op.ATAN2, Op.HYPOT,
-                 Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR})  # fmt: skip
-INVERTIBLE = frozenset({Op.MOVE, Op.ADD, Op.SUB, Op.NEG, Op.ABS, Op.MIN, Op.MAX, Op.SQRT, Op.MUL, Op.DIV, Op.SELECT,
-                        Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR, Op.NOT})  # fmt: skip
-"""Backward contraction goes through these; what any other makes is tabulated where it can be."""
 
 
 @frozen
@@ -93,7 +86,8 @@ class Tape:
         chosen: set[int] = set()
         for instruction in self.instructions:
             made = range(instruction.first, instruction.first + instruction.results)
-            if instruction.op not in INVERTIBLE or not hard.isdisjoint(instruction.operands):
+            row = OPERATORS.get(instruction.op)
+            if row is None or row.backward is None or row.is_tabulated or not hard.isdisjoint(instruction.operands):
                 hard.update(made)
             depends = self.depends[instruction.first]
             genes = sum(variable < self.leaves.gene_count for variable in depends)
@@ -165,7 +159,7 @@ class _Recorder:
 
     def _forget(self, start: int, end: int) -> None:
         for row in self.code.scene_code[start:end].tolist():
-            for n in range(RESULTS.get(Op(row[0]), 1)):
+            for n in range(_results(Op(row[0]))):
                 self.slot_of[row[1] + n] = self.unknown
 
     def _run(self, start: int, end: int) -> None:
@@ -174,8 +168,8 @@ class _Recorder:
             if op == Op.END:
                 return
             registers, number = _operands(op, numbers)
-            results = RESULTS.get(op, 1)
-            known = op in FORWARD or op in OPERANDS or op == Op.TABLE
+            results = _results(op)
+            known = op in OPERATORS or op in GEOMETRY or op == Op.TABLE
             if known:
                 operands = tuple(self._read(register) for register in registers)
                 self.instructions.append(Instruction(op, self.slots, results, operands, number))
@@ -184,13 +178,17 @@ class _Recorder:
             self.slots += results if known else 0
 
 
+def _results(op: Op) -> int:
+    return INSTRUCTIONS[op].results if op in INSTRUCTIONS else 1
+
+
 def _operands(op: Op, numbers: list[int]) -> tuple[list[int], int]:
     """Registers that an instruction reads, and its integer."""
-    if op == Op.TABLE:
-        return [numbers[1]], numbers[0]
-    if op in OPERANDS:
-        return [register + n for register, count in zip(numbers, OPERANDS[op], strict=False) for n in range(count)], 0
-    return numbers[: 3 if op in THREE else 2 if op in TWO else 1], 0
+    if op in OPERATORS:
+        return numbers[: OPERATORS[op].arity], 0
+    counts = INSTRUCTIONS[op].operands
+    registers = [register + n for register, count in zip(numbers, counts, strict=False) for n in range(count)]
+    return registers, numbers[0] if op == Op.TABLE else 0
 
 
 def variant_leaves(program: Program, variants: np.ndarray) -> np.ndarray:

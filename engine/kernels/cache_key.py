@@ -11,6 +11,7 @@ KERNEL_INPUTS = (
     "handles.py",
     "named_results.py",
     "opcodes.py",
+    "operators/__init__.py",
     "outcomes.py",
     "result_row.py",
     "tables.py",

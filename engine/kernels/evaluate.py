@@ -2,14 +2,12 @@
 
 A row is `(op, dst, a, b, c, d)`. Register files are float64 arrays; path and region ids travel as floats.
 
-The scalar instructions are one function a family: numbers in, number out, Python's meaning. Nothing raises: dividing by
-zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0, and NaN where it depends on a NaN:
-logic has three values (Kleene, "Introduction to Metamathematics", 1952, section 64). Each chain of comparisons with
-constants becomes one jump table in machine code.
+The scalar instructions are the rows of `engine.operators`: numbers in, number out, Python's meaning. Nothing raises:
+dividing by zero gives an infinity or NaN, the root of a negative number NaN.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +15,7 @@ from engine.kernels.geometry import Box, View, box_distance
 from engine.kernels.jit import deferred, inlined, kernel
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.path import path_distance, path_pose, path_project
-from engine.kernels.random_numbers import normal_cdf, normal_quantile
+from engine.kernels.random_numbers import normal_quantile
 from engine.kernels.region import (
     region_box_depth,
     region_box_distance,
@@ -29,110 +27,89 @@ from engine.kernels.region import (
 )
 from engine.kernels.sight import SEEN, look
 from engine.opcodes import Op
+from engine.operators import OPERATORS
 from engine.tables import Floats, Ints, RoadTables
 
 # -- scalar instructions -----------------------------------------------------------------------------------------------
-FULL_TURN = 2.0 * math.pi
+
+Scalar = Callable[..., float]
+SCALARS: Mapping[Op, Scalar] = {
+    **{op: inlined(row.scalar) for op, row in OPERATORS.items()},
+    Op.NORMAL_QUANTILE: normal_quantile,
+}
+wrap_angle = SCALARS[Op.WRAP]
+GROUP = 4
+"""Number of instructions in one function that chooses: a function for each would double the time to compile."""
+Rows = Sequence[tuple[Op, Scalar]]
+
+
+def _choices() -> Scalar:
+    """Return the function (op, x, y, z) that executes a scalar instruction, made of the rows of operators.
+
+    Each inlined function compares `op` with a few instructions of one arity, and calls the next function if none is
+    equal. All together become one jump table in machine code.
+    """
+    choose: Scalar = _nothing
+    for arity, size, choice in ((1, GROUP, _unary), (2, GROUP, _binary), (3, 1, _ternary)):
+        rows = [(op, SCALARS[op]) for op, row in OPERATORS.items() if row.arity == arity]
+        for first in range(0, len(rows), size):
+            choose = choice((rows[first : first + size] * size)[:size], choose)
+    return choose
 
 
 @inlined
-def wrap_angle(angle: float) -> float:
-    """The angle brought into [-pi, pi) [rad]; one that lies there already is returned bit for bit."""
-    if -math.pi <= angle < math.pi:
-        return angle
-    turned = angle - FULL_TURN * np.floor((angle + math.pi) / FULL_TURN)
-    return turned - FULL_TURN if turned >= math.pi else turned
+def _nothing(op: int, x: float, y: float, z: float) -> float:  # noqa: ARG001
+    """Return NaN: `op` is no scalar instruction."""
+    return math.nan
 
 
-@inlined
-def arithmetic(op: int, x: float, y: float) -> float:
-    """`Op.MOVE` to `Op.MAX`."""
-    if op == Op.MOVE:
-        return x
-    if op == Op.ADD:
-        return x + y
-    if op == Op.SUB:
-        return x - y
-    if op == Op.MUL:
-        return x * y
-    if op == Op.DIV:
-        return x / y
-    if op == Op.MOD:
-        return x % y
-    if op == Op.FLOORDIV:
-        return x // y
-    if op == Op.POW:
-        return x**y
-    if op == Op.NEG:
-        return -x
-    if op == Op.ABS:
-        return abs(x)
-    if op == Op.MIN:
-        return y if y < x else x
-    return y if y > x else x
+def _unary(rows: Rows, rest: Scalar) -> Scalar:
+    (a, f), (b, g), (c, h), (d, k) = rows
+
+    @inlined
+    def choose(op: int, x: float, y: float, z: float) -> float:
+        if op == a:
+            return f(x)
+        if op == b:
+            return g(x)
+        if op == c:
+            return h(x)
+        if op == d:
+            return k(x)
+        return rest(op, x, y, z)
+
+    return choose
 
 
-@inlined
-def function(op: int, x: float, y: float) -> float:
-    """`Op.SQRT` to `Op.WRAP`."""
-    if op == Op.SQRT:
-        return math.sqrt(x)
-    if op == Op.SIN:
-        return math.sin(x)
-    if op == Op.COS:
-        return math.cos(x)
-    if op == Op.TAN:
-        return math.tan(x)
-    if op == Op.ASIN:
-        return math.asin(x)
-    if op == Op.ACOS:
-        return math.acos(x)
-    if op == Op.ATAN:
-        return math.atan(x)
-    if op == Op.ATAN2:
-        return math.atan2(x, y)
-    if op == Op.EXP:
-        return math.exp(x)
-    if op == Op.LOG:
-        return math.log(x)
-    # numpy's floor and ceil stay floats; math's overflow as integers.
-    if op == Op.FLOOR:
-        return np.floor(x)
-    if op == Op.CEIL:
-        return np.ceil(x)
-    if op == Op.ROUND:
-        return np.rint(x)
-    if op == Op.HYPOT:
-        return math.hypot(x, y)
-    return wrap_angle(x)
+def _binary(rows: Rows, rest: Scalar) -> Scalar:
+    (a, f), (b, g), (c, h), (d, k) = rows
+
+    @inlined
+    def choose(op: int, x: float, y: float, z: float) -> float:
+        if op == a:
+            return f(x, y)
+        if op == b:
+            return g(x, y)
+        if op == c:
+            return h(x, y)
+        if op == d:
+            return k(x, y)
+        return rest(op, x, y, z)
+
+    return choose
 
 
-@inlined
-def comparison(op: int, x: float, y: float, z: float) -> float:
-    """`Op.LT` to `Op.SELECT`; NaN where a NaN decides."""
-    if op == Op.LT:
-        return 1.0 if x < y else 0.0 if x >= y else math.nan
-    if op == Op.LE:
-        return 1.0 if x <= y else 0.0 if x > y else math.nan
-    if op == Op.EQ:
-        return 1.0 if x == y else 0.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
-    if op == Op.NE:
-        return 0.0 if x == y else 1.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
-    if op == Op.AND:
-        return 0.0 if x == 0.0 or y == 0.0 else 1.0 if abs(x) > 0.0 and abs(y) > 0.0 else math.nan
-    if op == Op.OR:
-        return 1.0 if abs(x) > 0.0 or abs(y) > 0.0 else 0.0 if x == 0.0 and y == 0.0 else math.nan
-    if op == Op.NOT:
-        return 1.0 if x == 0.0 else 0.0 if abs(x) > 0.0 else math.nan
-    return y if abs(x) > 0.0 else z if x == 0.0 else math.nan
+def _ternary(rows: Rows, rest: Scalar) -> Scalar:
+    ((a, f),) = rows
+
+    @inlined
+    def choose(op: int, x: float, y: float, z: float) -> float:
+        return f(x, y, z) if op == a else rest(op, x, y, z)
+
+    return choose
 
 
-@inlined
-def distribution(op: int, x: float) -> float:
-    """`Op.NORMAL_QUANTILE` and `Op.NORMAL_CDF`."""
-    if op == Op.NORMAL_QUANTILE:
-        return normal_quantile(x)
-    return normal_cdf(x)
+scalar = _choices()
 
 
 # -- the interpreter ---------------------------------------------------------------------------------------------------
@@ -148,14 +125,8 @@ def evaluate(op: int, dst: int, a: int, b: int, c: int, registers: Floats, pool:
     result, first, second, third = np.uintp(dst), np.uintp(a), np.uintp(b), np.uintp(c)
     if op == Op.TABLE:
         registers[result] = _option(pool, a, registers[second])
-    elif op < Op.SQRT:
-        registers[result] = arithmetic(op, registers[first], registers[second])
-    elif op < Op.LT:
-        registers[result] = function(op, registers[first], registers[second])
-    elif op < Op.TABLE:
-        registers[result] = comparison(op, registers[first], registers[second], registers[third])
     else:
-        registers[result] = distribution(op, registers[first])
+        registers[result] = scalar(op, registers[first], registers[second], registers[third])
 
 
 @kernel

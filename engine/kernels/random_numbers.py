@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.kernels import scalars
 from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats, Ints
 
@@ -111,10 +112,7 @@ SPLIT_CENTRE = 0.425
 SPLIT_TAIL = 5.0
 
 
-@kernel
-def normal_cdf(x: float) -> float:
-    """Probability that a standard normal variable is below x; erfc keeps the lower tail accurate."""
-    return 0.5 * math.erfc(-x / math.sqrt(2.0))
+normal_cdf = kernel(scalars.normal_cdf)
 
 
 @kernel

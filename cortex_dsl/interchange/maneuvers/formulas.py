@@ -5,13 +5,12 @@ expressions of a behaviour are worth at the instant at which a run begins.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from statistics import NormalDist
+from functools import cached_property, partial
 
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.lowering.code_tables import group_variants
-from cortex_dsl.semantics.quantities.bounds import CLOSED
+from cortex_dsl.semantics.quantities.bounds import is_dynamic
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.interchange.openscenario.document import unique_names
@@ -19,6 +18,7 @@ from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula, number
 from engine.interchange.openscenario.maneuvers.maneuver_plan import Parameter
 from engine.opcodes import Op
+from engine.operators import OPERATORS
 from engine.road.network import Network
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
@@ -34,19 +34,9 @@ SAID: Mapping[Op, Callable[..., Formula]] = {
     Op.MIN: formula.least,
     Op.MAX: formula.most,
     Op.ABS: lambda a: formula.most(a, formula.subtract(formula.ZERO, a)),
-    Op.SQRT: lambda a: formula.applied("sqrt", a),
-    Op.FLOOR: lambda a: formula.applied("floor", a),
-    Op.CEIL: lambda a: formula.applied("ceil", a),
+    **{op: partial(formula.applied, row.formula) for op, row in OPERATORS.items() if row.formula},
 }
 """Operations that expressions of OpenSCENARIO know; of what is drawn or chosen any other is worked out here."""
-
-
-VALUES: Mapping[Op, Callable[..., float]] = {
-    **CLOSED,
-    Op.NORMAL_QUANTILE: NormalDist().inv_cdf,
-    Op.NORMAL_CDF: NormalDist().cdf,
-}
-"""Operations that are worked out where nothing they need may be varied."""
 
 
 class UnsayableError(Signal):
@@ -144,11 +134,11 @@ def _applied(case: Case, expression: ir.Apply) -> Formula | None:
     if expression.op == Op.TABLE:
         index = formula_of(case, expression.arguments[0])
         return formula.number(case.whole.pool[expression.immediates[0] + int(index.number)]) if index.plain else None
-    if expression.op not in VALUES and expression.op not in SAID:
+    if expression.op not in OPERATORS:
         return None
     operands = [formula_of(case, argument) for argument in expression.arguments]
-    if expression.op in VALUES and all(operand.plain for operand in operands):
-        return formula.number(VALUES[expression.op](*(operand.number for operand in operands)))
+    if all(operand.plain for operand in operands):
+        return formula.number(OPERATORS[expression.op].value(*(operand.number for operand in operands)))
     return SAID[expression.op](*operands) if expression.op in SAID else None
 
 
@@ -199,11 +189,6 @@ def varied_params(case: Case) -> Iterator[Parameter]:
 
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 
-DYNAMIC = (
-    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY,
-    Op.ACTION, Op.CROSSING
-)  # fmt: skip
-"""Operations that ask the running simulation."""
 AT_START = {State.X: Column.X, State.Y: Column.Y, State.HEADING: Column.HEADING, State.SPEED: Column.SPEED}
 
 
@@ -233,23 +218,9 @@ def settled(case: Case, expression: ir.Expr) -> Formula:
     try:
         return formula_of(case, expression)
     except UnsayableError:
-        if any(each.op in DYNAMIC for each in _operations(expression)):
+        if is_dynamic(expression):
             raise
         return number(value_at_start(case, expression))
-
-
-def _operations(expression: ir.Expr) -> Iterator[ir.Apply]:
-    if isinstance(expression, ir.Apply):
-        yield expression
-    parts: tuple[ir.Expr, ...] = ()
-    if isinstance(expression, ir.Apply):
-        parts = expression.arguments
-    elif isinstance(expression, ir.Pack):
-        parts = expression.items
-    elif isinstance(expression, ir.Item):
-        parts = (expression.bundle,)
-    for part in parts:
-        yield from _operations(part)
 
 
 def _pose(case: Case, expression: ir.Item) -> float | None:
@@ -274,8 +245,8 @@ def _settled_call(case: Case, expression: ir.Apply) -> float | None:
     if expression.op == Op.TABLE:
         index = int(value_at_start(case, expression.arguments[0]))
         return case.whole.pool[expression.immediates[0] + index]
-    if expression.op in VALUES:
-        return float(VALUES[expression.op](*(value_at_start(case, each) for each in expression.arguments)))
+    if expression.op in OPERATORS:
+        return OPERATORS[expression.op].value(*(value_at_start(case, each) for each in expression.arguments))
     return None
 
 

@@ -31,8 +31,7 @@ from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Valu
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic
-from cortex_dsl.semantics.quantities.definedness import may_be_undefined
+from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic, may_be_undefined
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes

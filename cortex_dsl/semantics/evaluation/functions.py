@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from operator import and_, or_
 
 from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
@@ -20,29 +21,13 @@ from cortex_dsl.semantics.model.values import Actor, Closure, Function, Quantity
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in
-from cortex_dsl.semantics.quantities.algebra import (
-    Term,
-    acos,
-    asin,
-    atan,
-    atan2,
-    ceil,
-    cos,
-    exp,
-    floor,
-    hypot,
-    log,
-    maximum,
-    minimum,
-    rounded,
-    sees_within,
-    sin,
-    tan,
-    where,
-)
-from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
+from cortex_dsl.semantics.quantities.algebra import Term, function_of, sees_within, where
+from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name, root
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.opcodes import Op
+from engine.operators import OPERATORS, Rule
+from engine.operators import Function as FunctionRow
 from engine.road.network import Intersection, Lane, Maneuver
 
 Meaning = Callable[..., Value]
@@ -59,36 +44,57 @@ def _pure(ev: Evaluator, argument: Given, name: str) -> Term:
     return numbers.adopt(ev, argument.value, PURE, argument.span, f"the argument of `{name}`")
 
 
-def _trigonometric(name: str, of: Callable[..., Term]) -> Meaning:
+def _of_angle(op: Op, name: str) -> Meaning:
     def meaning(ev: Evaluator, angle: Given, _span: Span) -> Value:
-        return Quantity(of(numbers.adopt(ev, angle.value, ANGLE, angle.span, f"the argument of `{name}`")), PURE)
+        given = numbers.adopt(ev, angle.value, ANGLE, angle.span, f"the argument of `{name}`")
+        return Quantity(function_of(op)(given), PURE)
 
     return meaning
 
 
-def _inverse(name: str, of: Callable[..., Term]) -> Meaning:
+def _to_angle(op: Op, name: str) -> Meaning:
     def meaning(ev: Evaluator, x: Given, span: Span) -> Value:
-        return Quantity(numbers.defined(ev, of(_pure(ev, x, name)), span, f"it is `{name}` of {{}}"), ANGLE)
+        return Quantity(
+            numbers.defined(ev, function_of(op)(_pure(ev, x, name)), span, f"it is `{name}` of {{}}"), ANGLE
+        )
 
     return meaning
 
 
-def _of_pure_number(name: str, of: Callable[..., Term]) -> Meaning:
+def _of_pure_number(op: Op, name: str) -> Meaning:
     def meaning(ev: Evaluator, x: Given, span: Span) -> Value:
         given = numbers.quantity(x.value, x.span, f"the argument of `{name}`")
         dimension = None if given.dimension is None else PURE
-        return Quantity(numbers.defined(ev, of(_pure(ev, x, name)), span, f"it is `{name}` of {{}}"), dimension)
+        result = function_of(op)(_pure(ev, x, name))
+        return Quantity(numbers.defined(ev, result, span, f"it is `{name}` of {{}}"), dimension)
 
     return meaning
 
 
-def _abs(_ev: Evaluator, x: Given, _span: Span) -> Value:
-    given = numbers.quantity(x.value, x.span, "the argument of `abs`")
-    return Quantity(abs(given.expr), given.dimension)
+def _of_any(op: Op, name: str) -> Meaning:
+    def meaning(_ev: Evaluator, x: Given, _span: Span) -> Value:
+        given = numbers.quantity(x.value, x.span, f"the argument of `{name}`")
+        return Quantity(function_of(op)(given.expr), given.dimension)
+
+    return meaning
 
 
-def _sqrt(ev: Evaluator, x: Given, span: Span) -> Value:
-    return numbers.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
+def _root(op: Op, name: str) -> Meaning:
+    def meaning(ev: Evaluator, x: Given, span: Span) -> Value:
+        base = numbers.quantity(x.value, x.span, f"the argument of `{name}`")
+        dimension = None if base.dimension is None else root(base.dimension)
+        if dimension is None and base.dimension is not None:
+            raise DIMENSION_MISMATCH.mistake(
+                span,
+                what="under a square root there",
+                expected="a square",
+                actual=dimension_name(base.dimension),
+                cure="as in `sqrt(x * x + y * y)`",
+            )
+        result = numbers.defined(ev, function_of(op)(base.expr), span, "it is the square root of {}")
+        return Quantity(result, dimension)
+
+    return meaning
 
 
 def _two_alike(of: Callable[..., Term], x: Given, y: Given, span: Span) -> Quantity:
@@ -97,12 +103,12 @@ def _two_alike(of: Callable[..., Term], x: Given, y: Given, span: Span) -> Quant
     return Quantity(of(left.expr, right.expr), dimension)
 
 
-def _hypot(_ev: Evaluator, x: Given, y: Given, span: Span) -> Value:
-    return _two_alike(hypot, x, y, span)
+def _alike(op: Op, _name: str) -> Meaning:
+    return lambda _ev, x, y, span: _two_alike(function_of(op), x, y, span)
 
 
-def _atan2(_ev: Evaluator, y: Given, x: Given, span: Span) -> Value:
-    return Quantity(_two_alike(atan2, y, x, span).expr, ANGLE)
+def _alike_to_angle(op: Op, _name: str) -> Meaning:
+    return lambda _ev, y, x, span: Quantity(_two_alike(function_of(op), y, x, span).expr, ANGLE)
 
 
 def _spread(given: Sequence[Given]) -> list[Given]:
@@ -112,7 +118,7 @@ def _spread(given: Sequence[Given]) -> list[Given]:
     return list(given)
 
 
-def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
+def _extremum(op: Op, name: str) -> Meaning:
     def meaning(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         if not (given := _spread(given)):
             raise TOO_FEW_ARGUMENTS.mistake(
@@ -121,30 +127,26 @@ def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
         ev.file.budget.spend(span, len(given))
         result = numbers.quantity(given[0].value, given[0].span)
         for other in given[1:]:
-            result = _two_alike(_strict(ev, of), Given(result, span), other, span)
+            result = _two_alike(partial(_strict, ev, op), Given(result, span), other, span)
         return result
 
     return meaning
 
 
-def _strict(ev: Evaluator, of: Callable[..., Term]) -> Callable[[Term, Term], Term]:
+def _strict(ev: Evaluator, op: Op, one: Term, other: Term) -> Term:
     """`min` or `max`, NaN where an operand is: the instruction leaves out a second operand that is NaN."""
-
-    def extremum(one: Term, other: Term) -> Term:
-        if not ev.may_be_undefined(other):
-            return of(one, other)
-        if not ev.may_be_undefined(one):
-            return of(other, one)
-        return where(other < one if of is minimum else one < other, other, one)
-
-    return extremum
+    if not ev.may_be_undefined(other):
+        return function_of(op)(one, other)
+    if not ev.may_be_undefined(one):
+        return function_of(op)(other, one)
+    return where(other < one if op == Op.MIN else one < other, other, one)
 
 
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
     ev.file.budget.spend(span, len(items_of(items.value, items.span)))
     for item in items_of(items.value, items.span):
-        total = numbers.add(total, numbers.quantity(item, items.span), span)
+        total = numbers.combined(Op.ADD, total, numbers.quantity(item, items.span), span)
     return total
 
 
@@ -306,19 +308,22 @@ def _local_path(_ev: Evaluator, path: Given, _span: Span) -> Value:
     return path.value
 
 
+_RULES: Mapping[Rule, Callable[[Op, str], Meaning]] = {
+    Rule.ANGLE_TO_PURE: _of_angle,
+    Rule.PURE_TO_ANGLE: _to_angle,
+    Rule.PURE: _of_pure_number,
+    Rule.ANY: _of_any,
+    Rule.ROOT: _root,
+    Rule.ALIKE: _alike,
+    Rule.ALIKE_TO_ANGLE: _alike_to_angle,
+    Rule.EXTREMUM: _extremum,
+}
 MEANINGS: Mapping[str, Meaning] = {
-    **{name: _trigonometric(name, of) for name, of in {"sin": sin, "cos": cos, "tan": tan}.items()},
-    **{name: _inverse(name, of) for name, of in {"asin": asin, "acos": acos, "atan": atan}.items()},
     **{
-        name: _of_pure_number(name, of)
-        for name, of in {"exp": exp, "log": log, "floor": floor, "ceil": ceil, "round": rounded}.items()
+        row.spelling.name: _RULES[row.spelling.rule](op, row.spelling.name)
+        for op, row in OPERATORS.items()
+        if isinstance(row.spelling, FunctionRow)
     },
-    "abs": _abs,
-    "sqrt": _sqrt,
-    "hypot": _hypot,
-    "atan2": _atan2,
-    "min": _extremum("min", minimum),
-    "max": _extremum("max", maximum),
     "sum": _sum,
     "len": _len,
     "filter": _filter,

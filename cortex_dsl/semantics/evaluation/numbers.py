@@ -38,9 +38,8 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import Operation, Term, equal, sqrt, unequal, where
-from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
-from cortex_dsl.semantics.quantities.definedness import is_undefined
+from cortex_dsl.semantics.quantities.algebra import Operation, Term, equal, function_of, unequal, where
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_undefined, range_labels
 from cortex_dsl.semantics.quantities.units import (
     ACCELERATION,
     ANGLE,
@@ -54,10 +53,12 @@ from cortex_dsl.semantics.quantities.units import (
     power,
     product,
     quotient,
-    root,
     unit_examples,
 )
 from cortex_dsl.source import Span
+from engine.opcodes import Op
+from engine.operators import OPERATORS, Infix, Rule
+from engine.operators.bounds import DIVISIONS, POWERS
 
 Dimension = ir.Dimension
 MOST_BARE_SPEED = 40.0
@@ -208,85 +209,61 @@ def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]
         raise Mistake(replace(mistake.diagnostic, label=second, secondary=(first,))) from None
 
 
-def add(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    dimension = common(left.dimension, right.dimension, span, "added")
-    return finite(Quantity(left.expr + right.expr, dimension), span)
-
-
-def subtract(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    dimension = common(left.dimension, right.dimension, span, "subtracted")
-    return finite(Quantity(left.expr - right.expr, dimension), span)
-
-
-def multiply(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    dimension = _combined(left.dimension, right.dimension, product)
-    return finite(Quantity(left.expr * right.expr, dimension), span, "it is too large")
-
-
-def divide(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    dimension = _combined(left.dimension, right.dimension, quotient)
-    _not_zero(right, span)
-    return finite(Quantity(left.expr / right.expr, dimension), span, "it is too large")
-
-
-def _combined(
-    left: Dimension | None, right: Dimension | None, rule: Callable[[Dimension, Dimension], Dimension]
-) -> Dimension | None:
-    """A bare factor is pure, but a bare and a pure number give a bare one: the bare may stand for anything."""
-    if left is None and right is None:
-        return None
-    dimension = rule(left or PURE, right or PURE)
-    return None if None in (left, right) and dimension == PURE else dimension
-
-
-def floor_divide(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    common(left.dimension, right.dimension, span, "divided into whole parts")
-    _not_zero(right, span)
-    dimension = None if left.dimension is None and right.dimension is None else PURE
-    return Quantity(left.expr // right.expr, dimension)
-
-
-def modulo(left: Quantity, right: Quantity, span: Span) -> Quantity:
-    dimension = common(left.dimension, right.dimension, span, "divided with remainder")
-    _not_zero(right, span)
-    return Quantity(left.expr % right.expr, dimension)
-
-
-def _not_zero(divisor: Quantity, span: Span) -> None:
-    if closed_value(divisor.expr) == 0.0:
+def combined(op: Op, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    """Return what an operator of arithmetic makes of two numbers."""
+    row = OPERATORS[op]
+    assert isinstance(row.spelling, Infix)
+    assert row.spelling.rule is not None
+    dimension = _DIMENSIONS[row.spelling.rule](left, right, span, row.spelling.joined)
+    if row.domain is DIVISIONS and closed_value(right.expr) == 0.0:
         raise NOT_FINITE.mistake(span, reason="it divides by zero")
+    result = function_of(op)(left.expr, right.expr)
+    if row.domain is POWERS and (value := closed_value(result)) is not None and not math.isfinite(value):
+        reason = "its power is not a real number" if math.isnan(value) else "it is too large"
+        raise NOT_FINITE.mistake(span, reason=reason)
+    return finite(Quantity(result, dimension), span, "it is too large")
 
 
-def raised(base: Quantity, exponent: Quantity, span: Span) -> Quantity:
+def _alike(left: Quantity, right: Quantity, span: Span, joined: str) -> Dimension | None:
+    return common(left.dimension, right.dimension, span, joined)
+
+
+def _alike_to_pure(left: Quantity, right: Quantity, span: Span, joined: str) -> Dimension | None:
+    return None if common(left.dimension, right.dimension, span, joined) is None else PURE
+
+
+def _of_factors(rule: Callable[[Dimension, Dimension], Dimension]) -> Callable[..., Dimension | None]:
+    """A bare factor is pure, but a bare and a pure number give a bare one: the bare may stand for anything."""
+
+    def dimension_of(left: Quantity, right: Quantity, _span: Span, _joined: str) -> Dimension | None:
+        if left.dimension is None and right.dimension is None:
+            return None
+        dimension = rule(left.dimension or PURE, right.dimension or PURE)
+        return None if None in (left.dimension, right.dimension) and dimension == PURE else dimension
+
+    return dimension_of
+
+
+def _of_power(base: Quantity, exponent: Quantity, span: Span, _joined: str) -> Dimension | None:
     if exponent.dimension not in (None, PURE):
         raise DIMENSION_MISMATCH.mistake(
             span, what="an exponent", expected="a pure number", actual=dimension_name(exponent.dimension), cure=""
         )
-    dimension = base.dimension
-    if dimension not in (None, PURE):
-        known = closed_value(exponent.expr)
-        if known is None or known != math.floor(known) or abs(known) > 16:
-            raise POWER_NOT_CONSTANT.mistake(span, what=dimension_name(dimension))
-        dimension = power(dimension, int(known))
-    result = base.expr**exponent.expr
-    value = closed_value(result)
-    if value is not None and not math.isfinite(value):
-        reason = "its power is not a real number" if math.isnan(value) else "it is too large"
-        raise NOT_FINITE.mistake(span, reason=reason)
-    return Quantity(result, dimension)
+    if base.dimension in (None, PURE):
+        return base.dimension
+    known = closed_value(exponent.expr)
+    if known is None or known != math.floor(known) or abs(known) > 16:
+        raise POWER_NOT_CONSTANT.mistake(span, what=dimension_name(base.dimension))
+    return power(base.dimension, int(known))
 
 
-def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
-    dimension = base.dimension if base.dimension is None else root(base.dimension)
-    if dimension is None and base.dimension is not None:
-        raise DIMENSION_MISMATCH.mistake(
-            span,
-            what="under a square root there",
-            expected="a square",
-            actual=dimension_name(base.dimension),
-            cure="as in `sqrt(x * x + y * y)`",
-        )
-    return Quantity(defined(ev, sqrt(base.expr), span, "it is the square root of {}"), dimension)
+_DIMENSIONS: Mapping[Rule, Callable[[Quantity, Quantity, Span, str], Dimension | None]] = {
+    Rule.ALIKE: _alike,
+    Rule.ALIKE_TO_PURE: _alike_to_pure,
+    Rule.PRODUCT: _of_factors(product),
+    Rule.QUOTIENT: _of_factors(quotient),
+    Rule.POWER: _of_power,
+}
 
 
 def defined(ev: Evaluator, result: Term, span: Span, reason: str) -> Term:

@@ -1,6 +1,7 @@
 """Literals, names, lists, and the operators of arithmetic, comparison and logic."""
 
 import math
+from functools import partial
 from operator import add, and_, or_, sub
 
 from cortex_dsl import ir
@@ -36,6 +37,7 @@ from cortex_dsl.semantics.quantities.units import UNITS, Unit
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
+from engine.operators import OPERATORS, Infix
 from engine.vocabulary import ManeuverType
 
 # -- literals and names -----------------------------------------------------------------------------------------------
@@ -112,13 +114,9 @@ def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
 # -- arithmetic -------------------------------------------------------------------------------------------------------
 
 _ARITHMETIC = {
-    "+": numbers.add,
-    "-": numbers.subtract,
-    "*": numbers.multiply,
-    "/": numbers.divide,
-    "//": numbers.floor_divide,
-    "%": numbers.modulo,
-    "**": numbers.raised,
+    row.spelling.sign: partial(numbers.combined, op)
+    for op, row in OPERATORS.items()
+    if isinstance(row.spelling, Infix) and row.spelling.rule is not None
 }
 
 

@@ -18,8 +18,15 @@ from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Algebra
-from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, folded, leaves, part_interval
-from cortex_dsl.semantics.quantities.definedness import may_be_undefined
+from cortex_dsl.semantics.quantities.bounds import (
+    CLOSED,
+    Interval,
+    closed_value,
+    folded,
+    leaves,
+    may_be_undefined,
+    part_interval,
+)
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean

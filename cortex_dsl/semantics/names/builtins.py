@@ -1,6 +1,7 @@
 """Everything a program may name without defining it: one row each, with what hover text and the reference say.
 
-A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
+Functions of numbers are rows of `engine.operators`. A new distribution, action or library behaviour starts with a row
+here; `functions`, `driving`,
 `random_values`, `following`, `caution` and `giving_way` hold what the rows do.
 """
 
@@ -11,6 +12,7 @@ from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, PURE, SPEED, TIME
 from engine.frozen import frozen
 from engine.named_results import NAMED_RESULTS
+from engine.operators import OPERATORS, Function
 from engine.vocabulary import Command
 
 
@@ -131,24 +133,12 @@ _ROWS = (
     _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
     _function("resample", "A drawn number once more: drawn from the same distribution, by itself.", "x"),
     # -- mathematics
-    _function("abs", "Absolute value.", "x"),
-    _function("min", "Least of several numbers, or of a list.", variadic=True),
-    _function("max", "Greatest of several numbers, or of a list.", variadic=True),
+    *(
+        _function(row.name, row.doc, *row.parameters, variadic=not row.parameters)
+        for row in (operator.spelling for operator in OPERATORS.values())
+        if isinstance(row, Function)
+    ),
     _function("sum", "Sum of a list of numbers.", "items"),
-    _function("sqrt", "Square root.", "x"),
-    _function("hypot", "Square root of the sum of two squares.", "x", "y"),
-    _function("sin", "Sine of an angle.", "angle"),
-    _function("cos", "Cosine of an angle.", "angle"),
-    _function("tan", "Tangent of an angle.", "angle"),
-    _function("asin", "Angle of a sine.", "x"),
-    _function("acos", "Angle of a cosine.", "x"),
-    _function("atan", "Angle of a tangent.", "x"),
-    _function("atan2", "Angle of the direction (x, y), as `atan2(y, x)`.", "y", "x"),
-    _function("exp", "Exponential of a pure number.", "x"),
-    _function("log", "Natural logarithm of a pure number.", "x"),
-    _function("floor", "Greatest whole number not above x.", "x"),
-    _function("ceil", "Least whole number not below x.", "x"),
-    _function("round", "Nearest whole number, halves to even.", "x"),
     # -- texts and classes
     _function("int", "The whole part of a number, towards zero; of a text, the whole number in it.", "x"),
     _function("float", "The number that a text holds; a number as it is.", "x"),

@@ -13,9 +13,9 @@ from typing import Any, Protocol, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
-from cortex_dsl.semantics.quantities.exact import EXACT
 from cortex_dsl.source import Span
 from engine.opcodes import Op
+from engine.operators import OPERATORS
 from engine.vocabulary import State
 
 NOWHERE = Span(0, 0)
@@ -222,8 +222,8 @@ class Algebra:
 
     def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:
         arguments = tuple(each if isinstance(each, Term) else self.literal(each) for each in operands)
-        if op in EXACT and all(isinstance(a, Constant) for a in arguments):
-            return self.literal(EXACT[op](*(a.value for a in arguments if isinstance(a, Constant))))
+        if op in OPERATORS and OPERATORS[op].is_exact and all(isinstance(a, Constant) for a in arguments):
+            return self.literal(OPERATORS[op].value(*(a.value for a in arguments if isinstance(a, Constant))))
         if (simpler := _simplified(op, arguments)) is not None:
             return simpler
         # Later passes walk expressions recursively, so their depth must have a limit.
@@ -282,8 +282,8 @@ def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
 # -- functions of terms ------------------------------------------------------------------------------------------------
 
 
-def _function(op: Op) -> Callable[..., Term]:
-    """A function of terms; a number among them becomes a literal."""
+def function_of(op: Op) -> Callable[..., Term]:
+    """Return the function of terms that an instruction computes; a number among its operands becomes a literal."""
 
     def function(*operands: Operand) -> Term:
         algebra = next(each.algebra for each in operands if isinstance(each, Term))
@@ -307,24 +307,24 @@ def where(condition: Term, then: Operand, otherwise: Operand) -> Term:
     return condition.algebra.apply(Op.SELECT, condition, then, otherwise)
 
 
-minimum, maximum, hypot, atan2, wrapped = map(_function, (Op.MIN, Op.MAX, Op.HYPOT, Op.ATAN2, Op.WRAP))
+minimum, maximum, hypot, atan2, wrapped = map(function_of, (Op.MIN, Op.MAX, Op.HYPOT, Op.ATAN2, Op.WRAP))
 """`wrapped`: an angle brought into [-pi, pi)."""
-sin, cos, tan, asin, acos, atan = map(_function, (Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN))
-exp, log, sqrt, floor, ceil, rounded = map(_function, (Op.EXP, Op.LOG, Op.SQRT, Op.FLOOR, Op.CEIL, Op.ROUND))
-equal, unequal, normal_cdf, normal_quantile = map(_function, (Op.EQ, Op.NE, Op.NORMAL_CDF, Op.NORMAL_QUANTILE))
+sin, cos, tan, asin, acos, atan = map(function_of, (Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN))
+exp, log, sqrt, floor, ceil, rounded = map(function_of, (Op.EXP, Op.LOG, Op.SQRT, Op.FLOOR, Op.CEIL, Op.ROUND))
+equal, unequal, normal_cdf, normal_quantile = map(function_of, (Op.EQ, Op.NE, Op.NORMAL_CDF, Op.NORMAL_QUANTILE))
 
 path_pose = _pose(Op.PATH_POSE)
 """`path_pose(path, s)` at arc length s."""
-path_length, path_distance, path_project = map(_function, (Op.PATH_LENGTH, Op.PATH_DISTANCE, Op.PATH_PROJECT))
+path_length, path_distance, path_project = map(function_of, (Op.PATH_LENGTH, Op.PATH_DISTANCE, Op.PATH_PROJECT))
 """`path_project(path, x, y)`: arc length of the foot of a point [m]."""
-road_heading, lane_nearest = map(_function, (Op.ROAD_HEADING, Op.LANE_NEAREST))
+road_heading, lane_nearest = map(function_of, (Op.ROAD_HEADING, Op.LANE_NEAREST))
 road_follow = _pose(Op.ROAD_FOLLOW)
 """`road_follow(x, y, by)`: where one gets by following the lane's direction."""
-region_distance, region_contains = map(_function, (Op.REGION_DISTANCE, Op.REGION_CONTAINS))
+region_distance, region_contains = map(function_of, (Op.REGION_DISTANCE, Op.REGION_CONTAINS))
 """`(region, x, y)`."""
-region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
+region_box_distance, region_contains_box = map(function_of, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
-region_depth, region_box_depth, box_distance = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH, Op.BOX_DISTANCE))
+region_depth, region_box_depth, box_distance = map(function_of, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH, Op.BOX_DISTANCE))
 """`box_distance`: between two outlines [m]."""
 
 

@@ -1,10 +1,6 @@
 """What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
 decided whatever a search chooses, and by how much it holds.
 
-`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes
-at once, on compiled code, and keeps account of NaN. Here an expression is evaluated once or twice in a compilation,
-where one such array would cost more than the whole result. A test compares the two.
-
 A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
 `a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
 This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic
@@ -20,15 +16,13 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.quantities.algebra import Operation, Term, maximum, minimum
-from cortex_dsl.semantics.quantities.exact import EXACT, safe_quotient
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
 from engine.opcodes import Op
+from engine.operators import OPERATORS
+from engine.operators.bounds import EVERYTHING, Domain, Interval
 
 # -- parts and values --------------------------------------------------------------------------------------------------
-
-_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING,
-                      Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY, Op.ACTION, Op.CROSSING})  # fmt: skip
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
@@ -71,7 +65,7 @@ def is_dynamic(expression: ir.Expr) -> bool:
 
 def changes(part: ir.Expr) -> bool:
     """Whether an operation of its own reads the running simulation, whatever its operands do."""
-    return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
+    return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and Op.STATE <= part.op < Op.JUMP)
 
 
 Result = TypeVar("Result")
@@ -85,36 +79,8 @@ def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]
     return known[expression]
 
 
-def _power(a: float, b: float) -> float:
-    """As the kernels have it: infinite where it overflows, NaN where it is no real number."""
-    try:
-        return math.pow(a, b)
-    except OverflowError:
-        return math.inf
-    except ValueError:
-        return math.inf if a == 0.0 else math.nan
-
-
-CLOSED: Mapping[Op, Callable[..., float]] = {
-    **EXACT,
-    Op.MOD: lambda a, b: a % b,
-    Op.FLOORDIV: lambda a, b: a // b,
-    Op.POW: _power,
-    Op.SQRT: math.sqrt,
-    Op.SIN: math.sin,
-    Op.COS: math.cos,
-    Op.TAN: math.tan,
-    Op.ASIN: math.asin,
-    Op.ACOS: math.acos,
-    Op.ATAN: math.atan,
-    Op.ATAN2: math.atan2,
-    Op.EXP: math.exp,
-    Op.LOG: math.log,
-    Op.ROUND: lambda a: float(round(a)),
-    Op.HYPOT: math.hypot,
-    Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
-}
-"""What a constant expression is worth, for checks and indices; never written into the program."""
+CLOSED: Mapping[Op, Callable[..., float]] = {op: row.value for op, row in OPERATORS.items()}
+"""Values of constant expressions, for checks and indices; never written into the program."""
 
 Numbers = Mapping[int, float]
 NOTHING: Numbers = {}
@@ -143,7 +109,7 @@ def closed_value(
             case ir.Apply(op=op) if op in operations and len(known) == len(values):
                 try:
                     return operations[op](*known)
-                except (ValueError, ArithmeticError, TypeError):
+                except ValueError:  # the number of a path or region is NaN
                     return math.nan
         return None
 
@@ -152,9 +118,8 @@ def closed_value(
 
 # -- intervals ---------------------------------------------------------------------------------------------------------
 
-Interval = tuple[float, float]
-EVERYTHING: Interval = (-math.inf, math.inf)
 UNIFORM: Interval = (0.0, 1.0 - 2.0**-53)
+_DISTANCES = frozenset({Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE})
 
 
 def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
@@ -175,74 +140,40 @@ def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int,
             return genes.get(index, EVERYTHING)
         case ir.Draw():
             return UNIFORM
-        case ir.Apply(op=op) if op in _INTERVALS:
-            result = _INTERVALS[op](*within)
+        case ir.Apply(op=Op.RANDOM):
+            return UNIFORM
+        case ir.Apply(op=op) if op in _DISTANCES:
+            return (0.0, math.inf)
+        case ir.Apply(op=op) if op in OPERATORS and (bounds := OPERATORS[op].bounds) is not None:
+            result = bounds(*within)
             return EVERYTHING if math.isnan(result[0] + result[1]) else result
     return EVERYTHING
 
 
-def _hull(*values: float) -> Interval:
-    return (min(values), max(values))
+# -- operations without a value ----------------------------------------------------------------------------------------
+# The root of a negative number has none, nor has 0 / 0, nor what is made of them, comparisons and conditions included.
+# What bounds neither exclude nor prove, the scene or the run decides: it is an error where the number does not exist.
 
 
-def _quotients(a: Interval, b: Interval) -> Interval:
-    return EVERYTHING if b[0] <= 0.0 <= b[1] else _hull(*(safe_quotient(x, y) for x in a for y in b))
+def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> bool:
+    """Return True if a part of an expression may have no value; `interval` gives the bounds of a part."""
+    return any(
+        isinstance(part, ir.Apply)
+        and (domain := _domain(part.op)) is not None
+        and not domain.holds(*map(interval, operands(part)))
+        for part in parts(expression)
+    )
 
 
-def _roots(a: Interval) -> Interval:
-    return EVERYTHING if a[0] < 0.0 else (math.sqrt(a[0]), math.sqrt(a[1]))
+def is_undefined(op: Op, intervals: Sequence[Interval]) -> bool:
+    """Return True if an operation has no value, wherever in these intervals its operands lie."""
+    domain = _domain(op)
+    return domain is not None and domain.misses(*intervals)
 
 
-def _floor(end: float) -> float:
-    return end if math.isinf(end) else float(math.floor(end))
+def _domain(op: Op) -> Domain | None:
+    return OPERATORS[op].domain if op in OPERATORS else None
 
-
-def _truth(always: bool, never: bool) -> Interval:
-    return (float(always), float(not never))
-
-
-def _magnitude(a: Interval) -> Interval:
-    return (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a)))
-
-
-ROUNDED = 1e-12
-"""More than by which two ways to round a square root differ, in parts of it."""
-
-
-def _lengths(a: Interval, b: Interval) -> Interval:
-    return (math.hypot(a[0], b[0]) * (1.0 - ROUNDED), math.hypot(a[1], b[1]) * (1.0 + ROUNDED))
-
-
-def _never_zero(a: Interval) -> bool:
-    return a[0] > 0.0 or a[1] < 0.0
-
-
-_INTERVALS: Mapping[Op, Callable[..., Interval]] = {
-    Op.ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
-    Op.SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
-    Op.MUL: lambda a, b: _hull(*(x * y for x in a for y in b)),
-    Op.DIV: _quotients,
-    Op.SQRT: _roots,
-    Op.SIN: lambda _: (-1.0, 1.0),
-    Op.COS: lambda _: (-1.0, 1.0),
-    Op.NEG: lambda a: (-a[1], -a[0]),
-    Op.ABS: _magnitude,
-    Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
-    Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
-    Op.FLOOR: lambda a: (_floor(a[0]), _floor(a[1])),
-    Op.SELECT: lambda _, b, c: _hull(*b, *c),
-    Op.LT: lambda a, b: _truth(a[1] < b[0], a[0] >= b[1]),
-    Op.LE: lambda a, b: _truth(a[1] <= b[0], a[0] > b[1]),
-    Op.EQ: lambda a, b: _truth(a[0] == a[1] == b[0] == b[1], a[1] < b[0] or b[1] < a[0]),
-    Op.NE: lambda a, b: _truth(a[1] < b[0] or b[1] < a[0], a[0] == a[1] == b[0] == b[1]),
-    Op.AND: lambda a, b: _truth(_never_zero(a) and _never_zero(b), (0.0, 0.0) in (a, b)),
-    Op.OR: lambda a, b: _truth(_never_zero(a) or _never_zero(b), a == b == (0.0, 0.0)),
-    Op.NOT: lambda a: _truth(a == (0.0, 0.0), _never_zero(a)),
-    Op.RANDOM: lambda: UNIFORM,
-    Op.HYPOT: lambda a, b: _lengths(_magnitude(a), _magnitude(b)),
-    **dict.fromkeys((Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE),
-                    lambda *_: (0.0, math.inf)),
-}  # fmt: skip
 
 # -- what is certain of a `require` ------------------------------------------------------------------------------------
 

@@ -45,6 +45,7 @@ def held():
 @pytest.fixture
 def kernels(tmp_path: Path) -> Path:
     for name in KERNEL_INPUTS:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(KERNELS.parent / name, tmp_path / name)
     folder = tmp_path / "kernels"
     folder.mkdir()

@@ -1,5 +1,6 @@
 """The interpreter of pure code: Python's meaning for numbers, the road's own for geometry."""
 
+import itertools
 import math
 import operator
 import os
@@ -16,6 +17,7 @@ from engine.kernels.jit import need
 from engine.kernels.sight import OUTSIDE, SEEN
 from engine.maps import RoadSpec
 from engine.opcodes import Op
+from engine.operators import OPERATORS
 from engine.road import build_network, road_tables
 from engine.vocabulary import ManeuverType
 from tests.engine.kernels.sight_reference import Scene, agrees
@@ -79,6 +81,39 @@ UNARY = {
     Op.ROUND: round,
     Op.NOT: operator.not_,
 }
+
+
+SPECIAL = [
+    0.0,
+    -0.0,
+    0.5,
+    -0.5,
+    1.0,
+    -1.0,
+    2.5,
+    -3.0,
+    1e-300,
+    1e8,
+    1e300,
+    math.pi,
+    -math.pi,
+    math.inf,
+    -math.inf,
+    math.nan,
+]
+
+
+@pytest.mark.parametrize("op", OPERATORS, ids=lambda op: op.name)
+def test_the_value_of_a_row_is_that_of_the_kernel(calculate, op):
+    """On random and on special numbers; bit for bit where the compiler folds constants."""
+    row, rng = OPERATORS[op], np.random.default_rng(int(op))
+    drawn = (rng.normal(0.0, 1.0, (500, row.arity)) * 10.0 ** rng.integers(-3, 4, (500, row.arity))).tolist()
+    for operands in (*drawn, *itertools.product(SPECIAL, repeat=min(row.arity, 2))):
+        operands = (*operands, 7.0)[: row.arity]
+        value, computed = row.value(*operands), float(calculate(op, *operands)[0])
+        if row.is_exact and not math.isnan(value):
+            assert value.hex() == computed.hex(), operands
+        assert value == pytest.approx(computed, rel=1e-13, abs=1e-300, nan_ok=True), operands
 
 
 @pytest.mark.parametrize("op", BINARY)

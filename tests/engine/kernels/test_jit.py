@@ -98,10 +98,12 @@ class Installation:
         self.environment = {"CORTEXC_CACHE": str(cache)}
         self.package = folder / "engine"
         (self.package / "kernels").mkdir(parents=True)
+        (self.package / "operators").mkdir()
         names = (
             "__init__.py",
             "named_results.py",
             "opcodes.py",
+            "operators/__init__.py",
             "vocabulary.py",
             "outcomes.py",
             "result_row.py",

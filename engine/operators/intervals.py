@@ -1,16 +1,17 @@
-"""Intervals, over many boxes at once: what a value may be in each, and arithmetic, comparisons and logic on them.
+"""Intervals over many boxes at once: the values that each operator can have on operands in given intervals.
 
 NaN is kept beside the numbers: an interval holds all values that are numbers, `undefined` says whether there may be one
-that is not. Truths are intervals within [0, 1], NaN where a kernel's is. (`cortex_dsl.semantics.quantities.bounds` has
-the plain ones of the compiler, one expression at a time; a test holds the two together.)
+that is not. Truths are intervals within [0, 1], NaN where a kernel's is. `engine.operators.bounds` has the plain ones
+of the compiler.
 
 Each function takes intervals and gives one that holds every value the instruction can have on operands in them.
 Correctly rounded operations need no slack: rounding never changes an order, so what a kernel computes lies between what
-it computes at the ends.
+it computes at the ends. What is not correctly rounded gets a slack far above its error.
 
 Source of the method: Moore, Kearfott and Cloud (2009), "Introduction to Interval Analysis", chapters 2 to 5.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,11 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine import portable
+from engine.kernels import scalars
 from engine.tables import Floats
 
 Bools = NDArray[np.bool_]
 RELATIVE = 1e-13
 """Slack of functions that are not correctly rounded: hundreds of times their error."""
+NEAR_POLE = 1e-9
+"""Distance from a jump or pole of a periodic function within which its branch is unknown [rad]."""
+FULL_TURN = 2.0 * math.pi
 
 
 class Interval(NamedTuple):
@@ -116,6 +121,10 @@ def add(a: Interval, b: Interval) -> Interval:
     return made(a.low + b.low, a.high + b.high, either(a, b) | opposite)
 
 
+def unchanged(a: Interval) -> Interval:
+    return a
+
+
 def neg(a: Interval) -> Interval:
     return Interval(-a.high, -a.low, a.undefined)
 
@@ -189,6 +198,101 @@ def greatest(a: Interval, b: Interval) -> Interval:
     return Interval(low, np.maximum(a.high, b.high), a.undefined)
 
 
+# -- functions ---------------------------------------------------------------------------------------------------------
+
+
+def root(a: Interval) -> Interval:
+    low, high = np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0))
+    return Interval(low, high, a.undefined | (a.low < 0.0))
+
+
+def wave(function: Callable[[Floats], Floats]) -> Forward:
+    """Sine and cosine never rise faster than their argument, and never leave [-1, 1]."""
+
+    def forward(a: Interval) -> Interval:
+        known = ~infinite(a)
+        low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
+        middle = function(0.5 * low + 0.5 * high)
+        reach = np.where(known, 0.5 * (high - low) + RELATIVE * (1.0 + np.abs(low) + np.abs(high)), 2.0)
+        return Interval(np.maximum(middle - reach, -1.0), np.minimum(middle + reach, 1.0), a.undefined | ~known)
+
+    return forward
+
+
+def tangent(a: Interval) -> Interval:
+    known = ~infinite(a)
+    low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
+    branch = np.floor((low - NEAR_POLE) / math.pi + 0.5) == np.floor((high + NEAR_POLE) / math.pi + 0.5)
+    branch &= known & (np.abs(low) + np.abs(high) < 1e6)
+    ends = np.where(branch, portable.tan(low), -np.inf), np.where(branch, portable.tan(high), np.inf)
+    margin = 1e-9 * (1.0 + np.square(ends[0]) + np.square(ends[1]))
+    return made(ends[0] - margin, ends[1] + margin, a.undefined | ~known)
+
+
+def rising(function: Callable[[Floats], Floats], least: float = -np.inf, greatest: float = np.inf) -> Forward:
+    """A function that never falls, defined on [least, greatest]."""
+
+    def forward(a: Interval) -> Interval:
+        low, high = function(np.clip(a.low, least, greatest)), function(np.clip(a.high, least, greatest))
+        return slackened(low, high, a.undefined | (a.low < least) | (a.high > greatest))
+
+    return forward
+
+
+arcsine, arctangent = rising(portable.arcsin, -1.0, 1.0), rising(portable.arctan)
+exponential, logarithm = rising(portable.exp), rising(portable.log, 0.0)
+
+
+def arccosine(a: Interval) -> Interval:
+    turned = arcsine(a)
+    return slackened(0.5 * math.pi - turned.high, 0.5 * math.pi - turned.low, turned.undefined)
+
+
+def direction(a: Interval, b: Interval) -> Interval:
+    corners = np.stack([portable.arctan2(y, x) for y in (a.low, a.high) for x in (b.low, b.high)])
+    ahead = b.low > 0.0
+    low, high = np.where(ahead, corners.min(axis=0), -math.pi), np.where(ahead, corners.max(axis=0), math.pi)
+    return slackened(low, high, either(a, b))
+
+
+def exactly_rising(function: Callable[[Floats], Floats]) -> Forward:
+    def forward(a: Interval) -> Interval:
+        return Interval(function(a.low), function(a.high), a.undefined)
+
+    return forward
+
+
+def length(a: Interval, b: Interval) -> Interval:
+    x, y = magnitude(a), magnitude(b)
+    low, high = np.hypot(x.low, y.low), np.hypot(x.high, y.high)
+    return made(np.maximum(low * (1.0 - RELATIVE), 0.0), high * (1.0 + RELATIVE), either(a, b))
+
+
+def wrapped(a: Interval) -> Interval:
+    """One turn: where both ends lie on the same one, they are moved back by it."""
+    known = ~infinite(a) & (np.abs(a.low) < 1e6) & (np.abs(a.high) < 1e6)
+    low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
+    inside = known & (low >= -math.pi) & (high < math.pi)
+    turn = np.floor((low - NEAR_POLE + math.pi) / FULL_TURN)
+    same = known & (turn == np.floor((high + NEAR_POLE + math.pi) / FULL_TURN)) & ~inside
+    moved = low - FULL_TURN * turn - NEAR_POLE, high - FULL_TURN * turn + NEAR_POLE
+    return Interval(
+        np.where(inside, low, np.where(same, moved[0], -math.pi)),
+        np.where(inside, high, np.where(same, moved[1], math.pi)),
+        a.undefined | infinite(a),
+    )
+
+
+def normal_quantile(a: Interval) -> Interval:
+    inside = rising(lambda p: np.array(list(map(scalars.normal_quantile, p.tolist()))), 0.0, 1.0)(a)
+    return slackened(inside.low - 1e-9, inside.high + 1e-9, inside.undefined)
+
+
+def normal_cdf(a: Interval) -> Interval:
+    low, high = (np.array(list(map(scalars.normal_cdf, end.tolist()))) for end in (a.low, a.high))
+    return slackened(low, high, a.undefined)
+
+
 # -- truth ------------------------------------------------------------------------------------------------------------
 
 
@@ -203,6 +307,10 @@ def at_most(a: Interval, b: Interval) -> Interval:
 def equal(a: Interval, b: Interval) -> Interval:
     same = (a.low == a.high) & (b.low == b.high) & (a.low == b.low)
     return truth(same, (a.high < b.low) | (a.low > b.high), either(a, b))
+
+
+def unequal(a: Interval, b: Interval) -> Interval:
+    return negation(equal(a, b))
 
 
 def negation(a: Interval) -> Interval:
