@@ -397,6 +397,7 @@ yaw, type, role, subtype), or
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
 and read with their units and conventions; keep their files in one folder."""
+OF_PAIRS = Condition("--all, which has no ego", lambda options: options.all is not None)
 OTHER_FILE = Condition("a file that is no .xosc", lambda options: options.file.suffix.lower() != SCENARIO)
 TO_XOSC = Condition("--to xosc", lambda options: "xosc" in (options.to or ()), "add xosc to --to")
 TABLES = (
@@ -427,7 +428,7 @@ RANKING = (
 
 def _options(reader: Reader) -> tuple[Option, ...]:
     endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
-    alone = ("all",) if reader is MEASURED else ()
+    alone = (OF_PAIRS,) if reader is MEASURED else ()
     missing = (f"{reader.name} what? name a recording", reader.example)
     return (
         Option("file", f"a recording: {endings}", "FILE", Path, nargs="?", missing=missing),
