@@ -1,6 +1,4 @@
-"""The past of a search: a new searcher gets its results again, and must propose what was proposed then; who drove in it
-drives again, or what is kept of that.
-"""
+"""The past of a search: a searcher must repeat the stored proposals; its driver, or its decisions, drive again."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,7 +25,7 @@ OTHER = "bring it back as it was, or start a new search with the driver as it is
 
 
 class ForeignPastError(CortexError):
-    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+    """The searcher does not propose a journal's generation: its settings, or the version, differ."""
 
     def __init__(self, generation: int) -> None:
         super().__init__(
@@ -38,10 +36,10 @@ class ForeignPastError(CortexError):
 
 
 def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
-    """Pass a whole past to a new searcher; nothing is simulated.
+    """Pass all stored results to a new searcher, without a simulation.
 
     Raises:
-        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
+        ForeignPastError: its proposals differ from those of `past`, in genomes, operators or parents.
     """
     for generation, evaluations in enumerate(past):
         searcher.tell(results(checked(searcher.ask(), evaluations, generation)))
@@ -65,7 +63,7 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
 
 
 def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> "KeptActions":
-    """Who drove, until it is named again."""
+    """Return a driver that replays the recorded decisions, until the controller is named again."""
     from engine.driving.decisions import KeptActions
 
     return KeptActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
@@ -74,11 +72,12 @@ def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | No
 def who_drove(
     folder: Path, driven: DrivenBy | Drives | None, actions: Mapping[bytes, Floats], ego: object
 ) -> Drives | None:
-    """Who drives again in the run of a folder: whoever is named, if that one did; else what is kept of the decisions.
-    Nothing is loaded for the name in a journal.
+    """Return the driver of a repeated run: the named driver if it drove then, else its recorded decisions.
+
+    A name in a journal is never used to load a controller.
 
     Raises:
-        StoreError: somebody else drove, or nobody.
+        StoreError: a different driver drove in the run, or none.
     """
     if driven is None:
         if ego is not None:
