@@ -7,7 +7,7 @@
 | critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
 | generations.csv   | the figures of each generation, by individual and by simulation                        |
 | summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
-| README.md | description of these files, and of every column with its unit |
+| README.md         | description of these files, and of every column with its unit                        |
 
 Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.

@@ -10,7 +10,7 @@ the plan, for any order of their ends; their durations (`pace`) are in a separat
 | run         | finished run: its figures as JSON, their course over the generations as float64       |
 | evaluations | finished run: every evaluation, see `engine.study.run_records`                            |
 | pace        | finished run: seconds                                                                 |
-| seal | one row: a digest of all of these, and of each block by its digest |
+| seal        | one row: a digest of all of these, and of each block by its digest                    |
 
 `StudyStore` writes it; `read_study` reads it back, its plan with the compiled scenarios and its records, and
 `read_evaluations` any run's evaluations.
