@@ -24,9 +24,9 @@ SUFFIX = ".fidelity.json"
 VERSION = 1
 """Version of the certificate."""
 WITHIN: Mapping[str, float] = {"trajectory": 0.02, "maneuver": 0.1}
-"""By mode: largest difference between the contact times of esmini and of the run [s]."""
+"""Largest difference by mode between the contact times of esmini and of the run [s]."""
 FINE: Mapping[str, float] = {"trajectory": 0.001, "maneuver": 0.005}
-"""By mode: step of esmini where contact is detected [s]."""
+"""Step of esmini by mode where contact is detected [s]."""
 AROUND = 0.5
 """Time before and after contact with that step in trajectory mode, and after it in maneuver mode [s]."""
 OFF = 0.01

@@ -51,7 +51,7 @@ class LanePlace:
     """Pairs of arc lengths along the lane and on the road [m], at the ends of arcs of different lengths."""
 
     numbers: tuple[tuple[float, int], ...] = ()
-    """For a lane of a file: pairs of the arc length along it [m] and its number from there on."""
+    """Pairs, for a lane of a file, of the arc length along it [m] and its number from there on."""
 
     def number(self, along: float) -> int:
         """Return the number of a lane at a point `along` it [m]."""
