@@ -85,7 +85,7 @@ class GAConfig:
     """Maximum number of times that a child equal to a known genome is redrawn before one gene is mutated."""
 
 
-class Drives(Protocol):
+class ActorDriver(Protocol):
     """Driver of the actors that a program leaves to controllers, such as `engine.driving.blocks.Driver`."""
 
     @property
@@ -97,11 +97,11 @@ class Drives(Protocol):
     @property
     def observe(self) -> str: ...
     @property
-    def anew(self) -> bool:
+    def can_drive_new_scenes(self) -> bool:
         """Return True if it can drive scenes that were not driven before."""
         ...
 
-    def afresh(self) -> "Drives":
+    def without_history(self) -> "ActorDriver":
         """Return a copy without history."""
         ...
 
@@ -120,5 +120,5 @@ class Config:
     contact: ContactConfig = field(default_factory=ContactConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     ga: GAConfig = field(default_factory=GAConfig)
-    driver: Drives | None = None
+    driver: ActorDriver | None = None
     """Driver of the actors that the file leaves to a controller."""

@@ -1,4 +1,7 @@
-"""The past of a search: a searcher must repeat the stored proposals; its driver, or its decisions, drive again."""
+"""Repetition of a search from its journal: a new searcher gets the stored results and must make the stored proposals.
+
+The driver of the search drives again, or its recorded decisions do.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.config import Drives
+from engine.config import ActorDriver
 from engine.errors import CortexError
 from engine.search.evaluations import (
     Evaluations,
@@ -19,7 +22,7 @@ from engine.search.store import StoreError
 from engine.tables import Floats
 
 if TYPE_CHECKING:
-    from engine.driving.decisions import KeptActions
+    from engine.driving.decisions import RecordedActions
 
 OTHER = "bring it back as it was, or start a new search with the driver as it is"
 
@@ -62,16 +65,16 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
     return evaluations
 
 
-def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> "KeptActions":
-    """Return a driver that replays the recorded decisions, until the controller is named again."""
-    from engine.driving.decisions import KeptActions
+def recorded_driver(driven: DrivenBy | ActorDriver, actions: Mapping[bytes, Floats] | None = None) -> "RecordedActions":
+    """Return a driver that repeats recorded decisions, under the name of the driver that made them."""
+    from engine.driving.decisions import RecordedActions
 
-    return KeptActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
+    return RecordedActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
 
 
 def who_drove(
-    folder: Path, driven: DrivenBy | Drives | None, actions: Mapping[bytes, Floats], ego: object
-) -> Drives | None:
+    folder: Path, driven: DrivenBy | ActorDriver | None, actions: Mapping[bytes, Floats], ego: object
+) -> ActorDriver | None:
     """Return the driver of a repeated run: the named driver if it drove then, else its recorded decisions.
 
     A name in a journal is never used to load a controller.
@@ -87,7 +90,7 @@ def who_drove(
 
     driver = driver_of(ego, driven.block, driven.observe)
     if driver is None:
-        return kept_actions(driven, actions)
+        return recorded_driver(driven, actions)
     if driver.name != driven.name:
         raise StoreError(f"`{driven.name}` drove in `{folder}`, not `{driver.name}`", OTHER)
     if driver.digest != driven.digest:

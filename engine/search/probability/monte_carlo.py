@@ -131,13 +131,13 @@ def _recorded(config: Config) -> tuple[Config, ...]:
 
     A driver that decides differently the second time is assessed by its recorded decisions, if they are stored.
     """
-    if config.driver is None or not config.driver.anew:
+    if config.driver is None or not config.driver.can_drive_new_scenes:
         return (config,)
     from engine.driving.decisions import Recorder
-    from engine.search.past import kept_actions
+    from engine.search.past import recorded_driver
 
     recorder = Recorder(config.driver)
-    return replace(config, driver=recorder), replace(config, driver=kept_actions(recorder, recorder.kept))
+    return replace(config, driver=recorder), replace(config, driver=recorded_driver(recorder, recorder.kept))
 
 
 def _all_known(found: Probability) -> Probability:
