@@ -90,7 +90,7 @@ class DecisionPages:
         self.reserve(chosen, samples)
 
     def _make_room(self, needed: int) -> None:
-        """Add at least `needed` pages to the exhausted pool."""
+        """Add at least `needed` pages to the empty pool."""
         self.moves += 1
         there = len(self._stored)
         more = max(needed, there // SHARE)

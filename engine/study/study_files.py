@@ -1,4 +1,4 @@
-"""Files beside `study.sqlite`, for pandas and for people; written again whenever the study is reported.
+"""Files next to `study.sqlite`, for pandas and for people; written again whenever the study is reported.
 
 | file            | one row for each                                                                          |
 |-----------------|-------------------------------------------------------------------------------------------|
@@ -42,7 +42,7 @@ def write_study(study: Study, findings: Findings) -> None:
 
 
 def summary(study: Study, findings: Findings) -> dict[str, Any]:
-    """The whole study as one document, without its runs."""
+    """Return the whole study as one document, without its runs."""
     plan = study.plan
     search = plan.subjects[0].config.search
     return {
@@ -66,13 +66,13 @@ def summary(study: Study, findings: Findings) -> dict[str, Any]:
 
 
 def _named(row: Any) -> dict[str, Any]:
-    """A dataclass with named tuples as dictionaries."""
+    """Return a dataclass as a dictionary, with named tuples as dictionaries."""
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__ if name != "measure"}
     return {name: value._asdict() if hasattr(value, "_asdict") else value for name, value in fields.items()}
 
 
 def test_row(row: Comparison) -> dict[str, Any]:
-    """One comparison as flat columns; `baseline_…` are the baseline's."""
+    """Return one comparison as flat columns; `baseline_…` are the baseline's."""
     numbers: dict[str, Any] = {}
     for prefix, spread in (("", row.spread), ("baseline_", row.baseline_spread)):
         numbers |= {
@@ -124,12 +124,12 @@ def _generation_rows(names: Sequence[str], record: RunRecord) -> Iterator[dict[s
 
 
 def _plain(value: float) -> float | int:
-    """Counts as whole numbers."""
+    """Return a whole number as int, any other number unchanged."""
     return int(value) if value == value and value == int(value) else value
 
 
 def _write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
-    """Missing numbers are empty; others read back to the same bits."""
+    """Write rows as CSV; missing numbers are empty, all others read back to the same bits."""
     with store_errors(path), path.open("w", encoding="utf-8", newline="") as file:
         writer: csv.DictWriter[str] | None = None
         for row in rows:

@@ -1,13 +1,13 @@
-"""Short optimizers of the textbooks: the cross-entropy method and differential evolution.
+"""Textbook optimizers: the cross-entropy method and differential evolution.
 
-Cross-entropy: a distribution over the box that moves towards the riskiest tenth of what it drew. Rubinstein and Kroese
+Cross-entropy: a distribution over the box that moves towards the riskiest tenth of its draws. Rubinstein and Kroese
 (2004), "The Cross-Entropy Method". Continuous genes are normal on the unit interval, cut off at its ends; discrete
 genes have a probability for each value. New estimates are mixed with the old ones (smoothing), and neither a deviation
 nor a probability falls below a floor, so that the distribution never becomes a point.
 
 Differential evolution, DE/rand/1/bin: the difference of two members, added to a third, crossed with a fourth. Storn and
-Price (1997), "Differential evolution: a simple and efficient heuristic for global optimization over continuous
-spaces"; F = 0.5 and CR = 0.9 are their first suggestion.
+Price (1997), "Differential evolution: a simple and efficient heuristic for global optimization over continuous spaces";
+F = 0.5 and CR = 0.9 are their first suggestion.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ ELITE_SHARE = 0.1
 SMOOTHING = 0.7
 """Weight of the new estimate."""
 DEVIATION_FLOOR = 0.03
-"""Of the unit interval."""
+"""Minimum standard deviation, of the unit interval."""
 PROBABILITY_FLOOR = 0.02
 
 
 class CrossEntropy(InCube):
-    """Invalid and failed results are left out of the elite; a generation without two valid ones changes nothing."""
+    """The elite contains valid results only; a generation with fewer than two of them changes nothing."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
@@ -59,7 +59,7 @@ class CrossEntropy(InCube):
             self._weights[gene] = floored / floored.sum()
 
     def _draw(self, stream: Generator) -> Floats:
-        """(population, d) points of the distribution."""
+        """Return (population, d) points of the distribution."""
         points = truncated_normal(stream, self._mean, self._deviation, self._population)
         for gene, weights in self._weights.items():
             values = stream.choice(len(weights), size=self._population, p=weights)
@@ -72,7 +72,7 @@ def _mixed(new: Floats, old: Floats) -> Floats:
 
 
 def truncated_normal(stream: Generator, mean: Floats, deviation: Floats, rows: int) -> Floats:
-    """(rows, d) normal numbers confined to [0, 1], by inversion: one uniform number each."""
+    """Return (rows, d) normal numbers confined to [0, 1], by inversion of one uniform number each."""
     from scipy.special import ndtr, ndtri
 
     low, high = ndtr((0.0 - mean) / deviation), ndtr((1.0 - mean) / deviation)

@@ -1,4 +1,4 @@
-"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all others."""
+"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all other elements."""
 
 from collections.abc import Mapping
 
@@ -27,6 +27,6 @@ READ: Mapping[str, None] = dict.fromkeys(
         ),
     )
 )
-"""Elements of a scenario that are read, or hold such."""
+"""Elements of a scenario that are read, or contain elements that are read."""
 REMARKED = ("TrafficSignals", "ByEntityCondition")
-"""What has remarks of its own, beside actions that are not replayed."""
+"""Elements with remarks of their own, in addition to actions that are not replayed."""
