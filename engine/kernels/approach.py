@@ -39,8 +39,13 @@ FRACTION_AT_START = 1e-9
 MAX_ADVANCES = 4096
 """After so many advances the gap was on average below 1/4096 of the way of one step (1 mm for 4 m): contact."""
 DISTANCE_TOLERANCE = 1e-8
-"""How far above the true minimum over a step the distance found may lie [m]: where two pass on nearly parallel lines,
-a distance known to 1e-5 m leaves milliseconds of doubt about its instant. This costs 4 % more time than 1e-5 m."""
+"""Of the search of a whole step: how far above its least distance the one found may lie [m]. Of two steps that both
+have a distance within this of the least one, either may be returned."""
+REFINED_TOLERANCE = 1e-12
+"""Of the search around the instant found [m]. The instant of MD is that of a distance little above MD
+(`kernels.pair`): its error is that of MD over the closing speed, which there may be as low as 1e-4 m/s."""
+REFINED_WINDOW = 0.1
+"""Part of the step on both sides of the instant found that is searched again."""
 MAX_SPLITS = 256
 """Bound on the work of one search; reached only where the motion in a step is absurd."""
 
@@ -152,7 +157,8 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
 def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[float, float]:
     """Least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
 
-    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least one.
+    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least one; if that lies inside the
+    step, it is that of its neighbourhood to `REFINED_TOLERANCE`.
     """
     reach = best + half_diagonal(a0) + half_diagonal(b0)
     if centers_apart(a0, a1, b0, b1, reach * reach):
@@ -167,22 +173,35 @@ def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[fl
 
 @kernel
 def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float) -> tuple[float, float]:
-    """Sweep over the step: an interval that cannot hold a distance below `best` is passed, any other is split.
+    """Search the step, then the surroundings of the instant found more closely."""
+    end = probe(a0, b0, motion, 1.0)
+    best, at = _better(end, *_better(start, best, -1.0))
+    best, at = _sweep(a0, b0, motion, start, end, best, at, DISTANCE_TOLERANCE)
+    if at <= 0.0 or at >= 1.0:
+        return best, at
+    start = probe(a0, b0, motion, max(0.0, at - REFINED_WINDOW))
+    end = probe(a0, b0, motion, min(1.0, at + REFINED_WINDOW))
+    return _sweep(a0, b0, motion, start, end, best, at, REFINED_TOLERANCE)
+
+
+@kernel
+def _sweep(
+    a0: Box, b0: Box, motion: Motion, start: Probe, end: Probe, best: float, at: float, tolerance: float
+) -> tuple[float, float]:
+    """Sweep over an interval: a part that cannot hold a distance below `best` is passed, any other is split.
 
     Relative translation of convex bodies has a convex distance, so the planes at an interval's two ends bound it well
     and their crossing is where to look next; turning only adds the small bend.
     """
-    end = probe(a0, b0, motion, 1.0)
-    best, at = _better(end, *_better(start, best, -1.0))
     low, high = start, end
     for _ in range(MAX_SPLITS):
         bound, crossing = _lower_bound(a0, b0, motion, low, high)
         span = high.fraction - low.fraction
-        if max(0.0, bound) < best - DISTANCE_TOLERANCE:
+        if max(0.0, bound) < best - tolerance:
             high = probe(a0, b0, motion, low.fraction + crossing * span)
-        elif high.fraction >= 1.0:
+        elif high.fraction >= end.fraction:
             break
-        elif high.fraction + 3.0 * span >= 1.0:
+        elif high.fraction + 3.0 * span >= end.fraction:
             low, high = high, end
         else:
             low, high = high, probe(a0, b0, motion, high.fraction + 2.0 * span)
