@@ -98,7 +98,8 @@ class Risk:
     parts: Ints
     """(n, 4) what C, MD, D_MS and TTC_MS of the deciding pair add to the score; 0 where not valid."""
     pair: Ints
-    """(n,) the pair that decides: actor `pair + 1`; -1 where not valid or without a pair."""
+    """(n,) Deciding pair, of actor `pair + 1`; -1 where not valid or without a pair. A parked object decides only where
+    its score is higher than that of every moving partner (`deciding_pair`)."""
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
@@ -142,9 +143,11 @@ def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Int
     """(n,) the pair that decides the risk of each scene, whatever the order of the actors: of those with the highest
     score, one with a moving partner, then with the highest continuous score, then with the least distance.
 
-    A pair in contact has the highest score (see above). Motion comes after the score: a near miss with an obstacle is
-    not safer because somebody moves elsewhere. It comes before the continuous score, as of two near misses the one with
-    another road user is what a reader asks about.
+    A pair in contact has the highest score (see above). The score precedes motion, for two reasons: the four parts of
+    the deciding pair add up to the score of the scene, and a further actor never lowers that score. If a moving partner
+    with a lower score decided, a car far away would hide a near miss with a parked object. Motion precedes the
+    continuous score: of two near misses with equal bands, the one with another road user is the conflict that the other
+    side can influence as well.
     """
     leading = np.ones(per_pair.shape, dtype=np.bool_)
     moving = np.abs(outcomes.other_speed) > STANDING

@@ -212,7 +212,7 @@ def _is_free_behind(job: Job) -> Term:
     ev, here = job.ev, current_pose(job.ev, job.actor)
     back = 0.5 * (size_of(job.actor, "length") + BEHIND)
     x, y = here.x - back * cos(here.heading), here.y - back * sin(here.heading)
-    room = ev.algebra.pack(x, y, here.heading, BEHIND, size_of(job.actor, "width"))
+    room = ev.algebra.pack(x, y, here.heading, ev.algebra.literal(BEHIND), size_of(job.actor, "width"))
     blocked = []
     for other in others(ev, job.actor):
         there, size = current_pose(ev, other), (size_of(other, "length"), size_of(other, "width"))
