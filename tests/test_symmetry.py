@@ -1,9 +1,10 @@
 """Results do not depend on the direction of north, the side of traffic, names, the order of actors, or units.
 
-An encounter of the ego with two cars and a parked object on a symmetric intersection is written for each of the four
+An encounter of the ego with three cars and a parked object on a symmetric intersection is written for each of the four
 arms, in left-hand traffic with everything mirrored, with other names, in another order, and in other units. All of
 these are the same encounter, so every result agrees to 1e-6. A result that differs was decided by the last bit of a
-number, as by the sign of `speed * cos(90 deg)`.
+number, as by the sign of `speed * cos(90 deg)`. In some scenes, ties are planted: cars are exactly abreast or arrive at
+the same time, and one car heads off the lanes by a multiple of 15 deg.
 """
 
 from collections.abc import Iterator, Mapping
@@ -53,6 +54,8 @@ class Names(NamedTuple):
 
     other: str = "other"
     third: str = "third"
+    askew: str = "askew"
+    """A car that crosses the lanes on a straight line."""
     parked: str = "parked"
 
 
@@ -64,8 +67,8 @@ class View:
     """The ego comes from this arm; arms are numbered counterclockwise."""
     mirrored: bool = False
     names: Names = Names()
-    order: tuple[int, ...] = (0, 1, 2)
-    """Order of the lines of the other actors."""
+    order: tuple[int, ...] = (0, 1, 2, 3)
+    """Order of the lines of the actors other than the ego."""
     units: Units = Units()
 
     def arm_at(self, quarters: int) -> int:
@@ -82,14 +85,14 @@ class View:
 
 
 OTHER_UNITS = Units(("km/h", 3.6), ("cm", 100.0))
-OTHER_NAMES = Names("zebra", "m", "aaa")
+OTHER_NAMES = Names("zebra", "m", "nobody", "aaa")
 VIEWS = {
     "next arm": View(1),
-    "all at once": View(2, mirrored=True, names=OTHER_NAMES, order=(2, 1, 0), units=OTHER_UNITS),
+    "all at once": View(2, mirrored=True, names=OTHER_NAMES, order=(3, 2, 1, 0), units=OTHER_UNITS),
     **{f"arm {arm}": View(arm) for arm in (2, 3)},
     **{f"arm {arm}, mirrored": View(arm, mirrored=True) for arm in (0, 1, 3)},
     "renamed": View(names=OTHER_NAMES),
-    "in another order": View(order=(1, 2, 0)),
+    "in another order": View(order=(1, 3, 2, 0)),
     "other units": View(units=OTHER_UNITS),
 }
 COMPARED = dict(islice(VIEWS.items(), share(9)))
@@ -123,6 +126,10 @@ param MINE = Range({near}, {far}) {length}
 param THEIRS = Range({near}, {far}) {length}
 param THIRD = Range({near}, {far}) {length}
 param FAST = Range({slow}, {fast}) {speed}
+tie = Range(0, 1) < 0.3
+second, third = (MINE if tie else THEIRS), (MINE if tie else THIRD)
+fast = {usual} if tie else FAST
+turn = 15 deg * DiscreteRange(1, 11)
 number = Uniform({numbers})
 mine, theirs, last = [{mine}][number], [{theirs}][number], [{last}][number]
 ego = new Car before intersection by MINE along mine, with speed {usual}, with behavior {ego}
@@ -130,7 +137,9 @@ spot = new OrientedPoint ahead of ego by {ahead}
 {lines}
 terminate after 8 s
 """
-CAR = "{name} = new Car before intersection by {place} along {way}, with speed FAST, with behavior {behavior}"
+CAR = "{name} = new Car before intersection by {place} along {way}, with speed fast, with behavior {behavior}"
+ASKEW = """{name} = new Car {kerb} of spot by {aside}, facing {turn} relative to ego.heading, with speed FAST,
+    with behavior ConstantSpeedBehavior(FAST), with regionContainedIn None"""
 PROP = "{name} = new Obstacle {kerb} of spot by {beside}, with regionContainedIn None"
 TRACK = '"""\ntime,x,y,heading,speed\n0,0,0,0,8\n1,8,{0},{1},8\n3,23,{2},{1},8\n"""'
 ARGUMENTS = {
@@ -185,11 +194,12 @@ def text(name: str, view: View) -> str:
     if any(each.name == "reference_actor" for each in BUILTINS[name].parameters):
         drivers = blind.format(usual, "mine"), call(name, view, "theirs", "ego", usual)
     else:
-        drivers = call(name, view, "mine", names.other, usual), blind.format("FAST", "theirs")
+        drivers = call(name, view, "mine", names.other, usual), blind.format("fast", "theirs")
     kerb = "left" if view.mirrored else "right"
     lines = (
-        CAR.format(name=names.other, place="THEIRS", way="theirs", behavior=drivers[1]),
-        CAR.format(name=names.third, place="THIRD", way="last", behavior=blind.format("FAST", "last")),
+        CAR.format(name=names.other, place="second", way="theirs", behavior=drivers[1]),
+        CAR.format(name=names.third, place="third", way="last", behavior=blind.format("fast", "last")),
+        ASKEW.format(name=names.askew, kerb=kerb, aside=view.length(15.0), turn="-turn" if view.mirrored else "turn"),
         PROP.format(name=names.parked, kerb=kerb, beside=view.length(1.2)),
     )
     return TEXT.format(
