@@ -124,15 +124,15 @@ def _simulating_kernels(demand: KernelDemand) -> Iterator[Kernel]:
 def _simulate(demand: KernelDemand) -> None:
     """Run one scene that is not valid, for which no kernel was called."""
     from engine.batch import simulate
-    from engine.driving.stepping import Lanes
+    from engine.driving.stepping import ParallelRuns
 
     program, config = cast("Program", demand.program), demand.config
     simulate(program, undrawn(program), config.simulation, 1, config.contact)
     if program.controls:
-        lanes, slot = Lanes(program, 1, config.simulation, config.contact), np.zeros(1, dtype=np.int64)
-        lanes.place(slot, undrawn(program))
-        lanes.observe(0, np.zeros(1, dtype=bool))
-        lanes.step()
+        runs, slot = ParallelRuns(program, 1, config.simulation, config.contact), np.zeros(1, dtype=np.int64)
+        runs.place(slot, undrawn(program))
+        runs.observe(0, np.zeros(1, dtype=bool))
+        runs.step()
 
 
 def _blaming_kernels(_demand: KernelDemand) -> Iterator[Kernel]:

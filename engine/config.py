@@ -81,7 +81,7 @@ class GAConfig:
     """How often a child equal to a known genome is redrawn before one gene is mutated."""
 
 
-class Drives(Protocol):
+class ActorDriver(Protocol):
     """Who drives the actors that a program leaves to controllers, as `engine.driving.blocks.Driver` does."""
 
     @property
@@ -93,11 +93,11 @@ class Drives(Protocol):
     @property
     def observe(self) -> str: ...
     @property
-    def anew(self) -> bool:
+    def can_drive_new_scenes(self) -> bool:
         """Whether scenes can be driven that have not been driven before."""
         ...
 
-    def afresh(self) -> "Drives":
+    def without_history(self) -> "ActorDriver":
         """The same, of whom nothing is known yet."""
         ...
 
@@ -116,5 +116,5 @@ class Config:
     contact: ContactConfig = field(default_factory=ContactConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     ga: GAConfig = field(default_factory=GAConfig)
-    driver: Drives | None = None
+    driver: ActorDriver | None = None
     """Who drives whom the file leaves to a controller."""

@@ -69,7 +69,7 @@ class EndReason(IntEnum):
     STUCK = 5
     """A behaviour ran its whole instruction budget in one step without taking an action."""
     BROKEN = 6
-    """A state became NaN: the run is an error, never a result."""
+    """A state, or what a condition says, became NaN: the run is an error, never a result."""
     ABORTED = 7
     """A requirement on the run broke: the run is invalid."""
     BUILDING = 8

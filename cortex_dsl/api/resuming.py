@@ -24,7 +24,7 @@ from cortex_dsl.api.run_folder import (
 )
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.arguments import whole
-from engine.driving.names import how_again
+from engine.driving.names import driver_hint
 from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
@@ -127,10 +127,10 @@ def reopened(
 def _insist_on_driver(run: OpenedRun) -> None:
     """Refuse to go on where only kept decisions drive, before anything is done."""
     driver = run.scenario.config.driver
-    if driver is not None and not driver.anew:
+    if driver is not None and not driver.can_drive_new_scenes:
         raise StoreError(
             f"`{driver.name}` drove in `{run.folder}`, and drives on in it",
-            how_again(driver.name),
+            driver_hint(driver.name),
         )
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from engine.driving.controllers import Seat
+from engine.driving.controllers import ControllerSlot
 from engine.errors import LostError
 from engine.tables import Bools, Floats, Ints
 
@@ -18,7 +18,7 @@ HOPELESS = 16
 
 
 @dataclass
-class Known:
+class DriverHistory:
     """What is known of a driver by now."""
 
     answered: set[int] = field(default_factory=set)
@@ -29,7 +29,7 @@ class Known:
     """Scenes over which it failed."""
 
     @property
-    def is_hopeless(self) -> bool:
+    def should_abort(self) -> bool:
         """Whether so much was lost, and nothing finished, that more would be lost as well."""
         return not self.finished and self.lost >= HOPELESS
 
@@ -46,7 +46,7 @@ class Answer:
     """How it failed the first time, where that cost no row."""
 
 
-def asked_patiently(seat: Seat, seen: Floats, asked: Bools, times: Floats) -> Answer:
+def query_with_retries(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) -> Answer:
     """Ask about the rows of `seen` (n, d) that are `asked` (n,), of samples at these `times` (n,).
 
     Raises:
@@ -65,7 +65,7 @@ def asked_patiently(seat: Seat, seen: Floats, asked: Bools, times: Floats) -> An
         return answer if answer.lost else replace(answer, recovered=first)
 
 
-def _in_halves(seat: Seat, seen: Floats, asked: Bools, times: Floats) -> Answer:
+def _in_halves(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) -> Answer:
     """Ask about ever fewer rows."""
     actions, lost = np.zeros((len(seen), len(seat.control.actions))), dict[int, LostError]()
     waiting: list[Ints] = [np.flatnonzero(asked)]

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
-from engine.config import Drives
-from engine.driving.controllers import Seat, meant, seats_of
+from engine.config import ActorDriver
+from engine.driving.controllers import ControllerSlot, meant, seats_of
 from engine.driving.named import driver_of
 from engine.errors import ArgumentError, nearest
 from engine.program import Program
@@ -27,7 +27,7 @@ def number_of(program: Program, name: str) -> int:
     return names.index(name)
 
 
-def others_of(program: Program, driver: Drives | None, agent: str, observe: str) -> Mapping[str, object]:
+def others_of(program: Program, driver: ActorDriver | None, agent: str, observe: str) -> Mapping[str, object]:
     """Who drives beside an agent, of those whom a scenario is driven by.
 
     Raises:
@@ -46,7 +46,9 @@ def others_of(program: Program, driver: Drives | None, agent: str, observe: str)
     return others
 
 
-def seats_beside(program: Program, agents: Sequence[str], others: Mapping[str, object]) -> list[tuple[Seat, int]]:
+def seats_beside(
+    program: Program, agents: Sequence[str], others: Mapping[str, object]
+) -> list[tuple[ControllerSlot, int]]:
     """Who drives for the controllers that are no agents."""
     if both := [name for name in agents if name in others]:
         raise ArgumentError(

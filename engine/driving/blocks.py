@@ -15,11 +15,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.config import Config, ContactConfig, Drives, SimulationConfig
-from engine.driving.asking import Answer, Known, asked_patiently
-from engine.driving.controllers import Seat, fault_of, seats_of, settled
+from engine.config import ActorDriver, Config, ContactConfig, SimulationConfig
+from engine.driving.asking import Answer, DriverHistory, query_with_retries
+from engine.driving.controllers import ControllerSlot, fault_of, seats_of, settled
 from engine.driving.observations import observed
-from engine.driving.stepping import Lanes
+from engine.driving.stepping import ParallelRuns
 from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
@@ -39,7 +39,7 @@ ENDS = (Verdict.VALID, Verdict.ABORTED)
 RECOVERED = "; this did not happen again"
 TWICE = 2
 """So often a block is driven over which a controller fails, before it is halved."""
-TOLD = 5
+MAX_LOGGED_FAILURES = 5
 """Ways of failing that are told of one by one; more of them as their number."""
 LOG = logging.getLogger(__name__)
 """Where failures of controllers are told; on a command line on stderr."""
@@ -93,18 +93,18 @@ class Driver:
     """What people know it by: `python:mine.planner:drive`."""
     digest: str = ""
     """SHA-256 of the file that defines it; "" where there is none."""
-    anew: bool = True
+    can_drive_new_scenes: bool = True
     """Whether it can be asked about scenes that nobody has driven."""
-    known: Known = field(default_factory=Known, repr=False)
+    history: DriverHistory = field(default_factory=DriverHistory, repr=False)
 
-    def afresh(self) -> "Driver":
+    def without_history(self) -> "Driver":
         """The same, of whom nothing is known yet: what one search learns decides nothing in another."""
-        return replace(self, known=Known())
+        return replace(self, history=DriverHistory())
 
     def has(self, key: Ints, genome: Floats) -> bool:
         """Whether the scene of a stream key and a genome can be driven: anyone can."""
         del key, genome
-        return self.anew
+        return self.can_drive_new_scenes
 
     def drive(
         self,
@@ -121,9 +121,9 @@ class Driver:
                 everywhere.
         """
         work = self._work(program, config, contact, jobs)
-        lanes, block = work.lanes, self.block
+        runs, block = work.runs, self.block
         results = empty_results(program, requested(program, coasting(program, scenes)))
-        actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
+        actions = np.empty((len(scenes), runs.turns, runs.numbers))
         for first in range(0, len(scenes), block):
             rows = np.arange(first, min(first + block, len(scenes)))
             room = actions[first : first + block]
@@ -134,17 +134,17 @@ class Driver:
                 room[:] = decided.actions[: len(rows)]
         verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
         scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-        silent = len(work.known.answered) < len(work.seats) and not scenes.valid.any()
-        if work.failures and (work.known.is_hopeless or silent):
+        silent = len(work.history.answered) < len(work.seats) and not scenes.valid.any()
+        if work.failures and (work.history.should_abort or silent):
             raise work.failures[0]
         return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
     def _work(self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int) -> "_Work":
-        """Seats that have been told what they will be asked, and lanes for a block."""
+        """Seats that have been told what they will be asked, and slots for a block."""
         seats, records = seats_of(program, self.given), self.observe == RECORDS
         for seat in seats:
             seat.meet(self.block, observed(program, records), config.time_step)
-        return _Work(Lanes(program, self.block, config, contact, records, jobs), seats, self.known)
+        return _Work(ParallelRuns(program, self.block, config, contact, records, jobs), seats, self.history)
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
@@ -161,7 +161,7 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     return done.tell().scenes
 
 
-def can_be_driven(driver: Drives | None, keys: Ints, genomes: Floats) -> Bools:
+def can_be_driven(driver: ActorDriver | None, keys: Ints, genomes: Floats) -> Bools:
     """(n,) whether the scene of each key and genome can be driven; all can where there is no driver to ask."""
     if driver is None:
         return np.ones(len(keys), dtype=bool)
@@ -185,10 +185,10 @@ def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
     alike: dict[str, list[ControllerError]] = {}
     for failure in failures:
         alike.setdefault(failure.kind, []).append(failure)
-    for first, *more in [*alike.values()][:TOLD]:
+    for first, *more in [*alike.values()][:MAX_LOGGED_FAILURES]:
         others = f", and {len(more):,} {noun}{'s' * (len(more) > 1)} more" if more else ""
         yield f"{first.message}{others}"
-    if rest := [*alike.values()][TOLD:]:
+    if rest := [*alike.values()][MAX_LOGGED_FAILURES:]:
         yield f"and {sum(map(len, rest)):,} failures of other kinds"
 
 
@@ -196,9 +196,9 @@ def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
 class _Work:
     """Who drives where, and how it went so far."""
 
-    lanes: Lanes
-    seats: Sequence[Seat]
-    known: Known
+    runs: ParallelRuns
+    seats: Sequence[ControllerSlot]
+    history: DriverHistory
     failures: list[ControllerError] = field(default_factory=list)
     """One for each scene that is lost."""
     recovered: list[ControllerError] = field(default_factory=list)
@@ -236,12 +236,12 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
             actions = _drive_block(work, scenes, room)
         except LostError as error:
             failed.append(error)
-            work.known.lost -= len(work.failures) - before
+            work.history.lost -= len(work.failures) - before
             del work.failures[before:], work.recovered[told:]
         else:
             work.recovered.extend(failed)
-            work.known.finished |= bool(np.isin(work.lanes.results.verdict[rows], ENDS).any())
-            return _Block(actions, work.lanes.copied())
+            work.history.finished |= bool(np.isin(work.runs.results.verdict[rows], ENDS).any())
+            return _Block(actions, work.runs.copied())
     if len(rows) <= 1:
         return _lost(work, scenes, rows, failed[-1])
     halves = [_patiently(work, _only(scenes, part)) for part in np.array_split(rows, 2)]
@@ -256,20 +256,20 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
 
 def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
     """A scene over which a controller fails, alone in its block."""
-    work.known.lost += len(rows)
-    if work.known.is_hopeless:
+    work.history.lost += len(rows)
+    if work.history.should_abort:
         raise error
-    lanes = work.lanes
-    work.failures.extend(error.at(_place(lanes, scenes, lane)) for lane in rows.tolist())
-    results = empty_results(lanes.program, requested(lanes.program, coasting(lanes.program, scenes)))
+    runs = work.runs
+    work.failures.extend(error.at(_place(runs, scenes, slot)) for slot in rows.tolist())
+    results = empty_results(runs.program, requested(runs.program, coasting(runs.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
-    return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), blank)
+    return _Block(np.zeros((len(runs), runs.turns, runs.numbers)), blank)
 
 
-def _place(lanes: Lanes, scenes: Scenes, lane: int) -> str:
-    """In which scene a lane is, and when."""
-    scene, when = scene_in_words(scenes.keys[lane]), f"at {lanes.times[lane]:.2f} s"
+def _place(runs: ParallelRuns, scenes: Scenes, slot: int) -> str:
+    """In which scene a slot is, and when."""
+    scene, when = scene_in_words(scenes.keys[slot]), f"at {runs.times[slot]:.2f} s"
     return f"in {scene} {when}" if scene else when
 
 
@@ -285,31 +285,31 @@ def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[An
 
 
 def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
-    """What is decided in a block, lane by lane (see `Lanes.decided`)."""
-    lanes, every = work.lanes, np.arange(len(work.lanes))
-    lanes.place(every, scenes)
+    """What is decided in a block, slot by slot (see `ParallelRuns.decided`)."""
+    runs, every = work.runs, np.arange(len(work.runs))
+    runs.place(every, scenes)
     rows = np.flatnonzero(scenes.valid)
     for seat in work.seats:
         seat.reset(rows, scenes.keys[rows])
-    lanes.step()
-    while lanes.running.any():
-        times = lanes.times
+    runs.step()
+    while runs.running.any():
+        times = runs.times
         for number, seat in enumerate(work.seats):
-            asked = lanes.asked(number)
+            asked = runs.asked(number)
             if asked.any():
-                seen = lanes.observe(number, asked)
-                _decide(work, number, scenes, asked, asked_patiently(seat, seen, asked, times))
-        lanes.step()
-    return lanes.decided(every, room)
+                seen = runs.observe(number, asked)
+                _decide(work, number, scenes, asked, query_with_retries(seat, seen, asked, times))
+        runs.step()
+    return runs.decided(every, room)
 
 
 def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answer) -> None:
-    """Let lanes do what was decided; one for which that cannot be driven, or nothing was, is lost. All others go on.
+    """Let slots do what was decided; one for which that cannot be driven, or nothing was, is lost. All others go on.
 
     Raises:
         ControllerError: none can be driven, and none ever could.
     """
-    control, known = work.seats[number].control, work.known
+    control, history = work.seats[number].control, work.history
     if answer.recovered is not None:
         work.recovered.append(answer.recovered)
     wrong = np.isin(np.arange(len(asked)), list(answer.lost)) if answer.lost else np.zeros_like(asked)
@@ -317,19 +317,19 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
     if undrivable is not None:
         wrong |= undrivable
     elif not answer.lost:
-        work.lanes.decide(number, asked, actions)
-        known.answered.add(number)
+        work.runs.decide(number, asked, actions)
+        history.answered.add(number)
         return
     failures = [
-        (answer.lost.get(lane) or fault_of(control, actions[lane])).at(_place(work.lanes, scenes, lane))
-        for lane in np.flatnonzero(wrong).tolist()
+        (answer.lost.get(slot) or fault_of(control, actions[slot])).at(_place(work.runs, scenes, slot))
+        for slot in np.flatnonzero(wrong).tolist()
     ]
-    known.lost += len(failures)
+    history.lost += len(failures)
     if not np.array_equal(wrong, asked):
-        known.answered.add(number)
-    elif number not in known.answered and known.is_hopeless:
+        history.answered.add(number)
+    elif number not in history.answered and history.should_abort:
         first = failures[0]
         raise first.for_good() if isinstance(first, LostError) else first
     work.failures.extend(failures)
-    work.lanes.lose(wrong)
-    work.lanes.decide(number, asked & ~wrong, actions)
+    work.runs.lose(wrong)
+    work.runs.decide(number, asked & ~wrong, actions)

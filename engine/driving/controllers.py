@@ -2,12 +2,12 @@
 
 A controller is a function of observations (n, d) to actions (n, a), or an object that has a memory:
 
-    reset(lanes, keys)               new scenes begin in these lanes (m,); `keys` (m, 6) are their stream keys
+    reset(lanes, keys)               new scenes begin in these slots (m,); `keys` (m, 6) are their stream keys
     act(observations, active)        actions (n, a); what a lane gives that is not `active` (n,) is left
     meet(header)                     before all that, where it has this method: what it will be asked, as a process is
                                      told (`engine.driving.stacks`)
 
-Rows are lanes, scenes side by side, n of them at every call.
+Rows are slots of parallel runs, n of them at every call.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ from engine.driving.observations import Named
 from engine.driving.stacks import VERSION, Stack
 from engine.driving.stepping import names_of
 from engine.errors import ControllerError, CortexError, LostError, nearest
-from engine.kernels.orders import are_within
+from engine.kernels.decision_pages import are_within
 from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
@@ -40,7 +40,7 @@ class Controller(Protocol):
     """One with a memory."""
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
-        """New scenes begin in these lanes."""
+        """Begin new scenes in these slots."""
         ...
 
     def act(self, observations: Floats, active: Bools) -> Floats:
@@ -145,7 +145,7 @@ def _refuse_other_methods(name: str, driver: Controller, method: str, given: str
 
 
 @dataclass(frozen=True)
-class Seat:
+class ControllerSlot:
     """A controller in its place."""
 
     control: Control
@@ -306,7 +306,7 @@ def _wanted(control: Control) -> str:
     return f"give an array (n, {len(control.actions)}) with a row a lane: {columns}"
 
 
-def seats_of(program: Program, driver: object) -> tuple[Seat, ...]:
+def seats_of(program: Program, driver: object) -> tuple[ControllerSlot, ...]:
     """Return every control with its controller."""
     controllers = controllers_of(program, driver)
-    return tuple(Seat(control, each) for control, each in zip(program.controls, controllers, strict=True))
+    return tuple(ControllerSlot(control, each) for control, each in zip(program.controls, controllers, strict=True))

@@ -1,7 +1,7 @@
 """What controllers decided, kept with a run: its scenes are driven again without them.
 
 `Recorder` stands before a controller while a search goes on, and keeps what it decided in every collision.
-`KeptActions` stands in its place afterwards.
+`RecordedActions` stands in its place afterwards.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from engine.batch import simulate
-from engine.config import Config, ContactConfig, Drives, SimulationConfig
+from engine.config import ActorDriver, Config, ContactConfig, SimulationConfig
 from engine.control import numbers_decided
 from engine.driving.blocks import BLOCK, Driven
-from engine.driving.names import how_again
+from engine.driving.names import driver_hint
 from engine.errors import ControllerError
 from engine.host import samples_of
 from engine.outcomes import Assessment
@@ -54,7 +54,7 @@ def _name(case: Case) -> bytes:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptActions:
+class RecordedActions:
     """What a controller decided in some scenes, in its place: they are driven without it."""
 
     actions: Mapping[bytes, Floats]
@@ -64,9 +64,9 @@ class KeptActions:
     digest: str = ""
     block: int = BLOCK
     observe: str = RECORDS
-    anew: bool = False
+    can_drive_new_scenes: bool = False
 
-    def afresh(self) -> "KeptActions":
+    def without_history(self) -> "RecordedActions":
         """The same: nothing is ever known of it."""
         return self
 
@@ -91,7 +91,7 @@ class KeptActions:
         for row in np.flatnonzero(scenes.valid).tolist():
             kept = self.actions.get(name_of(scenes.keys[row], scenes.genomes[row]))
             if kept is None or kept.shape[1:] != actions.shape[2:] or not len(kept):
-                raise ControllerError(f"what `{self.name}` decided in this scene is not kept", how_again(self.name))
+                raise ControllerError(f"what `{self.name}` decided in this scene is not kept", driver_hint(self.name))
             actions[row] = kept[np.minimum(np.arange(actions.shape[1]), len(kept) - 1)]
         scenes = replace(scenes, actions=actions)
         return Driven(scenes, simulate(program, scenes, config, jobs, contact))
@@ -101,7 +101,7 @@ class KeptActions:
 class Recorder:
     """A driver whose decisions are kept: those of collisions, and of the worst cases."""
 
-    driver: Drives
+    driver: ActorDriver
     kept: dict[bytes, Floats] = field(default_factory=dict)
     """What has not been taken yet."""
     known: set[bytes] = field(default_factory=set)
@@ -128,12 +128,12 @@ class Recorder:
         return self.driver.observe
 
     @property
-    def anew(self) -> bool:
-        return self.driver.anew
+    def can_drive_new_scenes(self) -> bool:
+        return self.driver.can_drive_new_scenes
 
-    def afresh(self) -> "Recorder":
+    def without_history(self) -> "Recorder":
         """The same, which keeps what it keeps."""
-        return replace(self, driver=self.driver.afresh())
+        return replace(self, driver=self.driver.without_history())
 
     def has(self, key: Ints, genome: Floats) -> bool:
         """Whether a scene can be driven."""
@@ -158,7 +158,7 @@ class Recorder:
         self._forget(MOST_RECENT)
         return done
 
-    def keep_worst(self, cases: Sequence[Case]) -> None:
+    def record_worst(self, cases: Sequence[Case]) -> None:
         """Keep what was decided in these of the latest scenes, whatever they came to."""
         for case in cases:
             self._keep(_name(case))
@@ -168,7 +168,7 @@ class Recorder:
         for key in [*self.recent][: max(0, len(self.recent) - most)]:
             del self.recent[key]
 
-    def keep_others(self, program: Program, config: Config, evaluations: Evaluations, cases: Sequence[Case]) -> None:
+    def record_missing(self, program: Program, config: Config, evaluations: Evaluations, cases: Sequence[Case]) -> None:
         """Drive cases of a search's evaluations once more of which nothing is known any more: too much was driven
         since. A driver that fails now, or drives otherwise, is noted.
         """
@@ -185,7 +185,7 @@ class Recorder:
             judged = take(evaluations.rollouts, (np.array([case.row]), np.array([case.rollout])))
             if _is_run(done, judged):
                 self._note(done, 0)
-                self.keep_worst([case])
+                self.record_worst([case])
             elif done.scenes.valid.any():
                 self.failures.append(f"`{self.name}` drives otherwise in {scene_in_words(case.key)} than it did")
 
@@ -224,7 +224,9 @@ def is_reproducible(program: Program, config: Config) -> bool:
     if scenes is None:  # nor will there be a run
         return True
     chosen = take(scenes, np.flatnonzero(scenes.valid)[:PROBES])
-    once, again = (driver.afresh().drive(program, chosen, config.simulation, config.contact).scenes for _ in range(2))
+    once, again = (
+        driver.without_history().drive(program, chosen, config.simulation, config.contact).scenes for _ in range(2)
+    )
     return bool(np.array_equal(once.actions, again.actions) and np.array_equal(once.verdict, again.verdict))
 
 

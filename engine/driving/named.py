@@ -19,10 +19,10 @@ from inspect import getsourcefile, isclass, isroutine, unwrap
 from pathlib import Path
 from typing import Any, cast
 
-from engine.config import Drives
+from engine.config import ActorDriver
 from engine.driving.blocks import BLOCK, Driven, Driver
 from engine.driving.controllers import controllers_of
-from engine.driving.decisions import KeptActions, Recorder
+from engine.driving.decisions import RecordedActions, Recorder
 from engine.driving.names import FORMS, Egos, joined
 from engine.driving.stacks import files_of, stack_of
 from engine.errors import ControllerError, nearest
@@ -172,13 +172,13 @@ def _digest_of(*places: str) -> str:
 # -- several, and from Python -----------------------------------------------------------------------------------------
 
 
-def driver_for(program: Program, given: object, block: int = BLOCK, observe: str = RECORDS) -> Drives | None:
+def driver_for(program: Program, given: object, block: int = BLOCK, observe: str = RECORDS) -> ActorDriver | None:
     """Return the driver that is given (`driver_of`), once each controller of the program has one.
 
     Raises:
         ControllerError: some controller has none, or one that cannot be asked.
     """
-    if isinstance(given, KeptActions | Recorder):
+    if isinstance(given, RecordedActions | Recorder):
         return given
     driver = driver_of(given, block, observe)
     if driver is not None:

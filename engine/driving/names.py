@@ -51,7 +51,7 @@ def as_options(name: str) -> str:
     return shlex.join(words_of(egos)) if all(each.startswith(KINDS) for each in every) else ""
 
 
-def how_again(name: str) -> str:
+def driver_hint(name: str) -> str:
     """What to do where a driver has to be named once more."""
     options = as_options(name)
     return f"name it again: `{options}`, or `ego` in Python" if options else "name it again in Python, as `ego`"

@@ -1,11 +1,11 @@
-"""Scenes side by side, stepped from one question to a controller to the next.
+"""Parallel runs that are stepped from one query of a controller to the next.
 
 A stepped run is the run of the batch host: the same kernel, which pauses at a sample between the rules and the turns.
-There the lanes are observed, controllers decide, and the next call goes on. A lane holds where its run stands and what
-was decided in it (`engine.driving.orders`). With that a finished run is run again by any host, without the controller:
-so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run. Of an
-ego and one other, where no formula or objective reads the run, what both were commanded is kept, so that they need only
-move again (`engine.kernels.review`).
+During a pause the slots are observed and controllers decide; the next call continues. A slot stores the state of its
+run and the decisions in it (`engine.driving.decision_pages`). With these decisions any host repeats a finished run
+without the controller. The batch host assesses it that way, and the memory of a scene does not depend on the measures
+that are requested. If the program has an ego and one other actor, and no formula or objective reads the run, the
+commands of both are stored, so that the repetition only moves them (`engine.kernels.review`).
 """
 
 import math
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
+from engine.driving.decision_pages import DecisionPages, command_columns
 from engine.driving.observations import REWARD, series
-from engine.driving.orders import Orders, command_columns
 from engine.errors import ArgumentError
 from engine.host import (
     CHUNK,
@@ -32,8 +32,8 @@ from engine.host import (
     plan,
     with_slots,
 )
+from engine.kernels.decision_pages import mark_queried, mark_running
 from engine.kernels.egocentric import WIDTH, write_observation
-from engine.kernels.orders import note_asked, note_running
 from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Results, judge_rows, simulate_rows, start_slots
@@ -50,11 +50,11 @@ AT_ONCE = 64
 """Runs that are judged by one call: what was decided in them stays in the cache."""
 
 
-# -- lanes -------------------------------------------------------------------------------------------------------------
+# -- slots -------------------------------------------------------------------------------------------------------------
 
 
-class Lanes:
-    """So many scenes of a program side by side. A lane without a scene, or whose run has ended, rests."""
+class ParallelRuns:
+    """Runs of `count` scenes of a program. A slot is idle if it has no scene or its run has ended."""
 
     def __init__(
         self,
@@ -76,12 +76,14 @@ class Lanes:
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
         places = command_columns(program)
-        told = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
-        self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, told)
+        width = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
+        self._decisions = DecisionPages(self.controls, count, config.time_step, pause, self.turns, width)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        run = parallel_memory(program, self.turns, count, back, self._orders.coming)
+        run = parallel_memory(program, self.turns, count, back, self._decisions.coming)
         self._run = with_slots(
-            run._replace(command_columns=places, command_pages=self._orders.told, slot_pages=self._orders.pages)
+            run._replace(
+                command_columns=places, command_pages=self._decisions.commands, slot_pages=self._decisions.pages
+            )
         )
         self._status = self._run.slot_status
         self._moves = 0
@@ -104,9 +106,9 @@ class Lanes:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all lanes; what was decided takes more as runs get longer than any before."""
-        groups = (self._run._replace(command_pages=self._orders.told[:0]), self._scenes, self._results)
-        return self._orders.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
+        """Memory of all slots; what was decided takes more as runs get longer than any before."""
+        groups = (self._run._replace(command_pages=self._decisions.commands[:0]), self._scenes, self._results)
+        return self._decisions.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
         """The results as they are now."""
@@ -125,7 +127,7 @@ class Lanes:
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
     def place(self, chosen: Ints, scenes: Scenes) -> None:
-        """Put scenes into the chosen lanes, of those for all lanes; their runs begin with the next step."""
+        """Put scenes into the chosen slots, of those for all slots; their runs begin with the next step."""
         verdict, variant, values = scenes.verdict[chosen], scenes.variant[chosen], scenes.values[chosen]
         self._scenes.verdict[chosen], self._scenes.variant[chosen] = verdict, variant
         for array, blank in zip(_arrays(self._results), self._blank, strict=True):
@@ -136,18 +138,18 @@ class Lanes:
         start_slots(self.plan, asked, chosen.astype(np.int32), self._run)
         self._paths[:, chosen] = self.program.routes[np.maximum(variant, 0)].T
         self._reach[chosen] = weather_sight(self.program, variant, values)
-        self._orders.begin(chosen, _neutral(self.program, values), self._run.slot_actions)
+        self._decisions.begin(chosen, _neutral(self.program, values), self._run.slot_actions)
 
     @property
     def running(self) -> Bools:
-        """(lanes,) where a run has not ended."""
+        """(slots,) where a run has not ended."""
         running = np.empty(len(self), dtype=bool)
-        note_running(self._status, self._scenes.verdict, running)
+        mark_running(self._status, self._scenes.verdict, running)
         return running
 
     @property
     def results(self) -> Results:
-        """What became of the run of each lane; of one that goes on nothing yet."""
+        """What became of the run of each slot; of one that goes on nothing yet."""
         ended = np.flatnonzero(self._open & ~self.running)
         if len(ended):
             self._open[ended] = False
@@ -156,7 +158,7 @@ class Lanes:
 
     def _judge(self, ended: Ints) -> None:
         """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
-        kept = self._orders.told.shape[3] > 0
+        kept = self._decisions.commands.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._renew_pages()
         self._in_parts(ended[~again], self._review)
@@ -181,7 +183,7 @@ class Lanes:
         """(ended, turns, numbers): what was decided, as far as the longest run came."""
         samples = self.samples[ended]
         actions = np.empty((len(ended), int(samples.max()) + 1, self.numbers))
-        self._orders.decided(ended, samples, actions)
+        self._decisions.decided(ended, samples, actions)
         return actions
 
     def _run_again(self, ended: Ints) -> None:
@@ -204,37 +206,37 @@ class Lanes:
             array[ended] = new
 
     def outcomes(self, chosen: Ints) -> Outcomes:
-        """What became of the runs of the chosen lanes."""
+        """What became of the runs of the chosen slots."""
         return outcomes(Results(*(each[chosen] for each in _arrays(self.results))))
 
     @property
     def reasons(self) -> Ints:
-        """(lanes,) why each run has ended, `RUNNING`, or `EMPTY` of one that is lost; formulas and objectives may say
+        """(slots,) why each run has ended, `RUNNING`, or `EMPTY` of one that is lost; formulas and objectives may say
         so only when it is judged.
         """
         return self.results.end_reason if self._late else self._status[:, Status.END]
 
     @property
     def samples(self) -> Ints:
-        """(lanes,) the current one of each."""
+        """(slots,) the current one of each."""
         return self._status[:, Status.SAMPLE]
 
     @property
     def states(self) -> Floats:
-        """(lanes, actors, len(State)) at the current samples."""
+        """(slots, actors, len(State)) at the current samples."""
         kept = self._run.slot_states
         return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
 
     @property
     def times(self) -> Floats:
-        """(lanes,) of the current samples [s]."""
+        """(slots,) of the current samples [s]."""
         return np.asarray(self.samples * self.plan.layout.time_step, dtype=np.float64)
 
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
-        self._orders.reserve(self.running, self.samples)
+        """Run all slots on: to the next sample at which somebody is asked, or to the end."""
+        self._decisions.reserve(self.running, self.samples)
         self._renew_pages()
 
         def run(first: int, last: int) -> None:
@@ -247,13 +249,13 @@ class Lanes:
 
     def _renew_pages(self) -> None:
         """Take the pages as they are now: where more are needed, they may move in memory."""
-        if self._moves != self._orders.moves:
-            self._moves = self._orders.moves
-            self._run = self._run._replace(slot_pages=self._orders.pages, command_pages=self._orders.told)
+        if self._moves != self._decisions.moves:
+            self._moves = self._decisions.moves
+            self._run = self._run._replace(slot_pages=self._decisions.pages, command_pages=self._decisions.commands)
             self._parts.clear()
 
     def _part(self, first: int, last: int) -> Run:
-        """Some lanes, with a memory of their own to work in."""
+        """Some slots, with a memory of their own to work in."""
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
@@ -263,26 +265,26 @@ class Lanes:
         return self._parts[first, last]
 
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
-        """Memory to work in, before some lanes."""
+        """Memory to work in, before some slots."""
         arrays = self._run._asdict()
         slots = {name: array[first:last] for name, array in arrays.items() if name.startswith("slot_")}
         shared = {name: arrays[name] for name in ("command_pages", "command_columns")}
         return with_slots(scratch._replace(**shared, **slots))
 
     def lose(self, chosen: Bools) -> None:
-        """Let the chosen lanes rest: what their controller decides cannot be driven."""
+        """Let the chosen slots rest: what their controller decides cannot be driven."""
         self._results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
         self._open[chosen] = False
         self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
-        """(lanes,) where the control of this number is asked at the current sample."""
+        """(slots,) where the control of this number is asked at the current sample."""
         asked = np.empty(len(self), dtype=bool)
-        note_asked(self._status, self._scenes.verdict, self._orders.every[number], asked)
+        mark_queried(self._status, self._scenes.verdict, self._decisions.timings[number].every, asked)
         return asked
 
     def observe(self, number: int, chosen: Bools) -> Floats:
-        """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
+        """(slots, d): what the control of this number observes in the chosen slots, and zeros in all others."""
         if self._rules:
             return np.where(chosen[:, np.newaxis], self._run.slot_watched[:, self._rules], 0.0)
         actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
@@ -291,19 +293,19 @@ class Lanes:
 
     @property
     def rewarded(self) -> Floats | None:
-        """(lanes,): a copy of the record called reward at the current samples, where the file has one."""
+        """(slots,): a copy of the record called reward at the current samples, where the file has one."""
         return None if self._reward is None else self._run.slot_watched[:, self._reward].copy()
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
-        """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
-        self._orders.decide(number, chosen, self.samples, actions, self._run.slot_actions)
+        """Let the chosen slots do `actions` (slots, a) from now, or from the delay on, until the next ones."""
+        self._decisions.decide(number, chosen, self.samples, actions, self._run.slot_actions)
         self._renew_pages()
 
     def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
-        """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""
+        """(chosen, turns, numbers): what was decided in the chosen slots; what was decided last goes on."""
         if out is None:
             out = np.empty((len(chosen), self.turns, self.numbers))
-        self._orders.decided(chosen, self.samples[chosen], out)
+        self._decisions.decided(chosen, self.samples[chosen], out)
         return out
 
 

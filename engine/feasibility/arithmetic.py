@@ -1,8 +1,8 @@
 """Intervals, over many boxes at once: what a value may be in each, and arithmetic, comparisons and logic on them.
 
 NaN is kept beside the numbers: an interval holds all values that are numbers, `undefined` says whether there may be one
-that is not. Truths are intervals within [0, 1]. (`cortex_dsl.semantics.quantities.bounds` has the plain ones of the
-compiler, one expression at a time; a test holds the two together.)
+that is not. Truths are intervals within [0, 1], NaN where a kernel's is. (`cortex_dsl.semantics.quantities.bounds` has
+the plain ones of the compiler, one expression at a time; a test holds the two together.)
 
 Each function takes intervals and gives one that holds every value the instruction can have on operands in them.
 Correctly rounded operations need no slack: rounding never changes an order, so what a kernel computes lies between what
@@ -83,18 +83,29 @@ def holds_zero(a: Interval) -> Bools:
     return (a.low <= 0.0) & (a.high >= 0.0)
 
 
-def truth(sure: Bools, never: Bools) -> Interval:
-    """1 where sure, 0 where never, both in between."""
-    return Interval(sure.astype(np.float64), (~never).astype(np.float64), np.zeros(len(sure), dtype=bool))
+def truth(sure: Bools, never: Bools, undefined: Bools | None = None) -> Interval:
+    """1 where sure, 0 where never, both in between; `undefined` where it may be NaN instead."""
+    undefined = np.zeros(len(sure), dtype=bool) if undefined is None else undefined
+    return Interval(sure.astype(np.float64), (~never).astype(np.float64), undefined)
 
 
-def surely_true(a: Interval) -> Bools:
-    """Not zero; NaN counts as true, as in the kernels."""
+def never_zero(a: Interval) -> Bools:
+    """Where all that it may be, but NaN, is not zero."""
     return (a.low > 0.0) | (a.high < 0.0)
 
 
+def always_zero(a: Interval) -> Bools:
+    """Where all that it may be, but NaN, is zero."""
+    return (a.low == 0.0) & (a.high == 0.0)
+
+
+def surely_true(a: Interval) -> Bools:
+    """Neither zero nor NaN."""
+    return never_zero(a) & ~a.undefined
+
+
 def surely_false(a: Interval) -> Bools:
-    return (a.low == 0.0) & (a.high == 0.0) & ~a.undefined
+    return always_zero(a) & ~a.undefined
 
 
 # -- arithmetic, comparisons and logic ---------------------------------------------------------------------------------
@@ -182,32 +193,37 @@ def greatest(a: Interval, b: Interval) -> Interval:
 
 
 def below(a: Interval, b: Interval) -> Interval:
-    return truth((a.high < b.low) & ~either(a, b), a.low >= b.high)
+    return truth(a.high < b.low, a.low >= b.high, either(a, b))
 
 
 def at_most(a: Interval, b: Interval) -> Interval:
-    return truth((a.high <= b.low) & ~either(a, b), a.low > b.high)
+    return truth(a.high <= b.low, a.low > b.high, either(a, b))
 
 
 def equal(a: Interval, b: Interval) -> Interval:
-    same = (a.low == a.high) & (b.low == b.high) & (a.low == b.low) & ~either(a, b)
-    return truth(same, (a.high < b.low) | (a.low > b.high))
+    same = (a.low == a.high) & (b.low == b.high) & (a.low == b.low)
+    return truth(same, (a.high < b.low) | (a.low > b.high), either(a, b))
 
 
 def negation(a: Interval) -> Interval:
-    return truth(surely_false(a), surely_true(a))
+    return truth(always_zero(a), never_zero(a), a.undefined)
 
 
 def both(a: Interval, b: Interval) -> Interval:
-    return truth(surely_true(a) & surely_true(b), surely_false(a) | surely_false(b))
+    """NaN where one operand is, unless the other is zero."""
+    undefined = (a.undefined & ~surely_false(b)) | (b.undefined & ~surely_false(a))
+    return truth(never_zero(a) & never_zero(b), always_zero(a) | always_zero(b), undefined)
 
 
 def one_of(a: Interval, b: Interval) -> Interval:
-    return truth(surely_true(a) | surely_true(b), surely_false(a) & surely_false(b))
+    """NaN where one operand is, unless the other is true."""
+    undefined = (a.undefined & ~surely_true(b)) | (b.undefined & ~surely_true(a))
+    return truth(never_zero(a) | never_zero(b), always_zero(a) & always_zero(b), undefined)
 
 
 def select(a: Interval, b: Interval, c: Interval) -> Interval:
-    then, otherwise = surely_true(a), surely_false(a)
+    then, otherwise = never_zero(a), always_zero(a)
     low = np.where(then, b.low, np.where(otherwise, c.low, np.minimum(b.low, c.low)))
     high = np.where(then, b.high, np.where(otherwise, c.high, np.maximum(b.high, c.high)))
-    return Interval(low, high, np.where(then, b.undefined, np.where(otherwise, c.undefined, either(b, c))))
+    undefined = np.where(then, b.undefined, np.where(otherwise, c.undefined, either(b, c)))
+    return Interval(low, high, a.undefined | undefined)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from engine.feasibility.arithmetic import Bools, Interval, between, everything, truth
+from engine.feasibility.arithmetic import Bools, Interval, between, either, everything, truth
 from engine.feasibility.distances import (
     COS,
     CURVATURE,
@@ -174,7 +174,7 @@ def sees(_road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     viewer, outline = operands[:6], operands[6:]
     near = _between_centres(viewer, outline)[0] - circles(outline)[1]
     never = numbers(*operands) & (near > viewer[4].high)
-    return [truth(np.zeros(len(never), dtype=bool), never)]
+    return [truth(np.zeros(len(never), dtype=bool), never, either(*operands))]
 
 
 # -- regions -----------------------------------------------------------------------------------------------------------
@@ -201,12 +201,12 @@ def distance_to_region(road: RoadTables, operands: Sequence[Interval]) -> Sequen
 def contains(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     region, x, y = operands
     off, depth = _off_region(road, region, x, y)
-    return [truth((depth.low > 0.0) & ~depth.undefined, off.low > 0.0)]
+    return [truth((depth.low > 0.0) & ~depth.undefined, off.low > 0.0, either(x, y))]
 
 
 def contains_outline(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
     region, *box = operands
-    reach = 0.5 * np.hypot(largest(box[3]), largest(box[4]))
+    reach, undefined = 0.5 * np.hypot(largest(box[3]), largest(box[4])), either(*box)
     sure, never = _in_core(road, region, box[0], box[1], reach) & numbers(*box), np.zeros(len(reach), dtype=bool)
     rows = np.flatnonzero(~sure)
     if len(rows):
@@ -215,7 +215,7 @@ def contains_outline(road: RoadTables, operands: Sequence[Interval]) -> Sequence
         together = (Interval(*map(np.concatenate, zip(*each, strict=True))) for each in zip(*places, strict=True))
         off, _ = _off_region(road, *together)
         never[rows] = (off.low > 0.0).reshape(len(places), -1).any(axis=0)
-    return [truth(sure, never)]
+    return [truth(sure, never, undefined)]
 
 
 def _in_core(road: RoadTables, region: Interval, x: Interval, y: Interval, reach: Floats) -> Bools:
@@ -261,6 +261,13 @@ def _one_of(count: Callable[[RoadTables], int]) -> Geometry:
     return lambda road, operands: [between(0.0, count(road) - 1.0, len(operands[0].low))]
 
 
+def _heading(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
+    """Of any path, at any of its points."""
+    headings = np.abs(road.primitives[:, HEADING]) + np.abs(road.primitives[:, CURVATURE]) * road.primitives[:, LENGTH]
+    most = float(headings.max(initial=0.0)) + SLACK
+    return [between(-most, most, len(operands[0].low))._replace(undefined=either(*operands))]
+
+
 def _any(width: int) -> Geometry:
     return lambda _road, operands: [everything(len(operands[0].low)) for _ in range(width)]
 
@@ -277,7 +284,7 @@ GEOMETRY: Mapping[Op, Geometry] = {
     Op.REGION_BOX_DISTANCE: outline_to_region,
     Op.BOX_DISTANCE: between_outlines,
     Op.CAN_SEE: sees,
-    Op.ROAD_HEADING: _any(1),
+    Op.ROAD_HEADING: _heading,
     Op.ROAD_FOLLOW: _any(3),
     Op.LANE_ROUTE: _one_of(lambda road: len(road.path_length)),
     Op.LANE_NEAREST: _one_of(lambda road: len(road.lane_path)),

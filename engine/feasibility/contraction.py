@@ -294,11 +294,13 @@ class Boxes:
         return [FORWARD[instruction.op](*operands)]
 
     def demand(self, requirement: int) -> None:
-        """The requirement holds: its result is neither zero nor NaN."""
+        """The requirement holds: its result is not zero. Nothing follows where it may be NaN, for that ends an attempt
+        as an error, and an error must not be passed over.
+        """
         root = self.tape.roots[requirement]
         maker = self.tape.maker.get(root)
         if maker is not None and maker.op in TRUTHS:
-            self.demanded[root] = True
+            self.demanded[root] = ~self.undefined[root]
             one = np.ones(len(self.killer))
             self._intersect(root, (one, one), self.demanded[root], requirement)
         else:

@@ -126,7 +126,10 @@ def _attempt(
     scratch: Scratch,
     out: Ledger,
 ) -> bool:
-    """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled."""
+    """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled.
+
+    A requirement that is NaN settles it as an error: it neither holds nor fails.
+    """
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
     template = code.variant_template[variant]
     if template < 0:
@@ -149,7 +152,13 @@ def _attempt(
         execute(code.scene_code, start, end, registers, code.pool, recipe.road)
         out.tested[row, requirement] += 1
         holds = registers[code.requirement_segment[template, requirement, Segment.RESULT]]
-        if holds == 0.0 or math.isnan(holds):
+        if math.isnan(holds):
+            make_draws(layout, draws, known, layout.draw_count, registers)
+            _note_draws(layout, row, registers, out)
+            out.values[row, :] = math.nan
+            out.verdict[row] = Verdict.ERROR
+            return True
+        if holds == 0.0:
             out.failed[row, requirement] += 1
             if recipe.by_genes[requirement] != 0:
                 out.verdict[row] = Verdict.INFEASIBLE
@@ -187,8 +196,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
     )
     for value in range(len(values)):
         values[value] = registers[code.output_register[template, value]]
-    for draw in range(layout.draw_count):
-        out.draws[row, draw] = registers[layout.draws + draw]
+    _note_draws(layout, row, registers, out)
     if unbounded(values):
         out.verdict[row] = Verdict.ERROR
         return True
@@ -202,6 +210,12 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
         return False
     out.verdict[row] = Verdict.VALID
     return True
+
+
+@inlined
+def _note_draws(layout: Layout, row: int, registers: Floats, out: Ledger) -> None:
+    for draw in range(layout.draw_count):
+        out.draws[row, draw] = registers[layout.draws + draw]
 
 
 @kernel

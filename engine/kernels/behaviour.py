@@ -37,8 +37,8 @@ from engine.vocabulary import ActorKind, Column, Command, State
 
 END_OF_ROAD = 0.01
 """A path ends with the road where there is road so far before its end, and none so far behind it [m]."""
-YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
-"""How a turn ended."""
+YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET, UNDEFINED = range(6)
+"""How a turn ended; `UNDEFINED`: at a condition that is NaN."""
 COMMANDED = tuple(
     int(column)
     for column in (
@@ -106,8 +106,11 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.JUMP:
             row = a
         elif op == Op.JUMP_UNLESS:
-            if not abs(registers[a]) > 0.0:  # NaN is not true
+            if registers[a] == 0.0:
                 row = b
+            elif math.isnan(registers[a]):
+                signal = UNDEFINED
+                break
         elif op == Op.JUMP_IF_RUNNING:
             if run.resume[a] >= 0:
                 row = b
@@ -120,6 +123,9 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             signal = YIELDED
             break
         elif op == Op.COMMAND:
+            if a == Command.REVERSE and math.isnan(registers[b]):
+                signal = UNDEFINED
+                break
             _command(run, _me(run), a, registers[b])
         elif op == Op.FOLLOW:
             if _follow(plan, run, _now(run), _me(run), row - 1):
@@ -162,7 +168,7 @@ def _me(run: Run) -> int:
 
 @inlined
 def _command(run: Run, actor: int, command: int, value: float) -> None:
-    kept = (1.0 if abs(value) > 0.0 else 0.0) if command == Command.REVERSE else value  # NaN is not true
+    kept = (1.0 if value != 0.0 else 0.0) if command == Command.REVERSE else value
     run.actors[actor, COMMANDED[command]] = kept
 
 

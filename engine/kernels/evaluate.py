@@ -3,7 +3,8 @@
 A row is `(op, dst, a, b, c, d)`. Register files are float64 arrays; path and region ids travel as floats.
 
 The scalar instructions are one function a family: numbers in, number out, Python's meaning. Nothing raises: dividing by
-zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0. Each chain of comparisons with
+zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0, and NaN where it depends on a NaN:
+logic has three values (Kleene, "Introduction to Metamathematics", 1952, section 64). Each chain of comparisons with
 constants becomes one jump table in machine code.
 """
 
@@ -108,22 +109,22 @@ def function(op: int, x: float, y: float) -> float:
 
 @inlined
 def comparison(op: int, x: float, y: float, z: float) -> float:
-    """`Op.LT` to `Op.SELECT`."""
+    """`Op.LT` to `Op.SELECT`; NaN where a NaN decides."""
     if op == Op.LT:
-        return 1.0 if x < y else 0.0
+        return 1.0 if x < y else 0.0 if x >= y else math.nan
     if op == Op.LE:
-        return 1.0 if x <= y else 0.0
+        return 1.0 if x <= y else 0.0 if x > y else math.nan
     if op == Op.EQ:
-        return 1.0 if x == y else 0.0
+        return 1.0 if x == y else 0.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
     if op == Op.NE:
-        return 1.0 if x != y else 0.0
+        return 0.0 if x == y else 1.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
     if op == Op.AND:
-        return 1.0 if x != 0.0 and y != 0.0 else 0.0
+        return 0.0 if x == 0.0 or y == 0.0 else 1.0 if abs(x) > 0.0 and abs(y) > 0.0 else math.nan
     if op == Op.OR:
-        return 1.0 if x != 0.0 or y != 0.0 else 0.0
+        return 1.0 if abs(x) > 0.0 or abs(y) > 0.0 else 0.0 if x == 0.0 and y == 0.0 else math.nan
     if op == Op.NOT:
-        return 1.0 if x == 0.0 else 0.0
-    return y if x != 0.0 else z
+        return 1.0 if x == 0.0 else 0.0 if abs(x) > 0.0 else math.nan
+    return y if abs(x) > 0.0 else z if x == 0.0 else math.nan
 
 
 @inlined
@@ -184,14 +185,17 @@ def _option(pool: Floats, first: int, index: float) -> float:
 
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`.
+    """`Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`. Of a place that is NaN all is NaN, but the number of the nearest lane.
 
     The commonest two are executed here. The others are families of functions, compiled for the programs that have one.
     """
     if op == Op.PATH_POSE:
-        registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, int(registers[a]), registers[b])
+        x, y, heading = path_pose(road, int(registers[a]), registers[b])
+        registers[dst], registers[dst + 1] = x, y
+        registers[dst + 2] = math.nan if math.isnan(registers[b]) else heading
     elif op == Op.REGION_DISTANCE:
-        registers[dst] = region_distance(road, int(registers[a]), registers[b], registers[c])
+        distance = region_distance(road, int(registers[a]), registers[b], registers[c])
+        registers[dst] = math.nan if math.isnan(registers[b]) or math.isnan(registers[c]) else distance
     elif op == Op.PATH_LENGTH or op == Op.PATH_DISTANCE or op == Op.PATH_PROJECT:
         path_instruction(op, dst, a, b, c, registers, road)
     elif op == Op.REGION_CONTAINS or op == Op.REGION_SAMPLE:
@@ -210,6 +214,8 @@ def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
     path, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.PATH_LENGTH:
         registers[dst] = road.path_length[path]
+    elif math.isnan(y) or math.isnan(z):
+        registers[dst] = math.nan
     elif op == Op.PATH_DISTANCE:
         registers[dst] = path_distance(road, path, y, z)
     else:
@@ -222,6 +228,8 @@ def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floa
     region, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.REGION_SAMPLE:
         registers[dst], registers[dst + 1] = region_sample(road, region, y, z)
+    elif math.isnan(y) or math.isnan(z):
+        registers[dst] = math.nan
     else:
         registers[dst] = 1.0 if region_contains(road, region, y, z) else 0.0
 
@@ -229,7 +237,13 @@ def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floa
 @deferred()
 def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
     """`Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` and `REGION_DEPTH`."""
-    if op == Op.REGION_DEPTH:
+    if (
+        math.isnan(registers[b]) or math.isnan(registers[c])
+        if op == Op.REGION_DEPTH
+        else has_nan(registers, b, 5) or (op == Op.BOX_DISTANCE and has_nan(registers, a, 5))
+    ):
+        registers[dst] = math.nan
+    elif op == Op.REGION_DEPTH:
         registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
     elif op == Op.REGION_BOX_DEPTH:
         registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
@@ -246,6 +260,9 @@ def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Fl
 @deferred()
 def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
     """`Op.CAN_SEE`."""
+    if has_nan(registers, a, 5) or has_nan(registers, b, 5):
+        registers[dst] = math.nan
+        return
     view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
     viewer, count = int(registers[a + 5]), int(registers[c])
     verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
@@ -268,13 +285,22 @@ def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
     s = path_project(road, path, x, y)
     foot_x, foot_y, heading = path_pose(road, path, s)
     if op == Op.ROAD_HEADING:
-        registers[dst] = heading
+        registers[dst] = math.nan if math.isnan(x) or math.isnan(y) else heading
         return
     left = (y - foot_y) * math.cos(heading) - (x - foot_x) * math.sin(heading)
     end_x, end_y, heading = path_pose(road, road.lane_route[lane], s + by)
     registers[dst] = end_x - left * math.sin(heading)
     registers[dst + 1] = end_y + left * math.cos(heading)
-    registers[dst + 2] = heading
+    registers[dst + 2] = math.nan if math.isnan(x) or math.isnan(y) or math.isnan(by) else heading
+
+
+@inlined
+def has_nan(registers: Floats, first: int, count: int) -> bool:
+    """Whether one of consecutive registers is NaN."""
+    found = False
+    for register in range(first, first + count):
+        found |= math.isnan(registers[register])
+    return found
 
 
 @inlined

@@ -69,14 +69,14 @@ def judge(plan: Plan, run: Run, pairs: Floats, outlines: Floats, sought: Floats,
     seen = last + (1 if touched else 0)
     template = run.status[Status.TEMPLATE]
     if len(plan.formula) > 0:
-        work_out(plan.formula, run.watched, seen, TRUTH, run.worth)
+        work_out(plan.formula, run.watched, seen, TRUTH, run.formula_values)
         for objective in range(len(plan.objective_root)):
             if plan.objective_root[objective] >= 0:
-                broken[objective] = 1.0 if run.worth[0, plan.objective_root[objective]] < 0.0 else 0.0
-        work_out(plan.formula, run.watched, seen, MARGIN, run.worth)
+                broken[objective] = 1.0 if run.formula_values[0, plan.objective_root[objective]] < 0.0 else 0.0
+        work_out(plan.formula, run.watched, seen, MARGIN, run.formula_values)
         for objective in range(len(plan.objective_root)):
             if plan.objective_root[objective] >= 0:
-                sought[objective] = run.worth[0, plan.objective_root[objective]]
+                sought[objective] = run.formula_values[0, plan.objective_root[objective]]
     _read(plan, run, last, seen, pairs, outlines)
     for objective in range(len(plan.objective_root)):
         start, end = plan.objective_segment[template, objective, 0], plan.objective_segment[template, objective, 1]

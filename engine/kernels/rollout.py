@@ -29,14 +29,14 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 
 import math
 
-from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
+from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, UNDEFINED, Turn, interpret
 from engine.kernels.impacts.motion import FirstContact, resolve_other_impacts, search_contact
 from engine.kernels.jit import deferred, inlined, shared
 from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.motion import step
 from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Memory, Plan, Run, Status, end_run, place
 from engine.kernels.slots import PAGE, continue_run, is_idle, leave_run, note_commands
-from engine.kernels.temporal import find_broken
+from engine.kernels.temporal import UNKNOWN, find_broken
 from engine.tables import Floats, Ints, Segment
 from engine.vocabulary import EndReason, RuleKind, State, Turns
 
@@ -150,8 +150,12 @@ def judge_temporal(plan: Plan, run: Run) -> None:
         return
     last = run.status[Status.SAMPLE] - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
     hold = plan.layout.hold
-    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last // hold, run.worth, run.decided)
-    if broken.temporal >= 0:
+    broken = find_broken(
+        plan.formula, plan.temporal_root, run.watched, last // hold, run.formula_values, run.formula_decided
+    )
+    if broken.temporal == UNKNOWN:
+        end_run(plan, run, EndReason.BROKEN, -1, 0.0)
+    elif broken.temporal >= 0:
         run.status[Status.SAMPLE] = broken.sample * hold
         run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1
         end_run(plan, run, EndReason.ABORTED, plan.temporal_rule[broken.temporal], 0.0)
@@ -238,7 +242,9 @@ def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: T
         return
     if result.signal == OUT_OF_BUDGET:
         end_run(plan, run, EndReason.STUCK, result.detail, 0.0)
-    elif plan.rule_kinds[rule] != RuleKind.WATCH and abs(value) > 0.0:  # NaN is not true
+    elif result.signal == UNDEFINED or (plan.rule_kinds[rule] != RuleKind.WATCH and math.isnan(value)):
+        end_run(plan, run, EndReason.BROKEN, -1, 0.0)
+    elif plan.rule_kinds[rule] != RuleKind.WATCH and value != 0.0:
         _end_by_rule(plan, run, rule)
 
 
@@ -260,6 +266,8 @@ def _settle(plan: Plan, run: Run, template: int, coroutine: int, result: Turn, s
         _end_by_rule(plan, run, result.detail)
     elif result.signal == OUT_OF_BUDGET and scored:
         end_run(plan, run, EndReason.STUCK, result.detail, 0.0)
+    elif result.signal == UNDEFINED and scored:
+        end_run(plan, run, EndReason.BROKEN, -1, 0.0)
 
 
 @inlined

@@ -226,9 +226,9 @@ class Run(NamedTuple):
     watched: Floats
     """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
     columns are undefined. Without such rules there is no memory at all."""
-    worth: Floats
+    formula_values: Floats
     """(2, formula rows): working memory for `kernels.temporal` …"""
-    decided: Ints
+    formula_decided: Ints
     """… (temporals,) int64, too."""
     beyond: Floats
     """(actors, len(State)): the row of the sample after contact, while the instant of contact stands there …"""

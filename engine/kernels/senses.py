@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.crossing import foresee
+from engine.kernels.evaluate import has_nan
 from engine.kernels.geometry import Box, View
 from engine.kernels.impacts.motion import spin_of, velocity_of
 from engine.kernels.jit import deferred, inlined, kernel
@@ -61,7 +62,8 @@ def read_velocity(plan: Plan, run: Run, row: int) -> None:
 def see_within(plan: Plan, run: Run, row: int) -> None:
     """`Op.WITHIN`."""
     actor, distance = int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
-    run.registers[int(plan.code[row, 1])] = 1.0 if sees_within(plan, run, _now(run), actor, distance) else 0.0
+    sees = sees_within(plan, run, _now(run), actor, distance)
+    run.registers[int(plan.code[row, 1])] = math.nan if math.isnan(distance) else 1.0 if sees else 0.0
 
 
 @deferred()
@@ -72,7 +74,10 @@ def see(plan: Plan, run: Run, row: int) -> None:
         sees = can_see(plan, run, _now(run), viewer, target)
     else:
         sees = _sees_place(plan, run, _now(run), row)
-    run.registers[int(plan.code[row, 1])] = 1.0 if sees else 0.0
+    unknown = (viewer < 0 and has_nan(run.registers, int(plan.code[row, 4]), 5)) or (
+        target < 0 and has_nan(run.registers, int(plan.code[row, 5]), 5)
+    )
+    run.registers[int(plan.code[row, 1])] = math.nan if unknown else 1.0 if sees else 0.0
 
 
 @deferred()

@@ -262,7 +262,7 @@ def search(
         if executor and not all(isinstance(each, str) for each in objective):
             raise ArgumentError("a function as objective runs in threads of this process", "leave `workers` out")
         if config.driver is not None:
-            config = replace(config, driver=config.driver.afresh())
+            config = replace(config, driver=config.driver.without_history())
         here = make_evaluator(program, config, PROFILES[profile], aims)
         return run_campaign(
             program.space,

@@ -31,7 +31,7 @@ from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
-from engine.search.past import kept_actions, who_drove
+from engine.search.past import recorded_driver, who_drove
 from engine.search.protocol import SOUGHT
 from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
@@ -318,7 +318,7 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
         contact=ContactConfig(**parts["contact"]),
         search=SearchConfig(**parts["search"]),
         ga=GAConfig(**parts["ga"]),
-        driver=None if driven is None else kept_actions(DrivenBy(**driven)),
+        driver=None if driven is None else recorded_driver(DrivenBy(**driven)),
     )
     return Subject(name, file, program, config)
 

@@ -154,7 +154,7 @@ def check(plan: Plan) -> None:
 
 def _try_driver(subject: Subject) -> None:
     driver = subject.config.driver
-    if driver is not None and driver.anew:
+    if driver is not None and driver.can_drive_new_scenes:
         from engine.driving.decisions import is_reproducible
 
         is_reproducible(subject.program, subject.config)

@@ -116,7 +116,7 @@ def analyse(
     asked before.
     """
     box = Box.of(program.space)
-    anew = config.driver is None or config.driver.anew
+    can_drive_new_scenes = config.driver is None or config.driver.can_drive_new_scenes
     config = replace(config, search=replace(config.search, engine="batch"))
     evaluate = make_evaluator(program, config, PROFILES[profile])
     blame = blamed(evaluations, make_blaming(program, config)) if blame is None else blame
@@ -131,10 +131,12 @@ def analyse(
         fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
         grids=(*grids(evaluations, variant_labels(program)), *lane_grids(program, evaluations, config)),
-        clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if anew else (),
-        genes=gene_effects(box, evaluations, _probes(box, evaluations, evaluate, config) if anew else None),
+        clusters=clusters(evaluations, program.space, evaluate, config.search.seed) if can_drive_new_scenes else (),
+        genes=gene_effects(
+            box, evaluations, _probes(box, evaluations, evaluate, config) if can_drive_new_scenes else None
+        ),
         sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed)
-        if budget and len(box) and anew
+        if budget and len(box) and can_drive_new_scenes
         else None,
         worst=worst,
         avoidability=driven_again(program, evaluations, [case.row for case in worst], config),

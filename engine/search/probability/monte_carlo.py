@@ -129,13 +129,13 @@ def _recorded(config: Config) -> tuple[Config, ...]:
     """The settings by which runs are evaluated, and those by which their collisions are judged before: a driver that
     decides otherwise the second time is judged by what it decided, as far as that is kept.
     """
-    if config.driver is None or not config.driver.anew:
+    if config.driver is None or not config.driver.can_drive_new_scenes:
         return (config,)
     from engine.driving.decisions import Recorder
-    from engine.search.past import kept_actions
+    from engine.search.past import recorded_driver
 
     recorder = Recorder(config.driver)
-    return replace(config, driver=recorder), replace(config, driver=kept_actions(recorder, recorder.kept))
+    return replace(config, driver=recorder), replace(config, driver=recorded_driver(recorder, recorder.kept))
 
 
 def _all_known(found: Probability) -> Probability:
