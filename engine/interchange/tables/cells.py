@@ -49,7 +49,7 @@ WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
 """Whole numbers are held in 64 bits."""
 MAY_BE_EMPTY = ("heading", "length", "width")
-"""Columns in which a known tool leaves a cell empty that it knows nothing for."""
+"""Columns in which an empty cell means that nothing is known."""
 PREAMBLE = "Version:"
 """How the line begins that esmini writes above its column names."""
 
@@ -111,7 +111,7 @@ def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout
         if len(row) != len(header):
             _wrong_length(row, header, place)
         for key, column in chosen.columns.items():
-            gathered[key].append(_value(row[column.index], key, column, chosen, place, layout))
+            gathered[key].append(_value(row[column.index], key, column, chosen, place))
         lines.append(rows.line_num + skipped)
     return _cells(name, chosen, gathered, lines)
 
@@ -181,16 +181,14 @@ def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
     return (times - first if first == 0.0 else np.round(times - first, digits)) * factor, first * factor
 
 
-def _value(
-    text: str, key: str, column: Column, chosen: Chosen, place: str, layout: Layout | None = None
-) -> float | int | str:
+def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> float | int | str:
     if chosen.omega_prime and key in OMEGA_WHOLE:
         if not WHOLE.fullmatch(text) or abs(int(text)) > LARGEST_WHOLE:
             raise _bad(text, "a whole number", column, place)
         return int(text)
     if key in TEXTS:
         return _text(text, key, column, place)
-    if layout is not None and key in MAY_BE_EMPTY and not text.strip():
+    if key in MAY_BE_EMPTY and not chosen.omega_prime and not text.strip():
         return math.nan
     try:
         value = float(text)
@@ -263,12 +261,14 @@ def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Stor
         choices, numbers = file.texts(column.name)
         texts = [_text(text, key, column, f"{file.file}, row {row + 1}") for text, row in choices]
         return [texts[number] for number in numbers.tolist()]
-    values = file.column(column.name)
+    may_be_empty = key in MAY_BE_EMPTY and not chosen.omega_prime
+    values = file.column(column.name, may_be_empty=may_be_empty)
     if values.dtype.kind not in "iuf" or (storage.typecode == "q" and values.dtype.kind == "f"):
         wanted = "whole numbers" if storage.typecode == "q" else "numbers"
         raise InterchangeError(f"it should hold {wanted}, and holds {values.dtype}", "convert the column", place)
     largest = LARGEST_WHOLE if storage.typecode == "q" else _largest(key)
-    wrong = np.flatnonzero(~(np.abs(values.astype(np.float64)) <= largest))
+    possible = np.abs(values.astype(np.float64)) <= largest
+    wrong = np.flatnonzero(~(possible | np.isnan(values) if may_be_empty else possible))
     if len(wrong):
         message = f"it should hold a number that can be, and holds {values[wrong[0]]}"
         raise InterchangeError(

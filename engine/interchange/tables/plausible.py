@@ -75,7 +75,7 @@ def held_headings(
     `loose` (samples,): where it slides after an impact, which may be any way; `unit_said`: whether they are known to be
     radians; `of_motion`: returns those of motion.
     """
-    direction = np.where(loose, math.nan, _directions(motion))
+    direction = np.where(loose, math.nan, directions_of(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return Held(heading)
@@ -100,8 +100,8 @@ def driven(time: Floats) -> int:
     return int(short[0]) + 2 if len(short) else len(time)
 
 
-def _directions(motion: Motion) -> Floats:
-    """(samples,) of motion while it is driven; nan where there is none to be seen."""
+def directions_of(motion: Motion) -> Floats:
+    """Return the directions of motion (samples,) while it is driven; NaN where there is none to be seen."""
     away = motion.positions - motion.positions[0]
     if np.hypot(*away.T).max() < FAR:
         return np.full(len(away), math.nan)
