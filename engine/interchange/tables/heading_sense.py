@@ -5,7 +5,7 @@ same angle at nearly every sample has headings from another zero, however small 
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -18,20 +18,28 @@ STRAIGHT = 0.01
 SLIP = math.radians(5.0)
 """Largest angle between heading and motion on a straight way [rad]. Tyres carry crosswind and a road's crossfall with
 less than 1 degree of slip (Pacejka, "Tire and Vehicle Dynamics", chapter 1: their greatest force comes at 5 to 10)."""
-NEARLY_ALL, MOST, HALF = 0.9, 0.75, 0.5
+NEARLY_ALL, MOST = 0.9, 0.75
 """Shares of samples."""
+BETTER = 0.25
+"""By this share more samples must fit another zero or sense than that with which headings are read."""
+FASTEST_REVERSE = 6.0
+"""Nobody drives backwards faster [m/s]: gears and electric drives limit it to some 20 km/h."""
 ROUND = math.radians(2.0)
 """How near a zero must be to that of a compass to be taken for it [rad]."""
 
 
 def straight_offsets(motion: Motion, heading: Floats, loose: Bools) -> tuple[Floats, Floats]:
-    """Return heading and direction of motion (both (rows,)) at the samples of straight ways at which both are known."""
+    """Return heading and direction of motion (both (rows,)) at the samples of straight ways at which both are known.
+
+    The direction is turned about where an actor drives backwards, which it does slowly.
+    """
     direction = np.where(loose, math.nan, directions_of(motion))
     velocity = motion.rates(motion.positions)
     (x, y), (change_x, change_y) = velocity.T, motion.rates(velocity).T
     speed = np.maximum(np.hypot(x, y), 1e-9)
     shown = (np.abs(x * change_y - y * change_x) < STRAIGHT * speed**3) & np.isfinite(direction) & np.isfinite(heading)
-    return heading[shown], direction[shown]
+    backwards = (np.cos(heading - direction) < 0.0) & (speed < FASTEST_REVERSE)
+    return heading[shown], np.where(backwards, direction + math.pi, direction)[shown]
 
 
 def offset_of(heading: Floats, direction: Floats) -> float:
@@ -61,28 +69,19 @@ def misread(every: Iterable[tuple[Floats, Floats]], *, in_radians: bool) -> str:
     """
     pairs = list(every)
     heading, direction = (np.concatenate([np.zeros(0), *(pair[side] for pair in pairs)]) for side in (0, 1))
-    if len(heading) < FEWEST or _share(heading - direction) >= HALF:
+    if len(heading) < FEWEST or (least := max(MOST, _share(heading - direction) + BETTER)) > 1.0:
         return ""
-    if abs(_zero(direction + heading) - math.pi / 2.0) < ROUND and _fits(direction + heading):
+    if abs(_zero(direction + heading) - math.pi / 2.0) < ROUND and _fits(direction + heading, least):
         return "they would if they counted clockwise from north (write pi/2 - heading)"
-    if not in_radians and _share(np.radians(heading) - direction) >= MOST:
+    if not in_radians and _share(np.radians(heading) - direction) >= least:
         return ""
-    for said in _readings(heading, direction):
-        return said
-    return ""
-
-
-def _readings(heading: Floats, direction: Floats) -> Iterator[str]:
-    """Yield in which ways headings must be counted to fit the motion."""
-    offset = _zero(heading - direction)
-    if _fits(heading - direction):
-        if abs(offset) < math.pi - SLIP:  # else all drive backwards, which one who parks may do
-            yield f"they lie {aside(offset)} it"
-        return
-    if _fits(direction + heading):
+    if _fits(heading - direction, least):
+        return f"they lie {aside(_zero(heading - direction))} it"
+    if _fits(direction + heading, least):
         zero = _zero(direction + heading)
         where = "the x axis (write -heading)" if abs(zero) < ROUND else f"{math.degrees(zero):.0f} degrees left of it"
-        yield f"they would if they counted clockwise from {where}"
+        return f"they would if they counted clockwise from {where}"
+    return ""
 
 
 def _zero(angles: Floats) -> float:
@@ -92,8 +91,8 @@ def _zero(angles: Floats) -> float:
     return math.remainder(middle + float(np.median(around)), math.tau)
 
 
-def _fits(angles: Floats) -> bool:
-    return _share(angles - _zero(angles)) >= MOST
+def _fits(angles: Floats, least: float) -> bool:
+    return _share(angles - _zero(angles)) >= least
 
 
 def _share(angles: Floats) -> float:
