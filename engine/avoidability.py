@@ -29,7 +29,7 @@ import numpy as np
 from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import in_parts, memory, plan, requested, samples_of
-from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, blame_rows, drive_again
+from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, avoidability_rows, resimulate_with_reference
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
 from engine.kernels.run_state import Run
@@ -129,7 +129,7 @@ def avoidability(
         for row in (first + np.flatnonzero(scenes.valid[first:last])).tolist():
             case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row], rows.actions[row])
             sees = driver._replace(reach=min(driver.reach, float(reach[row])))
-            again = drive_again(shared, run, case, outlines, path, sees)
+            again = resimulate_with_reference(shared, run, case, outlines, path, sees)
             said[row] = None if again.contact == NEVER else _answer(again, config.time_step)
 
     in_parts(len(scenes), jobs, drive)
@@ -152,7 +152,7 @@ def blame(
     said = np.full(len(scenes), int(Blame.NONE), dtype=np.int32)
 
     def drive(first: int, last: int) -> None:
-        blame_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), R157, said)
+        avoidability_rows(shared, rows, reach, first, last, *room(program, config, samples_of(config) + 1), R157, said)
 
     in_parts(len(scenes), jobs, drive)
     return said

@@ -136,9 +136,9 @@ def _simulate(demand: KernelDemand) -> None:
 
 
 def _blaming_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
-    from engine.kernels.avoidance import blame_rows
+    from engine.kernels.avoidance import avoidability_rows
 
-    yield blame_rows
+    yield avoidability_rows
 
 
 def _blame(demand: KernelDemand) -> None:

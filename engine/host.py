@@ -17,17 +17,20 @@ from engine.control import numbers_decided
 from engine.errors import ArgumentError, ControllerError
 from engine.handles import Handle, Slots
 from engine.kernels.actuation import slide
-from engine.kernels.blows import MAX_BLOWS, Blow
 from engine.kernels.crossing import Foresight
 from engine.kernels.evaluate import geometry_kernels
+from engine.kernels.impacts.motion import (
+    MAX_IMPACTS,
+    ImpactRecord,
+    MotionSegment,
+    resolve_other_impacts,
+    step_post_impact,
+)
 from engine.kernels.jit import need
-from engine.kernels.judging import step_on, touch_down
-from engine.kernels.legs import Leg
-from engine.kernels.loose import step_loose
-from engine.kernels.meetings import settle_others
+from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.rollout import judge_temporal
 from engine.kernels.rows import Requested, Results
-from engine.kernels.run_state import Layout, Plan, Run, Slot, Status
+from engine.kernels.run_state import Layout, Memory, Plan, Run, Status
 from engine.kernels.senses import DEFERRED
 from engine.kernels.slots import continue_run, leave_run, note_commands
 from engine.named_results import NAMED_RESULTS
@@ -113,13 +116,13 @@ def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 
     for op in set(program.code.step_code[:, 0].tolist()) & DEFERRED.keys():
         yield from DEFERRED[op]
     if others_touch(program):
-        yield from (settle_others, step_loose)
+        yield from (resolve_other_impacts, step_post_impact)
     if len(slides):
         yield slide
     if len(program.code.temporal_root):
         yield judge_temporal
     if len(program.judged):
-        yield from (touch_down, step_on)
+        yield from (append_contact_sample, step_on)
     if pause:
         yield from (continue_run, leave_run, note_commands)
 
@@ -179,12 +182,12 @@ def memory(program: Program, samples: int) -> Run:
         states=np.zeros((samples, actors, len(State))),
         registers=registers,
         resume=np.full(int(code.sizes[Size.BLOCKS]), -1, dtype=np.int32),
-        actors=np.zeros((actors, len(Slot))),
+        actors=np.zeros((actors, len(Memory))),
         status=np.zeros(len(Status), dtype=np.int64),
         end=np.zeros(3),
         key=np.zeros(6, dtype=np.int64),
-        legs=np.zeros((actors, len(Leg))),
-        impacts=np.zeros((MAX_BLOWS, len(Blow))),
+        segments=np.zeros((actors, len(MotionSegment))),
+        impacts=np.zeros((MAX_IMPACTS, len(ImpactRecord))),
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
         worth=np.zeros((2, len(code.formula))),
         decided=np.zeros(len(code.temporal_root), dtype=np.int64),
@@ -201,7 +204,7 @@ def memory(program: Program, samples: int) -> Run:
         slot_status=np.zeros((0, 0), dtype=np.int64),
         slot_states=np.zeros((0, 0, 0, 0)),
         slot_watched=np.zeros((0, 0)),
-        slot_legs=np.zeros((0, 0, 0)),
+        slot_segments=np.zeros((0, 0, 0)),
         slot_actions=np.zeros((0, 0, 0)),
         slot_pages=np.zeros((0, 0), dtype=np.int32),
         command_pages=np.zeros((0, 0, 0, 0)),
@@ -228,7 +231,7 @@ def parallel_memory(program: Program, samples: int, count: int, back: int, comin
         slot_status=of_each(run.status),
         slot_states=np.zeros((count, ring(back + 1), *run.states.shape[1:])),
         slot_watched=np.zeros((count, run.watched.shape[1])),
-        slot_legs=np.zeros((count, len(run.legs) if others_touch(program) else 0, len(Leg))),
+        slot_segments=np.zeros((count, len(run.segments) if others_touch(program) else 0, len(MotionSegment))),
         slot_actions=np.zeros((count, coming, run.actions.shape[1])),
     )
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl import compile_text
 from engine import batch, world
-from engine.kernels.motion import REVERSE_SPEED, built_up
+from engine.kernels.motion import REVERSE_SPEED, pedal_response
 from engine.tables import Floats
 from engine.vehicles import BICYCLE, BUS, CAR, TRUCK
 from engine.vocabulary import State
@@ -122,8 +122,8 @@ def test_drag_stops_at_rest() -> None:
 
 
 def plain_built_up(*values: float) -> tuple[float, float]:
-    """`built_up` without a compiler: it has machine code inside its callers alone."""
-    return getattr(built_up, "py_func", built_up)(*values)
+    """`pedal_response` without a compiler: it has machine code inside its callers alone."""
+    return getattr(pedal_response, "py_func", pedal_response)(*values)
 
 
 @given(asked=st.floats(0, 1), before=st.floats(0, 1), build_up=st.floats(0, 10), step=st.floats(0.001, 0.1))

@@ -27,7 +27,7 @@ from engine.kernels.every_pair import (
     TOUCHED,
     TTC,
     TTC_TIME,
-    Crowd,
+    RecordedActors,
     judge_windows,
     near_windows,
 )
@@ -114,7 +114,7 @@ def rank_pairs(
 # -- from tracks to a crowd --------------------------------------------------------------------------------------------
 
 
-def _crowd(tracks: Tracks, step: float) -> Crowd:
+def _crowd(tracks: Tracks, step: float) -> RecordedActors:
     spans = [_steps(track, step) for track in tracks.tracks]
     offset = np.concatenate([[0], np.cumsum([end - begin for begin, end in spans])]).astype(np.int64)
     if offset[-1] > MOST_ROWS:
@@ -123,7 +123,7 @@ def _crowd(tracks: Tracks, step: float) -> Crowd:
     states = np.zeros((int(offset[-1]), len(State)))
     for (begin, end), row, track in zip(spans, offset.tolist(), tracks.tracks, strict=False):
         _fill(states[row : row + end - begin], track, np.arange(begin, end, dtype=np.float64) * step)
-    return Crowd(
+    return RecordedActors(
         states,
         offset,
         np.array([begin for begin, _ in spans], dtype=np.int64),

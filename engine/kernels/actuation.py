@@ -23,7 +23,7 @@ from engine.kernels.dynamics import (
     wheels_of,
 )
 from engine.kernels.jit import deferred, inlined
-from engine.kernels.run_state import Slot
+from engine.kernels.run_state import Memory
 from engine.kernels.tyres import tyre_along
 from engine.tables import Floats
 
@@ -55,30 +55,30 @@ def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> C
 
 @deferred()
 def slide(
-    motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, slots: Floats, actor: int, time: float
+    motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, memory: Floats, actor: int, time: float
 ) -> Motion:
-    """One step of a car with slipping tyres [s]; `slots` is `Run.actors`, `rear` the way from rear axle to centre."""
+    """One step of a car with slipping tyres [s]; `memory` is `Run.actors`, `rear` the way from rear axle to centre."""
     chassis = chassis_of(mass, vehicle.wheelbase, rear, vehicle.grip / GRAVITY)
-    car = driven(_taken(motion, chassis, slots, actor), demand, vehicle, chassis, time)
-    slots[actor, Slot.DRIFT_SPEED], slots[actor, Slot.DRIFT_ANGLE] = car.speed, car.slip
-    slots[actor, Slot.YAW_RATE] = car.yaw_rate
-    slots[actor, Slot.FRONT_WHEEL], slots[actor, Slot.REAR_WHEEL] = car.front_wheel, car.rear_wheel
+    car = driven(_taken(motion, chassis, memory, actor), demand, vehicle, chassis, time)
+    memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE] = car.speed, car.slip
+    memory[actor, Memory.YAW_RATE] = car.yaw_rate
+    memory[actor, Memory.FRONT_WHEEL], memory[actor, Memory.REAR_WHEEL] = car.front_wheel, car.rear_wheel
     cos, sin = math.cos(car.heading), math.sin(car.heading)
     x, y = car.x - rear * cos, car.y - rear * sin
     return Motion(x, y, car.heading, cos, sin, car.speed * math.cos(car.slip), car.steer)
 
 
 @inlined
-def _taken(motion: Motion, chassis: Chassis, slots: Floats, actor: int) -> Drift:
+def _taken(motion: Motion, chassis: Chassis, memory: Floats, actor: int) -> Drift:
     """The car as the step before left it; at first, and where its speed has been set, one that rolls freely."""
-    speed, slip = slots[actor, Slot.DRIFT_SPEED], slots[actor, Slot.DRIFT_ANGLE]
-    front, rear = slots[actor, Slot.FRONT_WHEEL], slots[actor, Slot.REAR_WHEEL]
+    speed, slip = memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE]
+    front, rear = memory[actor, Memory.FRONT_WHEEL], memory[actor, Memory.REAR_WHEEL]
     if motion.speed != speed * math.cos(slip):
         slip = clip(slip, -1.4, 1.4)
         speed = motion.speed / math.cos(slip)
         front = rear = motion.speed / WHEEL_RADIUS
     x, y = motion.x + chassis.rear * motion.cos, motion.y + chassis.rear * motion.sin
-    return Drift(x, y, motion.heading, speed, slip, slots[actor, Slot.YAW_RATE], motion.steer, front, rear)
+    return Drift(x, y, motion.heading, speed, slip, memory[actor, Memory.YAW_RATE], motion.steer, front, rear)
 
 
 @inlined

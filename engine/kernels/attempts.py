@@ -23,11 +23,11 @@ from engine.kernels.recipe import (
     Request,
     Scratch,
     copy,
+    draw_soft_requirements,
     inside_road,
     make_draws,
     overlap,
     pick_variant,
-    toss_coins,
     unbounded,
 )
 from engine.tables import Floats, Ints, Segment
@@ -43,7 +43,7 @@ def sample_rows(recipe: Recipe, request: Request, begin: int, end: int, scratch:
     copy(recipe.code.literals, scratch.registers, 0)
     for row in range(begin, end):
         copy(request.genes[row], scratch.registers, recipe.layout.genes)
-        toss_coins(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
+        draw_soft_requirements(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
         _sample_scene(recipe, request, row, scratch, out)
         _count_rejections(recipe.layout, out.attempts[row], out.tested[row], out.failed[row])
 
@@ -235,12 +235,12 @@ def weigh_rows(recipe: Recipe, request: Request, scratch: Scratch, out: Weighed)
     copy(recipe.code.literals, scratch.registers, 0)
     for row in range(len(request.keys)):
         copy(request.genes[row], scratch.registers, recipe.layout.genes)
-        toss_coins(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
-        _weigh_attempt(recipe, request, row, scratch, out)
+        draw_soft_requirements(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
+        _evaluate_attempt(recipe, request, row, scratch, out)
 
 
 @kernel
-def _weigh_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Weighed) -> None:
+def _evaluate_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Weighed) -> None:
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
     choice, first = uniform_pair(stream, np.uint64(0))
@@ -261,7 +261,7 @@ def _weigh_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch,
         out.holds[row, requirement] = 0 if failed and scratch.enforced[requirement] != 0 else 1
         if code.margin_segment[template, requirement, Segment.START] >= 0:
             out.margins[row, requirement] = _run(recipe, code.margin_segment[template, requirement], registers)
-    _weigh_scene(recipe, template, row, registers, out)
+    _evaluate_scene(recipe, template, row, registers, out)
 
 
 @kernel
@@ -272,7 +272,7 @@ def _run(recipe: Recipe, segment: Ints, registers: Floats) -> float:
 
 
 @kernel
-def _weigh_scene(recipe: Recipe, template: int, row: int, registers: Floats, out: Weighed) -> None:
+def _evaluate_scene(recipe: Recipe, template: int, row: int, registers: Floats, out: Weighed) -> None:
     """The scene values, and the built-in requirements where they are all numbers."""
     code, values = recipe.code, out.values[row]
     start, end = code.output_segment[template, Segment.START], code.output_segment[template, Segment.END]

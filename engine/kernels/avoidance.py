@@ -7,7 +7,8 @@ allows, and no less than the ego has done since, up to full braking: who takes o
 braking is that of the reference driver, of the ego's own brakes, or what its tyres hold, whichever is least.
 
 To brake earlier is not always better, as who brakes later may pass before the other: all moments are tried.
-`blame_rows` leaves these out: one drive tells yes or no, of thousands of collisions in the time of a few runs each.
+`avoidability_rows` leaves these out: one drive tells yes or no, of thousands of collisions in the time of a few runs
+each.
 
 An ego that backs is followed along the same path, by how fast it moves, whichever way. What is perceived, and when, is
 up to `engine.kernels.perception`.
@@ -39,9 +40,9 @@ from engine.kernels.rows import Requested, note_outlines
 from engine.kernels.run_state import (
     REPLACED,
     RUNNING,
+    Memory,
     Plan,
     Run,
-    Slot,
     Status,
     column_of,
     vehicle_of,
@@ -121,7 +122,9 @@ class Braked(NamedTuple):
 
 
 @kernel
-def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> ReferenceDrive:
+def resimulate_with_reference(
+    plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver
+) -> ReferenceDrive:
     """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver.
 
     `run` and `path` (n, PATH_COLUMNS) have room for `LONGEST` after the time limit; `outlines` (actors, 3) is working
@@ -158,7 +161,7 @@ def drive_again(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats
 
 
 @kernel
-def blame_rows(
+def avoidability_rows(
     plan: Plan,
     scenes: Requested,
     reach: Floats,
@@ -179,7 +182,7 @@ def blame_rows(
 
 @kernel
 def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> int:
-    """What `drive_again` says of a case, in a word."""
+    """What `resimulate_with_reference` says of a case, in a word."""
     if not _collides(plan, run, case):
         return NONE
     note_outlines(plan, run, outlines)
@@ -277,7 +280,7 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
     if braking >= contact:
         return Braked(True, contact - 1, path[contact - 1, WAY], 0.0)
     advance(plan, run, braking, scored)
-    run.actors[0, Slot.FREE] = REPLACED
+    run.actors[0, Memory.FREE] = REPLACED
     time_step, states = plan.layout.time_step, run.states
     way, speed = path[braking, WAY], abs(states[braking, 0, State.SPEED])
     held = path[max(braking - 1, 0), OWN]

@@ -17,7 +17,7 @@ from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import PathPoint, path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.replay import follow_track
-from engine.kernels.run_state import Plan, Run, Slot, Status, column_of, outline_of
+from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, outline_of
 from engine.kernels.senses import (
     appear,
     draw_number,
@@ -40,12 +40,19 @@ END_OF_ROAD = 0.01
 YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
 """How a turn ended."""
 COMMANDED = tuple(
-    int(slot)
-    for slot in (
-        Slot.THROTTLE, Slot.BRAKE, Slot.STEER, Slot.SET_SPEED, Slot.REVERSE, Slot.OFFSET, Slot.STOP, Slot.REVERSE,
+    int(column)
+    for column in (
+        Memory.THROTTLE,
+        Memory.BRAKE,
+        Memory.STEER,
+        Memory.SET_SPEED,
+        Memory.REVERSE,
+        Memory.OFFSET,
+        Memory.STOP,
+        Memory.REVERSE,
     )
-)  # fmt: skip
-"""What each `Command` sets."""
+)
+"""Column of `Memory` that each `Command` sets."""
 
 
 class Turn(NamedTuple):
@@ -164,26 +171,26 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     """Steer and pedal along a path; true when the actor has come to its end, and nothing is commanded."""
     progress, path = int(plan.code[row, 1]), int(run.registers[int(plan.code[row, 2])])
     target_speed, max_lateral = run.registers[int(plan.code[row, 3])], run.registers[int(plan.code[row, 4])]
-    x, y = run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
+    x, y = run.actors[actor, Memory.REAR_X], run.actors[actor, Memory.REAR_Y]
     heading, speed = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.SPEED]
     guess = run.registers[progress]
     if not guess >= 0.0:
         guess = path_project(plan.road, path, x, y)
     point = path_project_near(plan.road, path, x, y, guess)
     run.registers[progress] = point.s
-    run.actors[actor, Slot.PATH] = path + 1.0
+    run.actors[actor, Memory.PATH] = path + 1.0
     if _arrives(plan, run, sample, actor, path, plan.road.path_length[path] - point.s):
-        run.actors[actor, Slot.ROUTE_DONE] = 1.0
+        run.actors[actor, Memory.ROUTE_DONE] = 1.0
         return True
-    run.actors[actor, Slot.ROUTE_DONE] = 0.0
-    point = PathPoint(point.s, point.offset - run.actors[actor, Slot.OFFSET], point.heading, point.curvature)
+    run.actors[actor, Memory.ROUTE_DONE] = 0.0
+    point = PathPoint(point.s, point.offset - run.actors[actor, Memory.OFFSET], point.heading, point.curvature)
     if plan.kinds[actor] == ActorKind.PEDESTRIAN:
-        run.actors[actor, Slot.STEER] = turn_along(point, heading)
+        run.actors[actor, Memory.STEER] = turn_along(point, heading)
         _hold_speed(plan, run, sample, actor, target_speed)
         return False
     wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
     time_step = plan.layout.time_step * plan.layout.hold
-    run.actors[actor, Slot.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
+    run.actors[actor, Memory.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
     target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
     _hold_speed(plan, run, sample, actor, target)
     return False
@@ -223,6 +230,6 @@ def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: flo
     max_braking = column_of(plan, run, actor, Column.MAX_BRAKING)
     speed = run.states[sample, actor, State.SPEED]
     pedals = pedals_towards(target_speed, speed, max_acceleration, max_braking)
-    run.actors[actor, Slot.THROTTLE] = pedals.throttle
-    run.actors[actor, Slot.BRAKE] = pedals.brake
-    run.actors[actor, Slot.REVERSE] = 0.0  # target speeds are forward
+    run.actors[actor, Memory.THROTTLE] = pedals.throttle
+    run.actors[actor, Memory.BRAKE] = pedals.brake
+    run.actors[actor, Memory.REVERSE] = 0.0  # target speeds are forward

@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 from engine.kernels.conflict import shadow
 from engine.kernels.geometry import Box, View, shortest_turn
+from engine.kernels.impacts.motion import MotionSegment
 from engine.kernels.jit import deferred, inlined, kernel
-from engine.kernels.legs import Leg
 from engine.kernels.nearest_lane import lane_nearest
-from engine.kernels.noticing import look_past
+from engine.kernels.noticing import visibility_past
 from engine.kernels.path import chain_pose, chain_project, chain_speed_limit
-from engine.kernels.run_state import Plan, Run, Slot, column_of, outline_of
+from engine.kernels.run_state import Memory, Plan, Run, column_of, outline_of
 from engine.kernels.sight import SEEN
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
@@ -131,7 +131,7 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
     if their_enter == math.inf:
         return _nothing()
     view = View(states[seen, me, State.X], states[seen, me, State.Y], mine.heading, look.angle, look.reach)
-    if look_past(plan, run, seen, view, outline_of(plan, run, seen, other), me, other) != SEEN:
+    if visibility_past(plan, run, seen, view, outline_of(plan, run, seen, other), me, other) != SEEN:
         return _nothing()
     arrives, clears = _times(primitives, mine, look.target, look.acceleration, enter, leave)
     soonest, _ = _times(primitives, theirs, math.inf, look.theirs, their_enter, their_enter)
@@ -169,12 +169,12 @@ def _way(plan: Plan, run: Run, sample: int, actor: int, path: int) -> Way:
     box = outline_of(plan, run, sample, actor)
     speed = run.states[sample, actor, State.SPEED]
     if run.states[sample, actor, State.PRESENT] == SLIDING:
-        x, y = run.legs[actor, Leg.VX1], run.legs[actor, Leg.VY1]
+        x, y = run.segments[actor, MotionSegment.VX1], run.segments[actor, MotionSegment.VY1]
         return _straight(plan, box, math.atan2(y, x), math.hypot(x, y))
     if path >= 0:
         return _along(plan, run, box, actor, path, speed)
     if plan.kinds[actor] != ActorKind.OBSTACLE and speed >= 0.0:
-        followed = int(run.actors[actor, Slot.PATH]) - 1
+        followed = int(run.actors[actor, Memory.PATH]) - 1
         if followed >= 0:
             way = _along(plan, run, box, actor, followed, speed)
             if _is_on(plan.road.primitives, way):

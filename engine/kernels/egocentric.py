@@ -8,12 +8,12 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.evaluate import wrap_angle
+from engine.kernels.impacts.motion import velocity_of
 from engine.kernels.jit import inlined, shared
-from engine.kernels.legs import velocity_of
 from engine.kernels.nearest_lane import lane_nearest
 from engine.kernels.noticing import notices
 from engine.kernels.path import path_pose, path_project, path_project_near
-from engine.kernels.run_state import Plan, Run, Slot, Status, column_of
+from engine.kernels.run_state import Memory, Plan, Run, Status, column_of
 from engine.kernels.slots import resume_run
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, State
@@ -81,7 +81,7 @@ def _from(frame: Frame, dx: float, dy: float) -> tuple[float, float]:
 
 @inlined
 def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, frame: Frame, path: int, out: Floats) -> None:
-    row, x, y = run.states[sample, actor], run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
+    row, x, y = run.states[sample, actor], run.actors[actor, Memory.REAR_X], run.actors[actor, Memory.REAR_Y]
     out[0], out[1], out[2] = row[State.SPEED], row[State.ACCELERATION], row[State.STEER]
     if path < 0 and len(plan.road.lane_route) > 0:
         path = int(plan.road.lane_route[lane_nearest(plan.road, frame.x, frame.y, frame.heading)])

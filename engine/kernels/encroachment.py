@@ -31,7 +31,7 @@ NEVER = -1
 """No such step."""
 
 
-class Stay(NamedTuple):
+class OccupancyInterval(NamedTuple):
     """From when to when one of the two is in the area, in samples of the record; infinite if there is no such area."""
 
     enter: float
@@ -48,24 +48,26 @@ class Pair(NamedTuple):
 
 
 @kernel
-def stays(states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept) -> tuple[Stay, Stay]:
+def stays(
+    states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept
+) -> tuple[OccupancyInterval, OccupancyInterval]:
     """When each is in what the other sweeps."""
     first, second = _measured(states, one, other, outlines, sweep)
     enters = _first_step(states, first, outlines, sweep)
     if enters == NEVER:
-        return Stay(math.inf, math.inf), Stay(math.inf, math.inf)
+        return OccupancyInterval(math.inf, math.inf), OccupancyInterval(math.inf, math.inf)
     return _stay(states, first, enters, outlines, sweep), _stay(
         states, second, _first_step(states, second, outlines, sweep), outlines, sweep
     )
 
 
 @inlined
-def _stay(states: Floats, pair: Pair, enters: int, outlines: Floats, sweep: Swept) -> Stay:
+def _stay(states: Floats, pair: Pair, enters: int, outlines: Floats, sweep: Swept) -> OccupancyInterval:
     if enters == NEVER:
-        return Stay(math.inf, math.inf)
+        return OccupancyInterval(math.inf, math.inf)
     leaves = _last_step(states, pair, outlines, sweep)
     enter = _enter(states, pair, enters, outlines, sweep)
-    return Stay(enter, _leave(states, pair, leaves, outlines, sweep))
+    return OccupancyInterval(enter, _leave(states, pair, leaves, outlines, sweep))
 
 
 @kernel
@@ -89,13 +91,17 @@ def encroachment(states: Floats, ego: Span, other: Span, outlines: Floats, sweep
     if other.first + goes + 1 < ego.first + enters:
         leave = _leave(states, theirs, goes, outlines, sweep)
         return leave - _enter(states, mine, enters, outlines, sweep)
-    first = Stay(_enter(states, mine, enters, outlines, sweep), _leave(states, mine, leaves, outlines, sweep))
-    second = Stay(_enter(states, theirs, comes, outlines, sweep), _leave(states, theirs, goes, outlines, sweep))
+    first = OccupancyInterval(
+        _enter(states, mine, enters, outlines, sweep), _leave(states, mine, leaves, outlines, sweep)
+    )
+    second = OccupancyInterval(
+        _enter(states, theirs, comes, outlines, sweep), _leave(states, theirs, goes, outlines, sweep)
+    )
     return encroachment_gap(first, second)
 
 
 @kernel
-def encroachment_gap(ego: Stay, other: Stay) -> float:
+def encroachment_gap(ego: OccupancyInterval, other: OccupancyInterval) -> float:
     """PET by area, in samples: from when the first is out of the area until the second comes in.
 
     Positive when the ego was there first, negative when the other was; infinite without an area; NaN where both are in

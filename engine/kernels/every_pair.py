@@ -28,7 +28,7 @@ APART, TOUCHED, OVERLAPPING = 0.0, 1.0, 2.0
 
 
 @handle
-class Crowd(NamedTuple):
+class RecordedActors(NamedTuple):
     """All actors of a recording."""
 
     states: Floats
@@ -46,7 +46,7 @@ class Crowd(NamedTuple):
 
 
 @allocating
-def near_windows(crowd: Crowd, near: float, most: int) -> Ints:
+def near_windows(crowd: RecordedActors, near: float, most: int) -> Ints:
     """(windows, 4): one, other, first and last step between which the two are there without a gap and whose ends are
     the first and last at which their centres are nearer than `near` [m]. No more than `most` windows.
     """
@@ -73,7 +73,7 @@ def near_windows(crowd: Crowd, near: float, most: int) -> Ints:
 
 
 @kernel
-def _end(crowd: Crowd, actor: int) -> int:
+def _end(crowd: RecordedActors, actor: int) -> int:
     """The step after an actor's last."""
     return crowd.begin[actor] + crowd.offset[actor + 1] - crowd.offset[actor]
 
@@ -89,7 +89,7 @@ def _never_near(bounds: Floats, one: int, other: int, near: float) -> bool:
 
 
 @kernel
-def _next_window(crowd: Crowd, one: int, other: int, step: int, end: int, near: float) -> tuple[int, int, int]:
+def _next_window(crowd: RecordedActors, one: int, other: int, step: int, end: int, near: float) -> tuple[int, int, int]:
     """First and last step of the stretch of common presence that begins at `step` or later, -1 where the two are never
     near in it, and where to go on. Steps in which nobody can have come near are passed.
     """
@@ -116,7 +116,7 @@ def _next_window(crowd: Crowd, one: int, other: int, step: int, end: int, near: 
 
 
 @allocating
-def judge_windows(crowd: Crowd, windows: Ints, time_step: float) -> Floats:
+def judge_windows(crowd: RecordedActors, windows: Ints, time_step: float) -> Floats:
     """(windows, COLUMNS): metrics of each pair in its window, up to the contact of the two; times [s] count from the
     recording's first step. Others, and what they touch, have no part in it.
     """

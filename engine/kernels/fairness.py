@@ -15,7 +15,7 @@ from engine.kernels.pair import REAR, side_of
 from engine.kernels.perception import COURSE, Driver, first_sample, lay_path, pose_at, reached
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, note_outlines
-from engine.kernels.run_state import REPLACED, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.run_state import REPLACED, RUNNING, Memory, Plan, Run, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
 
@@ -54,7 +54,7 @@ def _is_fair(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, d
     advance(plan, run, until, unscored)
     lay_path(run.states, until + 1, path, plan.layout.time_step)
     begin(plan, run, case.variant, case.values, case.key, case.actions)
-    run.actors[0, Slot.FREE] = REPLACED
+    run.actors[0, Memory.FREE] = REPLACED
     return not _strikes(plan, run, until, outlines, path[: until + 1], driver)
 
 

@@ -1,7 +1,7 @@
 """What a file expects of a run, and what it lets a search make large or small, worked out when the run is over.
 
-Rules are looked at in each sample, and once more at the instant of the ego's first contact: `touch_down` puts that
-instant in the place of the sample after it, in which nothing is driven any more, and `step_on` takes it away again.
+Rules are evaluated in each sample, and once more at the instant of the ego's first contact: `append_contact_sample`
+stores that instant in place of the next sample, in which nothing is driven any more, and `step_on` removes it again.
 So a formula sees samples 0 to the last, then contact; a reducer takes the same ones, at their times. `final` alone
 stops at the last sample, as `record final` does.
 
@@ -30,7 +30,7 @@ DELTA_V, ENCROACHMENT = ([row.name for row in NAMED_RESULTS].index(n) for n in (
 
 
 @deferred()
-def touch_down(run: Run) -> None:
+def append_contact_sample(run: Run) -> None:
     """Let the next sample be the instant of the ego's first contact, for one look at all rules; motion is linear."""
     sample = run.status[Status.SAMPLE]
     for actor in range(run.states.shape[1]):
@@ -40,7 +40,7 @@ def touch_down(run: Run) -> None:
             run.states[sample + 1, actor, column] = before + run.end[1] * (after - before)
         if run.beyond[actor, State.PRESENT] != 0.0:
             run.states[sample + 1, actor, State.PRESENT] = run.states[sample, actor, State.PRESENT]
-    run.status[Status.TOUCHDOWN], run.status[Status.SHADED] = 1, -1
+    run.status[Status.AT_CONTACT], run.status[Status.SHADED] = 1, -1
 
 
 @deferred()
@@ -50,7 +50,7 @@ def step_on(run: Run) -> None:
     for actor in range(run.states.shape[1]):
         for column in range(run.states.shape[2]):
             run.states[sample, actor, column] = run.beyond[actor, column]
-    run.status[Status.TOUCHDOWN], run.status[Status.SHADED] = 0, -1
+    run.status[Status.AT_CONTACT], run.status[Status.SHADED] = 0, -1
 
 
 # -- when the run is over ----------------------------------------------------------------------------------------------

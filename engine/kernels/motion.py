@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 from engine.kernels.actuation import slide
 from engine.kernels.bicycle import Demand, Motion, Vehicle, clip, drive, powered, stand, walk
+from engine.kernels.impacts.motion import step_post_impact
 from engine.kernels.jit import inlined
-from engine.kernels.loose import step_loose
 from engine.kernels.region import region_contains
 from engine.kernels.replay import move_along_track
-from engine.kernels.run_state import LOOSE, NO_SPEED, Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.run_state import NO_SPEED, POST_IMPACT, Memory, Plan, Run, Status, column_of, vehicle_of
 from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, Column, State
 
@@ -17,7 +17,7 @@ REVERSE_SPEED = 13.9
 """The fastest that any engine drives backwards [m/s]; CommonRoad, vehicle 2."""
 
 
-class Pushed(NamedTuple):
+class PedalResult(NamedTuple):
     """What the pedals do in a step: acceleration along the way one goes [m/s^2], and where they are at its end."""
 
     acceleration: float
@@ -33,18 +33,18 @@ def step(plan: Plan, run: Run) -> None:
     """Write the next sample of everybody but those whom a host moves."""
     sample = int(run.status[Status.SAMPLE])
     for actor in range(len(plan.kinds)):
-        if run.actors[actor, Slot.FREE] != 0.0:
-            if run.actors[actor, Slot.FREE] == LOOSE:
+        if run.actors[actor, Memory.FREE] != 0.0:
+            if run.actors[actor, Memory.FREE] == POST_IMPACT:
                 _watch_road(plan, run, sample, actor)
-                step_loose(plan, run, sample, actor)
+                step_post_impact(plan, run, sample, actor)
             continue
-        if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.LEAVING] != 0.0:
+        if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Memory.LEAVING] != 0.0:
             for column in range(run.states.shape[2]):
                 run.states[sample + 1, actor, column] = run.states[sample, actor, column]
             run.states[sample + 1, actor, State.PRESENT] = 0.0
             continue
         _watch_road(plan, run, sample, actor)
-        if run.actors[actor, Slot.TRACK] != 0.0:
+        if run.actors[actor, Memory.TRACK] != 0.0:
             move_along_track(plan, run, sample, actor)
         else:
             _move(plan, run, sample, actor)
@@ -53,10 +53,10 @@ def step(plan: Plan, run: Run) -> None:
 @inlined
 def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Note when an actor's centre is first outside the road, at the samples from which it steps."""
-    if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
+    if math.isnan(run.actors[actor, Memory.LEFT_ROAD]):
         x, y = run.states[sample, actor, State.X], run.states[sample, actor, State.Y]
         if not region_contains(plan.road, ROAD_REGION, x, y):
-            run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
+            run.actors[actor, Memory.LEFT_ROAD] = sample * plan.layout.time_step
 
 
 @inlined
@@ -65,45 +65,45 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
 
     Who goes backwards is driven as one that faces the other way, and steers to the other side.
     """
-    slots = run.actors
+    memory = run.actors
     vehicle = vehicle_of(plan, run, actor)
     speed = run.states[sample, actor, State.SPEED]
-    if slots[actor, Slot.SET_SPEED] != NO_SPEED:
-        speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
-        slots[actor, Slot.SET_SPEED] = NO_SPEED
-    way = heads(speed, slots[actor, Slot.REVERSE], plan.kinds[actor])
+    if memory[actor, Memory.SET_SPEED] != NO_SPEED:
+        speed = clip(memory[actor, Memory.SET_SPEED], 0.0, vehicle.max_speed)
+        memory[actor, Memory.SET_SPEED] = NO_SPEED
+    way = direction_of_travel(speed, memory[actor, Memory.REVERSE], plan.kinds[actor])
     pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
     faces = 1.0 if plan.slides[actor] != 0 else way  # a car that slips is turned back by a spin alone
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
     motion = Motion(
-        slots[actor, Slot.REAR_X],
-        slots[actor, Slot.REAR_Y],
+        memory[actor, Memory.REAR_X],
+        memory[actor, Memory.REAR_Y],
         heading,
-        faces * slots[actor, Slot.COS],
-        faces * slots[actor, Slot.SIN],
+        faces * memory[actor, Memory.COS],
+        faces * memory[actor, Memory.SIN],
         faces * speed,
         faces * steer,
     )
-    demand = Demand(way * faces * pushed.acceleration, faces * slots[actor, Slot.STEER])
+    demand = Demand(way * faces * pushed.acceleration, faces * memory[actor, Memory.STEER])
     kind = plan.kinds[actor]
     if kind == ActorKind.OBSTACLE:
         after = stand(motion)
     elif kind == ActorKind.PEDESTRIAN:
         after = walk(motion, demand, vehicle, plan.layout.time_step)
-        slots[actor, Slot.STEER] = 0.0  # a turn is made once, an angle of wheels stays
+        memory[actor, Memory.STEER] = 0.0  # a turn is made once, an angle of wheels stays
     elif plan.slides[actor] != 0:
         mass, rear = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.REAR_TO_CENTER)
-        after = slide(motion, demand, vehicle, mass, rear, slots, actor, plan.layout.time_step)
+        after = slide(motion, demand, vehicle, mass, rear, memory, actor, plan.layout.time_step)
     else:
         after = drive(motion, demand, vehicle, plan.layout.time_step)
-    slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
-    slots[actor, Slot.COS], slots[actor, Slot.SIN] = after.cos, after.sin
+    memory[actor, Memory.REAR_X], memory[actor, Memory.REAR_Y] = after.x, after.y
+    memory[actor, Memory.COS], memory[actor, Memory.SIN] = after.cos, after.sin
     _record(plan, run, sample, actor, after, faces, speed, pushed)
 
 
 @inlined
 def _record(
-    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: Pushed
+    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: PedalResult
 ) -> None:
     """The sample after `before`, at which the speed was `speed`; `faces` turns a motion that was turned round back."""
     states, sample = run.states, before + 1
@@ -123,7 +123,7 @@ def _record(
 
 
 @inlined
-def heads(speed: float, reverse: float, kind: int) -> float:
+def direction_of_travel(speed: float, reverse: float, kind: int) -> float:
     """1 of who goes or will go forwards, -1 of a vehicle that goes backwards, or stands with the reverse gear in."""
     if speed < 0.0 or (speed == 0.0 and reverse != 0.0 and kind != ActorKind.PEDESTRIAN):
         return -1.0
@@ -131,7 +131,7 @@ def heads(speed: float, reverse: float, kind: int) -> float:
 
 
 @inlined
-def built_up(asked: float, before: float, build_up: float, time_step: float) -> tuple[float, float]:
+def pedal_response(asked: float, before: float, build_up: float, time_step: float) -> tuple[float, float]:
     """A pedal at the end of a step, and its mean over the step: it is pressed at 1 / `build_up` and let go at once.
 
     Formula of the mean of a pedal p that rises at 1 / T from p0 to p1 within a step of length h, and is held from then
@@ -145,29 +145,29 @@ def built_up(asked: float, before: float, build_up: float, time_step: float) -> 
 
 
 @inlined
-def push(plan: Plan, run: Run, sample: int, actor: int, vehicle: Vehicle, speed: float, way: float) -> Pushed:
+def push(plan: Plan, run: Run, sample: int, actor: int, vehicle: Vehicle, speed: float, way: float) -> PedalResult:
     """Pedals to acceleration; `speed` is along the way, which is -1 backwards.
 
     A throttle pushes the way that the gear is in; against it, it slows like a brake. Brakes and drag oppose the motion
     and stop at rest.
     """
-    states, slots, time_step = run.states, run.actors, plan.layout.time_step
+    states, memory, time_step = run.states, run.actors, plan.layout.time_step
     build_up = column_of(plan, run, actor, Column.PEDAL_TIME)
-    pressing, stop = slots[actor, Slot.BRAKE], slots[actor, Slot.STOP]
+    pressing, stop = memory[actor, Memory.BRAKE], memory[actor, Memory.STOP]
     if not (stop == 0.0 or stop < pressing):
         pressing = stop
-    asked = clip(slots[actor, Slot.THROTTLE], 0.0, 1.0), clip(pressing, 0.0, 1.0)
-    throttle, open_throttle = built_up(asked[0], states[sample, actor, State.THROTTLE], build_up, time_step)
-    brake, pressed = built_up(asked[1], states[sample, actor, State.BRAKE], build_up, time_step)
+    asked = clip(memory[actor, Memory.THROTTLE], 0.0, 1.0), clip(pressing, 0.0, 1.0)
+    throttle, open_throttle = pedal_response(asked[0], states[sample, actor, State.THROTTLE], build_up, time_step)
+    brake, pressed = pedal_response(asked[1], states[sample, actor, State.BRAKE], build_up, time_step)
     # Not `brake > 0`: a pedal that is NaN must break the run.
     if brake != 0.0:
         acceleration = -pressed * vehicle.max_braking
     elif throttle == 0.0:
         acceleration = -column_of(plan, run, actor, Column.DRAG)
-    elif (slots[actor, Slot.REVERSE] != 0.0) == (way < 0.0):
+    elif (memory[actor, Memory.REVERSE] != 0.0) == (way < 0.0):
         acceleration = open_throttle * vehicle.max_acceleration
     else:
         acceleration = -open_throttle * vehicle.max_acceleration
     if way < 0.0:
         acceleration = powered(acceleration, speed, REVERSE_SPEED, time_step)
-    return Pushed(acceleration, throttle, brake)
+    return PedalResult(acceleration, throttle, brake)

@@ -18,18 +18,18 @@ from engine.vocabulary import Column, State
 
 
 @inlined
-def look_at(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
+def visibility(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
     """What becomes of one actor's look at another at a recorded sample: `sight.OUTSIDE`, `HIDDEN` or `SEEN`."""
     if not _both_present(run, sample, viewer, target):
         return OUTSIDE
     box = outline_of(plan, run, sample, target)
-    return look_past(plan, run, sample, view_of(plan, run, sample, viewer), box, viewer, target)
+    return visibility_past(plan, run, sample, view_of(plan, run, sample, viewer), box, viewer, target)
 
 
 @inlined
 def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
     """Whether one actor sees another at a recorded sample."""
-    return bool(look_at(plan, run, sample, viewer, target) == SEEN)
+    return bool(visibility(plan, run, sample, viewer, target) == SEEN)
 
 
 @inlined
@@ -40,7 +40,7 @@ def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int, reach: 
     x, y = run.states[sample, viewer, State.X], run.states[sample, viewer, State.Y]
     around = View(x, y, 0.0, 2.0 * math.pi, reach)
     box = outline_of(plan, run, sample, target)
-    return bool(look_past(plan, run, sample, around, box, viewer, target) == SEEN)
+    return bool(visibility_past(plan, run, sample, around, box, viewer, target) == SEEN)
 
 
 @inlined
@@ -62,7 +62,7 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
 
 
 @inlined
-def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
+def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
     """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
     if not in_reach(view, target):
         return OUTSIDE
@@ -129,7 +129,7 @@ def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: 
         for other in range(1, len(plan.kinds)):
             pair = other - 1
             unseen = math.isnan(pairs[pair, FIRST_SEEN])
-            verdict = look_at(plan, run, sample, 0, other) if unseen or hideable else OUTSIDE
+            verdict = visibility(plan, run, sample, 0, other) if unseen or hideable else OUTSIDE
             if verdict == HIDDEN:
                 pairs[pair, HIDDEN_TIME] += 1.0 if sample + 1 < samples else ending
             if verdict == SEEN and unseen:

@@ -126,7 +126,7 @@ def copy(source: Floats, target: Floats, offset: int) -> None:
 
 
 @kernel
-def toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
+def draw_soft_requirements(probabilities: Floats, key: Ints, enforced: Ints) -> None:
     """Toss one coin for each soft requirement of a scene; with heads the requirement is tested."""
     coins = open_stream(key, Purpose.SCENE, COIN_CHANNEL)
     for requirement in range(len(probabilities)):

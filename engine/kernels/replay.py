@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.jit import deferred, kernel
-from engine.kernels.run_state import Plan, Run, Slot, column_of
+from engine.kernels.run_state import Memory, Plan, Run, column_of
 from engine.tables import Floats
 from engine.vocabulary import Column, State
 
@@ -34,11 +34,11 @@ def follow_track(plan: Plan, run: Run, actor: int, row: int) -> bool:
     clock, track, pace = int(plan.code[row, 1]), int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
     time = run.registers[clock]
     if time >= plan.pool[track + 1 + NUMBERS * (int(plan.pool[track]) - 1)] - AT_END:
-        run.actors[actor, Slot.ROUTE_DONE] = 1.0
+        run.actors[actor, Memory.ROUTE_DONE] = 1.0
         return True
-    run.actors[actor, Slot.ROUTE_DONE] = 0.0
-    run.actors[actor, Slot.TRACK], run.actors[actor, Slot.TRACK_TIME] = track + 1.0, time
-    run.actors[actor, Slot.PACE] = pace
+    run.actors[actor, Memory.ROUTE_DONE] = 0.0
+    run.actors[actor, Memory.TRACK], run.actors[actor, Memory.TRACK_TIME] = track + 1.0, time
+    run.actors[actor, Memory.PACE] = pace
     run.registers[clock] = time + pace * plan.layout.time_step * plan.layout.hold
     return False
 
@@ -67,9 +67,9 @@ def recorded_at(pool: Floats, track: int, time: float) -> Recorded:
 @deferred()
 def move_along_track(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Write the next sample of an actor that goes along its track: within a turn its time passes on with the steps."""
-    slots, states, step = run.actors, run.states, plan.layout.time_step
-    track, pace = int(slots[actor, Slot.TRACK]) - 1, slots[actor, Slot.PACE]
-    begin = slots[actor, Slot.TRACK_TIME] + pace * step * (sample % plan.layout.hold)
+    memory, states, step = run.actors, run.states, plan.layout.time_step
+    track, pace = int(memory[actor, Memory.TRACK]) - 1, memory[actor, Memory.PACE]
+    begin = memory[actor, Memory.TRACK_TIME] + pace * step * (sample % plan.layout.hold)
     one, other = recorded_at(plan.pool, track, begin), recorded_at(plan.pool, track, begin + pace * step)
     turned = states[sample, actor, State.HEADING] - one.heading
     cos, sin = math.cos(turned), math.sin(turned)
@@ -84,6 +84,6 @@ def move_along_track(plan: Plan, run: Run, sample: int, actor: int) -> None:
     states[sample + 1, actor, State.ACCELERATION] = (pace * other.speed - states[sample, actor, State.SPEED]) / step
     states[sample + 1, actor, State.PRESENT] = 1.0
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    slots[actor, Slot.COS], slots[actor, Slot.SIN] = math.cos(heading), math.sin(heading)
-    slots[actor, Slot.REAR_X] = x - to_center * slots[actor, Slot.COS]
-    slots[actor, Slot.REAR_Y] = y - to_center * slots[actor, Slot.SIN]
+    memory[actor, Memory.COS], memory[actor, Memory.SIN] = math.cos(heading), math.sin(heading)
+    memory[actor, Memory.REAR_X] = x - to_center * memory[actor, Memory.COS]
+    memory[actor, Memory.REAR_Y] = y - to_center * memory[actor, Memory.SIN]

@@ -10,7 +10,7 @@ import math
 from engine.kernels.jit import inlined, shared
 from engine.kernels.motion import step
 from engine.kernels.rows import Results, measure_run, note_end
-from engine.kernels.run_state import NO_SPEED, Plan, Run, Slot, Status, place
+from engine.kernels.run_state import NO_SPEED, Memory, Plan, Run, Status, place
 from engine.kernels.slots import PAGE
 from engine.tables import Floats, Ints
 
@@ -36,8 +36,8 @@ def _repeat_motion(plan: Plan, run: Run, its: Run, slot: int, actions: Floats) -
     _copy(its.actors, run.actors)
     for actor in range(len(plan.kinds)):
         place(plan, its, 0, actor, float(plan.present[actor]))
-        its.actors[actor, Slot.LEFT_ROAD] = 0.0  # the time is known: no step looks for it again
-        its.actors[actor, Slot.SET_SPEED] = NO_SPEED
+        its.actors[actor, Memory.LEFT_ROAD] = 0.0  # the time is known: no step looks for it again
+        its.actors[actor, Memory.SET_SPEED] = NO_SPEED
     last, pause = int(its.status[Status.SAMPLE]), plan.layout.pause
     for row in range((last + pause - 1) // pause):
         page, first = run.slot_pages[slot, row // PAGE], row * pause
@@ -60,13 +60,13 @@ def _copy(source: Floats, target: Floats) -> None:
 def _command(plan: Plan, run: Run, commands: Floats, decided: Floats) -> None:
     """Set the commands of all actors in a step."""
     for actor in range(len(plan.kinds)):
-        at, slots = int(run.command_columns[actor]), run.actors[actor]
+        at, memory = int(run.command_columns[actor]), run.actors[actor]
         if at < 0:
             number = -1 - at
-            slots[Slot.THROTTLE], slots[Slot.BRAKE] = decided[number], decided[number + 1]
-            slots[Slot.STEER] = decided[number + 2]
+            memory[Memory.THROTTLE], memory[Memory.BRAKE] = decided[number], decided[number + 1]
+            memory[Memory.STEER] = decided[number + 2]
             continue
         pedal = commands[at]
-        slots[Slot.LEAVING] = 1.0 if math.isnan(pedal) else 0.0
-        slots[Slot.THROTTLE], slots[Slot.BRAKE] = max(pedal, 0.0), max(-pedal, 0.0)
-        slots[Slot.STEER] = commands[at + 1]
+        memory[Memory.LEAVING] = 1.0 if math.isnan(pedal) else 0.0
+        memory[Memory.THROTTLE], memory[Memory.BRAKE] = max(pedal, 0.0), max(-pedal, 0.0)
+        memory[Memory.STEER] = commands[at + 1]

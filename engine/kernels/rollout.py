@@ -18,8 +18,8 @@ How a host uses it:
 `run.status` is the progress of the run (`run_state.Status`), `run.states[: sample + 1]` is its record. At the ego's
 first contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had it touched nobody.
 
-Two others who touch do not end the run: `kernels.meetings` settles what they do to one another, and in the step in
-which they do so the ego meets them on the straight ways between their samples, as in every step.
+A contact of two other actors does not end the run: `kernels.impacts.motion` resolves it. In that step, too, contacts
+of the ego are computed on the straight lines between the samples.
 
 What contact physics does after the ego's contact is not scored. A world host marks the bodies that it has taken over
 (`run.actors[i, Slot.FREE] = HOSTED`), writes their states into the current row k, and calls
@@ -30,11 +30,11 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 import math
 
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
+from engine.kernels.impacts.motion import FirstContact, resolve_other_impacts, search_contact
 from engine.kernels.jit import deferred, inlined, shared
-from engine.kernels.judging import step_on, touch_down
-from engine.kernels.meetings import Meeting, search_contact, settle_others
+from engine.kernels.judging import append_contact_sample, step_on
 from engine.kernels.motion import step
-from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Plan, Run, Slot, Status, end_run, place
+from engine.kernels.run_state import NO_SPEED, REPLACED, RUNNING, Memory, Plan, Run, Status, end_run, place
 from engine.kernels.slots import PAGE, continue_run, is_idle, leave_run, note_commands
 from engine.kernels.temporal import find_broken
 from engine.tables import Floats, Ints, Segment
@@ -59,7 +59,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
     run.resume[:] = -1
     run.status[:] = -1
     run.status[Status.SAMPLE] = 0
-    run.status[Status.DRAWS] = run.status[Status.BLOWS] = run.status[Status.PAUSED] = run.status[Status.UNTOLD] = 0
+    run.status[Status.DRAWS] = run.status[Status.IMPACTS] = run.status[Status.PAUSED] = run.status[Status.UNTOLD] = 0
     template = plan.variant_template[variant]
     run.status[Status.TEMPLATE] = template
     run.end[0], run.end[1], run.end[2] = 0.0, 0.0, math.nan
@@ -100,10 +100,10 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
             row = first // plan.layout.pause
             page, row = int(run.slot_pages[slot, row // PAGE]), row % PAGE
         steps = (its.status[Status.SAMPLE] < until and (its.status[Status.END] == RUNNING or not scored)) or its.status[
-            Status.TOUCHDOWN
+            Status.AT_CONTACT
         ] == 1
         if steps:
-            if its.status[Status.SAMPLE] % plan.layout.hold == 0 or its.status[Status.TOUCHDOWN] == 1:
+            if its.status[Status.SAMPLE] % plan.layout.hold == 0 or its.status[Status.AT_CONTACT] == 1:
                 _take_turns(plan, its, scored)
             steps = not ((scored and its.status[Status.END] != RUNNING) or its.status[Status.PAUSED] == 1)
         if steps:
@@ -112,19 +112,19 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
             step(plan, its)
             low, high = 0, len(plan.kinds)
             if not scored:
-                low = 1 if its.actors[0, Slot.FREE] == REPLACED else high
+                low = 1 if its.actors[0, Memory.FREE] == REPLACED else high
             while low < high:
                 met = search_contact(plan, its, low, high)
                 high = 0
                 if met.one == 0:
                     _note_contact(plan, its, met, scored)
                 elif met.one > 0:
-                    settle_others(plan, its, int(its.status[Status.SAMPLE]), met.part, met.one, met.other)
+                    resolve_other_impacts(plan, its, int(its.status[Status.SAMPLE]), met.part, met.one, met.other)
                     high = 1  # the ego's own contact is still to be found
             its.status[Status.SAMPLE] += 1
             continue
         # It has come to its end, to a pause or to `until`.
-        if its.status[Status.TOUCHDOWN] == 1:
+        if its.status[Status.AT_CONTACT] == 1:
             step_on(its)
         if slots > 0:
             leave_run(its, slot, first)
@@ -133,13 +133,13 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
 
 
 @inlined
-def _note_contact(plan: Plan, run: Run, met: Meeting, scored: bool) -> None:
+def _note_contact(plan: Plan, run: Run, met: FirstContact, scored: bool) -> None:
     """The ego has touched somebody in this step."""
     wall = met.other >= len(plan.kinds)
     end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
     run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
     if plan.layout.judged != 0 and scored:
-        touch_down(run)
+        append_contact_sample(run)
 
 
 @deferred()
@@ -173,7 +173,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
     monitors, actors = leads + rules, rules + plan.monitors.shape[1]
     pauses = scored and plan.layout.pause > 0 and run.status[Status.PAUSED] == 0
     first = monitors if run.status[Status.PAUSED] == 1 else 0 if scored else actors
-    if run.status[Status.TOUCHDOWN] == 1:
+    if run.status[Status.AT_CONTACT] == 1:
         first = leads
     run.status[Status.PAUSED] = 0
     last_rule = -1
@@ -214,14 +214,14 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
     """Where an actor's turn starts, -1 if it has none; what lasts one step is taken back here."""
     if plan.layout.pedals_stay == 0:
-        run.actors[actor, Slot.THROTTLE] = 0.0
-        run.actors[actor, Slot.BRAKE] = 0.0
-    run.actors[actor, Slot.SET_SPEED] = NO_SPEED
-    run.actors[actor, Slot.OFFSET] = 0.0
-    run.actors[actor, Slot.TRACK] = 0.0
-    run.actors[actor, Slot.STOP] = 0.0
-    run.actors[actor, Slot.REVERSE] = 0.0 if run.actors[actor, Slot.REVERSE] != 1.0 else 1.0
-    if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
+        run.actors[actor, Memory.THROTTLE] = 0.0
+        run.actors[actor, Memory.BRAKE] = 0.0
+    run.actors[actor, Memory.SET_SPEED] = NO_SPEED
+    run.actors[actor, Memory.OFFSET] = 0.0
+    run.actors[actor, Memory.TRACK] = 0.0
+    run.actors[actor, Memory.STOP] = 0.0
+    run.actors[actor, Memory.REVERSE] = 0.0 if run.actors[actor, Memory.REVERSE] != 1.0 else 1.0
+    if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Memory.FREE] != 0.0:
         return -1
     return int(run.resume[plan.main_blocks[template, actor]])
 
@@ -231,7 +231,7 @@ def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: T
     """Keep the value of a rule, or let it end the run unless an earlier one has."""
     value = run.registers[plan.rules[template, rule, Segment.RESULT]]
     if plan.rule_kinds[rule] == RuleKind.WATCH:
-        touchdown = run.status[Status.TOUCHDOWN] == 1
+        touchdown = run.status[Status.AT_CONTACT] == 1
         row = (sample - 1) // plan.layout.hold + 1 if touchdown else sample // plan.layout.hold
         run.watched[row, rule] = value
     if run.status[Status.END] != RUNNING:
@@ -255,7 +255,7 @@ def _settle(plan: Plan, run: Run, template: int, coroutine: int, result: Turn, s
         run.resume[plan.monitor_blocks[template, coroutine]] = -1
     elif result.signal == HALTED:
         run.resume[plan.main_blocks[template, actor]] = -1
-        run.actors[actor, Slot.LEAVING] = run.actors[actor, Slot.ROUTE_DONE]
+        run.actors[actor, Memory.LEAVING] = run.actors[actor, Memory.ROUTE_DONE]
     elif result.signal == RULE_TRIGGERED and scored:
         _end_by_rule(plan, run, result.detail)
     elif result.signal == OUT_OF_BUDGET and scored:
@@ -270,8 +270,8 @@ def _is_over(plan: Plan, run: Run, sample: int, template: int) -> bool:
     """
     count = 0
     for actor in range(len(plan.kinds)):
-        there = run.states[sample, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.LEAVING] == 0.0
-        if not there and run.actors[actor, Slot.AWAITED] != 0.0:
+        there = run.states[sample, actor, State.PRESENT] != 0.0 and run.actors[actor, Memory.LEAVING] == 0.0
+        if not there and run.actors[actor, Memory.AWAITED] != 0.0:
             there = _running_monitors(plan, run, template) > 0
         if actor == 0 and not there:
             return True

@@ -12,7 +12,7 @@ from engine.kernels.judging import judge
 from engine.kernels.noticing import note_sightings
 from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.run_state import Plan, Run, Slot, Status, column_of, vehicle_of
+from engine.kernels.run_state import Memory, Plan, Run, Status, column_of, vehicle_of
 from engine.kernels.slots import EMPTY, suspend_run
 from engine.kernels.swept import Span, Swept
 from engine.outcomes import OUTCOMES, PAIRS, Per
@@ -176,7 +176,7 @@ def note_end(run: Run, row: int, out: Results) -> bool:
         out.others_contact_actors[row, 0] = run.status[Status.OTHERS_ONE]
         out.others_contact_actors[row, 1] = run.status[Status.OTHERS_OTHER]
     for actor in range(len(run.actors)):
-        out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
+        out.left_road_time[row, actor] = run.actors[actor, Memory.LEFT_ROAD]
     return out.verdict[row] == Verdict.VALID
 
 

@@ -105,7 +105,7 @@ class Plan(NamedTuple):
     layout: Layout
 
 
-class Slot(IntEnum):
+class Memory(IntEnum):
     """Columns of `Run.actors`: what an actor carries from sample to sample beside its recorded state."""
 
     REAR_X = 0
@@ -128,7 +128,7 @@ class Slot(IntEnum):
     LEAVING = 10
     """1 once the actor's way through the scene is over: absent from the next sample on."""
     FREE = 11
-    """0: driven; 1: loose after an impact among others, moved by `kernels.loose`; else moved from outside."""
+    """0: driven; 1: loose after an impact among others, moved by `kernels.impacts.motion`; else moved from outside."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
     DRIFT_SPEED = 13
@@ -157,8 +157,8 @@ class Slot(IntEnum):
     """
 
 
-LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
-"""Of `Slot.FREE`. Of an ego that another driver moves, the others go on as in a scored run, impacts included."""
+POST_IMPACT, HOSTED, REPLACED = 1.0, 2.0, 3.0
+"""Values of `Memory.FREE`. While another driver moves the ego (`REPLACED`), impacts act on the others as usual."""
 
 
 class Status(IntEnum):
@@ -181,9 +181,9 @@ class Status(IntEnum):
     OTHERS_ONE = 8
     """The first two without the ego that touched, lower actor first, or -1."""
     OTHERS_OTHER = 9
-    BLOWS = 10
+    IMPACTS = 10
     """Rows of `Run.impacts` that are filled."""
-    TOUCHDOWN = 11
+    AT_CONTACT = 11
     """1 while the row of the current sample holds the instant of the ego's first contact."""
     PAUSED = 12
     """1 between the rules and the turns of a sample, while drivers are asked outside."""
@@ -217,10 +217,10 @@ class Run(NamedTuple):
     end: Floats
     """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
     (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
-    legs: Floats
-    """(actors, len(legs.Leg)); no rows in parallel runs in which only the ego can be struck."""
+    segments: Floats
+    """(actors, len(MotionSegment)); no rows in parallel runs in which only the ego can be struck."""
     impacts: Floats
-    """(MAX_BLOWS, len(Blow)), of which `Status.BLOWS` rows are filled."""
+    """(MAX_BLOWS, len(Blow)), of which `Status.IMPACTS` rows are filled."""
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats
@@ -252,8 +252,8 @@ class Run(NamedTuple):
     row k % rows, where rows is a power of two."""
     slot_watched: Floats
     """(slots, rules): values at the last sample at which rules were evaluated."""
-    slot_legs: Floats
-    """(slots, actors, len(legs.Leg)): impacts between others last several samples; no rows if there can be none."""
+    slot_segments: Floats
+    """(slots, actors, len(MotionSegment)): segments of released bodies; no rows if others cannot touch."""
     slot_actions: Floats
     """(slots, rows, numbers): decisions for the coming turns; turn k in row k % rows, where rows is a power of two."""
     slot_pages: Ints
@@ -262,7 +262,7 @@ class Run(NamedTuple):
     """(pages, slots.PAGE, pause, columns): commands of each step (`slots.note_commands`)."""
     slots: "Slots[Run]" = Slots()
     """The states of the parallel runs: handles with rows of the first six `slot_` fields, which share all other arrays.
-    Pages are read from the run that has the slots: they may move in memory between calls."""
+    Pages are read from the run that has the memory: they may move in memory between calls."""
 
 
 @inlined
@@ -314,12 +314,12 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     cos, sin = math.cos(heading), math.sin(heading)
     run.actors[actor, :] = 0.0
-    run.actors[actor, Slot.REAR_X] = x - to_center * cos
-    run.actors[actor, Slot.REAR_Y] = y - to_center * sin
-    run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
-    run.actors[actor, Slot.LEFT_ROAD] = math.nan
-    run.actors[actor, Slot.AWAITED] = 1.0 - present
-    run.actors[actor, Slot.INSIDE] = -1.0
+    run.actors[actor, Memory.REAR_X] = x - to_center * cos
+    run.actors[actor, Memory.REAR_Y] = y - to_center * sin
+    run.actors[actor, Memory.COS], run.actors[actor, Memory.SIN] = cos, sin
+    run.actors[actor, Memory.LEFT_ROAD] = math.nan
+    run.actors[actor, Memory.AWAITED] = 1.0 - present
+    run.actors[actor, Memory.INSIDE] = -1.0
 
 
 @inlined

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.crossing import foresee
 from engine.kernels.geometry import Box, View
+from engine.kernels.impacts.motion import spin_of, velocity_of
 from engine.kernels.jit import deferred, inlined, kernel
-from engine.kernels.legs import spin_of, velocity_of
-from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
+from engine.kernels.noticing import can_see, notices, sees_within, view_of, visibility_past
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
@@ -101,7 +101,7 @@ def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
         box = Box(
             registers[there], registers[there + 1], registers[there + 2], registers[there + 3], registers[there + 4]
         )
-    return bool(look_past(plan, run, sample, view, box, viewer, target) == SEEN)
+    return bool(visibility_past(plan, run, sample, view, box, viewer, target) == SEEN)
 
 
 # -- the actor ahead, and times to contact -----------------------------------------------------------------------------

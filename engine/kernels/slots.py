@@ -10,7 +10,7 @@ in rings whose number of rows is a power of two, so that the row of a sample nee
 import math
 
 from engine.kernels.jit import deferred, inlined
-from engine.kernels.run_state import NO_SPEED, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.run_state import NO_SPEED, RUNNING, Memory, Plan, Run, Status
 from engine.vocabulary import State
 
 EMPTY = -2
@@ -34,10 +34,10 @@ def resume_run(run: Run, slot: int) -> None:
     Earlier impacts between other actors are left out: they are read from the record of a whole run only.
     """
     run.status[Status.SHADED] = -1
-    run.status[Status.BLOWS] = 0
-    for actor in range(run.slot_legs.shape[1]):
-        for column in range(run.legs.shape[1]):
-            run.legs[actor, column] = run.slot_legs[slot, actor, column]
+    run.status[Status.IMPACTS] = 0
+    for actor in range(run.slot_segments.shape[1]):
+        for column in range(run.segments.shape[1]):
+            run.segments[actor, column] = run.slot_segments[slot, actor, column]
     now, back = int(run.status[Status.SAMPLE]), run.slot_states.shape[1]
     for sample in range(max(now - back + 1, 0), now + 1):
         row = sample & (back - 1)
@@ -80,10 +80,10 @@ def note_commands(plan: Plan, run: Run, pages: Run, page: int, row: int, turn: i
     """
     sample = int(run.status[Status.SAMPLE])
     for actor in range(len(plan.kinds)):
-        at, slots = int(run.command_columns[actor]), run.actors[actor]
-        leaves = slots[Slot.LEAVING] != 0.0
+        at, memory = int(run.command_columns[actor]), run.actors[actor]
+        leaves = memory[Memory.LEAVING] != 0.0
         goes = not leaves and run.states[sample, actor, State.PRESENT] != 0.0
-        throttle, brake, steer = slots[Slot.THROTTLE], slots[Slot.BRAKE], slots[Slot.STEER]
+        throttle, brake, steer = memory[Memory.THROTTLE], memory[Memory.BRAKE], memory[Memory.STEER]
         if at < 0:
             number = -1 - at
             asked, pressed = run.actions[sample, number], run.actions[sample, number + 1]
@@ -92,17 +92,17 @@ def note_commands(plan: Plan, run: Run, pages: Run, page: int, row: int, turn: i
             pages.command_pages[page, row, turn, at] = throttle - brake if goes else math.nan
             pages.command_pages[page, row, turn, at + 1] = steer
             known = leaves or (goes and (brake == 0.0 or throttle == 0.0) and throttle >= 0.0 and brake >= 0.0)
-        other = slots[Slot.FREE] != 0.0 or slots[Slot.TRACK] != 0.0 or slots[Slot.REVERSE] != 0.0
-        if not known or other or slots[Slot.SET_SPEED] != NO_SPEED or slots[Slot.STOP] != 0.0:
+        other = memory[Memory.FREE] != 0.0 or memory[Memory.TRACK] != 0.0 or memory[Memory.REVERSE] != 0.0
+        if not known or other or memory[Memory.SET_SPEED] != NO_SPEED or memory[Memory.STOP] != 0.0:
             run.status[Status.UNTOLD] = 1
 
 
 @inlined
 def suspend_run(run: Run, slot: int, first: int) -> None:
     """Copy the samples from `first` to the current one into a slot."""
-    for actor in range(run.slot_legs.shape[1]):
-        for column in range(run.legs.shape[1]):
-            run.slot_legs[slot, actor, column] = run.legs[actor, column]
+    for actor in range(run.slot_segments.shape[1]):
+        for column in range(run.segments.shape[1]):
+            run.slot_segments[slot, actor, column] = run.segments[actor, column]
     now, back = int(run.status[Status.SAMPLE]), run.slot_states.shape[1]
     for sample in range(max(now - back + 1, first), now + 1):
         row = sample & (back - 1)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from engine.kernels.conflict import Snapshot, snapshot, time_to_collision
-from engine.kernels.encroachment import Stay, stays
+from engine.kernels.encroachment import OccupancyInterval, stays
 from engine.kernels.swept import Span, swept
 from engine.metrics.bodies import Body, outlines_of
 from engine.metrics.spans import span_of, span_together, time_step
@@ -110,7 +110,7 @@ class Encounter:
     # -- the area that both pass
 
     @cached_property
-    def stays(self) -> tuple[Stay, Stay]:
+    def stays(self) -> tuple[OccupancyInterval, OccupancyInterval]:
         """When the ego and when the other is in it, in samples; each for as long as it is in the scene."""
         states = self.trajectory.states
         ego, other = self._span_of(0), self._span_of(self.number)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.kernels.conflict import Snapshot, post_encroachment_time, relative_speed, time_to_collision
-from engine.kernels.encroachment import Stay, encroachment_gap
+from engine.kernels.encroachment import OccupancyInterval, encroachment_gap
 from engine.kernels.evasion import (
     braking_needed,
     swerving_needed,
@@ -115,7 +115,7 @@ def pet_by_area(pair: Encounter) -> float:
     return 0.0 if pair.touched else encroachment_gap(*pair.stays) * pair.step
 
 
-def time_in_area(stay: Stay, step: float) -> float:
+def time_in_area(stay: OccupancyInterval, step: float) -> float:
     return (stay.leave - stay.enter) * step if stay.enter < math.inf else math.nan
 
 

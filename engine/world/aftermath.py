@@ -16,12 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.config import Config
-from engine.kernels.blows import PULSE
-from engine.kernels.coasting import STILL
-from engine.kernels.legs import Leg
+from engine.kernels.impacts.motion import PULSE, STILL, MotionSegment
 from engine.kernels.pair import swung
 from engine.kernels.rollout import advance
-from engine.kernels.run_state import HOSTED, LOOSE, Plan, Run, Slot, Status
+from engine.kernels.run_state import HOSTED, POST_IMPACT, Memory, Plan, Run, Status
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 from engine.world.bodies import Physique, new_space, rub, solid, wall
@@ -41,7 +39,7 @@ class Aftermath(NamedTuple):
     """When each struck actor came to rest for good [s]."""
 
 
-class Stage:
+class FreeBodies:
     """The bodies of one run after its first contact, and who of them is free."""
 
     def __init__(self, actors: tuple[Physique, ...], buildings: Floats, config: Config) -> None:
@@ -125,7 +123,7 @@ class Stage:
 def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: Config) -> Aftermath:
     """Go on from first contact until all that were struck stand still, or for the configured time."""
     step, contact, sample = plan.layout.time_step, float(run.end[0]), int(run.status[Status.SAMPLE])
-    stage = Stage(actors, plan.road.buildings, config)
+    stage = FreeBodies(actors, plan.road.buildings, config)
     short = max(stage.substeps, math.ceil(step / FIRST - 1e-9))
     done = min(math.floor(float(run.end[1]) * short), short - 1)
     _set_up(run, stage, sample, done / short, step)
@@ -143,14 +141,14 @@ def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: C
     return Aftermath(sample + 1, stage.recorder.impacts(masses), dict(stage.rest))
 
 
-def _others_stand(run: Run, stage: Stage, sample: int) -> bool:
+def _others_stand(run: Run, stage: FreeBodies, sample: int) -> bool:
     """Whether nobody who still behaves is on the move, so that nothing more can happen."""
     others = [actor for actor in range(len(stage.actors)) if actor not in stage.free]
     states = run.states[sample, others]
     return not np.any((states[:, State.PRESENT] != 0.0) & (np.abs(states[:, State.SPEED]) > STILL))
 
 
-def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> None:
+def _set_up(run: Run, stage: FreeBodies, sample: int, part: float, step: float) -> None:
     """All bodies where they are a part of a step after the last sample before contact; the two that are about to
     touch get their true velocities and are free.
     """
@@ -163,8 +161,8 @@ def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> No
         stage.turn_wheels(actor, float(before[actor, State.STEER]))
         if after[actor, State.PRESENT] == 0.0:
             stage.remove(actor)
-        elif run.actors[actor, Slot.FREE] == LOOSE:
-            stage.drive(actor, run.legs[actor, Leg.VX1 : Leg.SPIN1 + 1])
+        elif run.actors[actor, Memory.FREE] == POST_IMPACT:
+            stage.drive(actor, run.segments[actor, MotionSegment.VX1 : MotionSegment.SPIN1 + 1])
             stage.release(actor, braked if actor in pair else math.inf)
         elif actor in pair:
             speed = before[actor, State.SPEED] + part * (after[actor, State.SPEED] - before[actor, State.SPEED])
@@ -174,13 +172,13 @@ def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> No
             stage.release(actor, braked)
         else:
             stage.drive(actor, chords[actor])
-    run.actors[sorted(stage.free), Slot.FREE] = HOSTED
+    run.actors[sorted(stage.free), Memory.FREE] = HOSTED
 
 
-def _record(run: Run, stage: Stage, sample: int, step: float) -> None:
+def _record(run: Run, stage: FreeBodies, sample: int, step: float) -> None:
     """Write the free bodies into the record; the others have been written by the kernels."""
     for actor in stage.free:
-        run.actors[actor, Slot.FREE] = HOSTED
+        run.actors[actor, Memory.FREE] = HOSTED
         body, row = stage.bodies[actor], run.states[sample, actor]
         before = run.states[sample - 1, actor]
         row[:] = before
@@ -191,7 +189,7 @@ def _record(run: Run, stage: Stage, sample: int, step: float) -> None:
         row[State.PRESENT] = 1.0
 
 
-def _send(run: Run, stage: Stage, sample: int, step: float) -> None:
+def _send(run: Run, stage: FreeBodies, sample: int, step: float) -> None:
     """Send the bodies that still behave to their next sample."""
     before, after = run.states[sample - 1], run.states[sample]
     for actor in range(len(stage.actors)):

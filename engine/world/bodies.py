@@ -13,8 +13,8 @@ import pymunk
 
 from engine.config import ContactConfig
 from engine.kernels.bicycle import GRAVITY
-from engine.kernels.coasting import Coasting, Supports, has_axles, slowed, supports_of
-from engine.kernels.contact import is_fixed
+from engine.kernels.impacts.motion import GroundContact, RigidMotion, after_friction, ground_contact, has_axles
+from engine.kernels.impacts.solver import is_fixed
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
@@ -34,7 +34,7 @@ class Physique:
     inertia: float
     """About the vertical axis through the centre [kg m^2]."""
     rear_to_center: float
-    supports: Supports
+    supports: GroundContact
     """Where it rubs on the road once it slides, on wheels that are braked."""
     fixed: bool
     """Whether nothing moves it."""
@@ -55,7 +55,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
     """One actor from its `Column`s. The kind's inertia grows with mass and size as that of a rectangle does."""
     length, width, mass = columns[Column.LENGTH], columns[Column.WIDTH], columns[Column.MASS]
     behind, base, friction = (columns[each] for each in (Column.REAR_TO_CENTER, Column.WHEELBASE, Column.FRICTION))
-    supports = supports_of(False, length, width, base, behind, friction, 0.0, 0.0, MODELS[kind].gyration)
+    supports = ground_contact(False, length, width, base, behind, friction, 0.0, 0.0, MODELS[kind].gyration)
     return Physique(
         kind=kind,
         length=length,
@@ -70,7 +70,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
 
 def wall(length: float, width: float) -> Physique:
     """A building."""
-    still = supports_of(False, length, width, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    still = ground_contact(False, length, width, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, still, fixed=True)
 
 
@@ -146,7 +146,7 @@ def carry(space: pymunk.Space, bodies: Sequence[pymunk.Body], states: Floats, sa
 def rub(
     body: pymunk.Body, actor: Physique, duration: float, steer: float | None = None, resistance: float = 0.0
 ) -> bool:
-    """Slow a free body down for a time [s], as `kernels.coasting` does with loose ones; whether it stands afterwards.
+    """Apply the friction of a time [s] to a free body, as `kernels.impacts.motion` does; return True if it stands.
 
     Wheels roll with the front ones at the angle `steer`, and with a `resistance`, a share of the weight; without an
     angle they are braked.
@@ -154,6 +154,8 @@ def rub(
     rolls = steer is not None
     supports = actor.supports._replace(rolls=rolls, steer=steer or 0.0, rolling=resistance * GRAVITY)
     (x, y), velocity = body.position, body.velocity
-    after = slowed(Coasting(x, y, body.angle, velocity.x, velocity.y, body.angular_velocity), supports, duration)
+    after = after_friction(
+        RigidMotion(x, y, body.angle, velocity.x, velocity.y, body.angular_velocity), supports, duration
+    )
     body.velocity, body.angular_velocity = (after.vx, after.vy), after.spin
     return after.vx == 0.0 and after.vy == 0.0 and after.spin == 0.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from engine.kernels.blows import PAUSE, PULSE, Blow
+from engine.kernels.impacts.motion import PAUSE, PULSE, ImpactRecord
 from engine.kernels.run_state import Run, Status
 from engine.tables import A_BUILDING, Floats
 
@@ -178,19 +178,23 @@ def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
 
 def impacts_among_others(run: Run) -> tuple[Impact, ...]:
     """What the kernels kept of impacts before the ego's contact."""
-    return tuple(_of_blow(blow, len(run.actors)) for blow in run.impacts[: run.status[Status.BLOWS]])
+    return tuple(_of_blow(blow, len(run.actors)) for blow in run.impacts[: run.status[Status.IMPACTS]])
 
 
 def _of_blow(blow: Floats, actors: int) -> Impact:
-    one, other, point = int(blow[Blow.ONE]), int(blow[Blow.OTHER]), (float(blow[Blow.X]), float(blow[Blow.Y]))
-    headings = float(blow[Blow.HEADING_ONE]), float(blow[Blow.HEADING_OTHER])
-    changes = blow[Blow.CHANGE_X_ONE : Blow.CHANGE_Y_OTHER + 1].reshape(2, 2)
-    velocities = blow[Blow.VX_ONE : Blow.VY_OTHER + 1].reshape(2, 2)
-    centers = blow[Blow.X_ONE : Blow.Y_OTHER + 1].reshape(2, 2)
+    one, other, point = (
+        int(blow[ImpactRecord.ONE]),
+        int(blow[ImpactRecord.OTHER]),
+        (float(blow[ImpactRecord.X]), float(blow[ImpactRecord.Y])),
+    )
+    headings = float(blow[ImpactRecord.HEADING_ONE]), float(blow[ImpactRecord.HEADING_OTHER])
+    changes = blow[ImpactRecord.CHANGE_X_ONE : ImpactRecord.CHANGE_Y_OTHER + 1].reshape(2, 2)
+    velocities = blow[ImpactRecord.VX_ONE : ImpactRecord.VY_OTHER + 1].reshape(2, 2)
+    centers = blow[ImpactRecord.X_ONE : ImpactRecord.Y_OTHER + 1].reshape(2, 2)
     sides = [(float(x), float(y), heading) for (x, y), heading in zip(centers, headings, strict=True)]
     turned = [_wrap(math.atan2(y, x) - heading) for (x, y), heading in zip(changes, headings, strict=True)]
     return Impact(
-        time=float(blow[Blow.TIME]),
+        time=float(blow[ImpactRecord.TIME]),
         actors=(one, other if other < actors else A_BUILDING),
         point=point,
         delta_v=(math.hypot(*changes[0]), math.hypot(*changes[1])),

@@ -29,6 +29,7 @@ from engine.search.searchers import SEARCHERS
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLE = "examples/left_turn.scn"
 SMALL = ("--generations", "3", "--population", "20", "--seed", "1")
+STUDY = ("--methods", "ga,random", "--runs", "2", "--generations", "2", "--population", "10")
 EXPORTS = "xosc,xodr,commonroad,scenic,csv,parquet,mcap,scn"
 TABLES = ("generation", "individual", "simulation")
 """What a journal holds of a search; its manifest and its pace are no part of it."""
@@ -37,13 +38,14 @@ DURATIONS = re.compile(
     rf"in {_TIME}, [\d.,]+ a second|[\d.,]+ simulations a second +{_TIME} left|{_TIME} of work"
     rf"|(?<=It took ){_TIME}"
     r"|(?<=, )[\d.,e-]+ (?:a|per) second"
-    r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
+    r"|\"(seconds|simulations_per_second|runs_per_second)\": ?\"?[\d.e+-]+\"?"
+    r"|\"engine\": ?\"[0-9a-f]{16}\""
     r"|\"per_second\": ?(\{[^}]*\}|null|[\d.e+-]+)"
     r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
     r"|(?<=versions</th><td>)[^<]*"
     r"|(?<=\.parquet) +[\d.]+ kB"
 )
-"""What no two runs have in common: times, and the versions of what is installed."""
+"""What no two runs have in common: times, the versions of what is installed, and the digest of the sources."""
 
 ROUNDED = f" (numpy {version('numpy')}, scipy {version('scipy')})"
 """Behind the names of subjects whose last bits differ between versions of these."""
@@ -215,13 +217,41 @@ def views(folder: Path) -> Subjects:
 
 def study(folder: Path) -> Subjects:
     """A study of two methods, two runs each: what it says, and its tables."""
-    words = ["--methods", "ga,random", "--runs", "2", "--generations", "2", "--population", "10"]
-    yield "study", command("study", _example(folder), *words, "--out", "study", at=folder).partition("-- stderr --")[0]
+    yield "study", command("study", _example(folder), *STUDY, "--out", "study", at=folder).partition("-- stderr --")[0]
     for path in sorted((folder / "study").glob("*.csv")):
         yield f"study {path.name}", DURATIONS.sub("DURATION", path.read_text(encoding="utf-8"))
 
 
+def documents(folder: Path) -> Subjects:
+    """The JSON document of every command that has one, each over one small input, and the page of a study."""
+    file = _example(folder)
+    lines = {
+        "examples": ["examples"],
+        "explain": ["explain"],
+        "explain SCN203": ["explain", "SCN203"],
+        "check": [file, "--check"],
+        "sample": [file, "--sample", "200", "--seed", "4"],
+        "search": [file, "--ga", *SMALL, "--out", "run"],
+        "resume": ["resume", "run"],
+        "verify": ["verify", "run"],
+        "export": ["export", "run", "--to", "xosc,csv", "--out", "cases"],
+        "measure": ["measure", "cases/left_turn-case01.csv"],
+        "import": ["import", "cases/left_turn-case01.xosc"],
+        "probability": ["probability", file, "--samples", "500"],
+        "study": ["study", file, *STUDY, "--out", "study"],
+    }
+    for name, words in lines.items():
+        rounded = ROUNDED if name in ("probability", "study") else ""
+        yield f"document {name}{rounded}", command(*words, "--json", at=folder)
+    command("report", "study", at=folder)
+    yield (
+        f"document study.html{ROUNDED}",
+        DURATIONS.sub("DURATION", (folder / "study" / "report.html").read_text("utf-8")),
+    )
+
+
 MADE: dict[str, Callable[[Path], Subjects]] = {
+    "documents": documents,
     "helps": helps,
     "searches": searches,
     "exports": exports,

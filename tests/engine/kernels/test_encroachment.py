@@ -11,7 +11,7 @@ from shapely import unary_union
 from shapely.geometry import MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from engine.kernels.encroachment import Stay, encroachment, encroachment_gap
+from engine.kernels.encroachment import OccupancyInterval, encroachment, encroachment_gap
 from engine.kernels.encroachment import stays as stays_of
 from engine.kernels.geometry import Box
 from engine.kernels.swept import LINES, POINTS, Span, hulls_apart, lay, swept
@@ -33,11 +33,13 @@ def drive(x: float, y: float, heading: float, speed: float, turning: float = 0.0
     return states
 
 
-def stays(ego: Floats, other: Floats) -> tuple[Stay, Stay]:
+def stays(ego: Floats, other: Floats) -> tuple[OccupancyInterval, OccupancyInterval]:
     """Of both, in seconds."""
     states, one, two = together(ego, other)
     found = stays_of(states, one, two, OUTLINES, swept(len(states)))
-    return Stay(found[0].enter * STEP, found[0].leave * STEP), Stay(found[1].enter * STEP, found[1].leave * STEP)
+    return OccupancyInterval(found[0].enter * STEP, found[0].leave * STEP), OccupancyInterval(
+        found[1].enter * STEP, found[1].leave * STEP
+    )
 
 
 def together(ego: Floats, other: Floats) -> tuple[Floats, Span, Span]:

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.kernels.contact import Body, Contact, add_contact, closing, touching
 from engine.kernels.geometry import Box, frame
-from engine.kernels.impact import resolve
+from engine.kernels.impacts.solver import Body, Contact, add_contact, closing, contact_geometry, resolve
 from engine.tables import Floats
 from engine.vehicles import BICYCLE, BUS, CAR, MODELS, ActorModel
 from engine.vocabulary import ActorKind
@@ -47,7 +46,7 @@ def after(bodies: Floats, contacts: Floats, e: float = RESTITUTION, mu: float = 
 def masses(bodies: Floats) -> tuple[Floats, Floats]:
     """Masses and inertias; 0 for what is fixed."""
     with np.errstate(divide="ignore"):
-        mass, inertia = 1.0 / bodies[:, Body.LIGHTNESS], 1.0 / bodies[:, Body.EASE]
+        mass, inertia = 1.0 / bodies[:, Body.INVERSE_MASS], 1.0 / bodies[:, Body.INVERSE_INERTIA]
     return np.where(np.isfinite(mass), mass, 0.0), np.where(np.isfinite(inertia), inertia, 0.0)
 
 
@@ -90,7 +89,7 @@ def closed_form(bodies: Floats, row: Floats, e: float, mu: float) -> Floats:
         b = bodies[int(row[which])]
         arm = row[[Contact.X1, Contact.Y1]] - b[[Body.X, Body.Y]]
         levers = np.array([arm[0] * n[1] - arm[1] * n[0], arm[0] * t[1] - arm[1] * t[0]])
-        response += b[Body.LIGHTNESS] * np.eye(2) + b[Body.EASE] * np.outer(levers, levers)
+        response += b[Body.INVERSE_MASS] * np.eye(2) + b[Body.INVERSE_INERTIA] * np.outer(levers, levers)
     before = relative(bodies, row)
     if before[0] >= 0.0:
         return np.zeros(2)
@@ -114,8 +113,8 @@ def brought(bodies: Floats, row: Floats, impulse: Floats) -> Floats:
     for sign, which in ((-1.0, Contact.ONE), (1.0, Contact.OTHER)):
         b = result[int(row[which])]
         arm = row[[Contact.X1, Contact.Y1]] - b[[Body.X, Body.Y]]
-        b[[Body.VX, Body.VY]] += sign * force * b[Body.LIGHTNESS]
-        b[Body.SPIN] += sign * (arm[0] * force[1] - arm[1] * force[0]) * b[Body.EASE]
+        b[[Body.VX, Body.VY]] += sign * force * b[Body.INVERSE_MASS]
+        b[Body.SPIN] += sign * (arm[0] * force[1] - arm[1] * force[0]) * b[Body.INVERSE_INERTIA]
     return result
 
 
@@ -170,7 +169,7 @@ def test_a_flat_contact_off_centre_pushes_at_its_inner_corner() -> None:
     bodies = np.array([of(CAR, -x, 0, 10), of(CAR, x, 1.2, -10)])
     contacts = np.array([contact(0, 1, 0.0, (0, 0.4), (0, 0.8))])
     resolve(bodies, contacts, RESTITUTION, 0.0)
-    pushes = contacts[0, [Contact.PUSH1, Contact.PUSH2]]
+    pushes = contacts[0, [Contact.IMPULSE1, Contact.IMPULSE2]]
     assert sorted(pushes > 0.0) == [False, True] or np.all(pushes > 0.0)
     assert bodies[0, Body.SPIN] * bodies[1, Body.SPIN] > 0.0
 
@@ -190,7 +189,7 @@ def heaps(draw: st.DrawFn) -> tuple[Floats, Floats]:
     for _ in range(draw(st.integers(1, 8))):
         one = draw(st.integers(0, count - 2))
         other = draw(st.integers(one + 1, count - 1))
-        if rows[one][Body.LIGHTNESS] + rows[other][Body.LIGHTNESS] == 0.0:
+        if rows[one][Body.INVERSE_MASS] + rows[other][Body.INVERSE_MASS] == 0.0:
             continue
         angle, point = draw(st.floats(-math.pi, math.pi)), (draw(places), draw(places))
         wide = draw(st.sampled_from([0.0, 0.7]))
@@ -207,11 +206,11 @@ def test_heaps_keep_momentum_and_gain_no_energy(scene: tuple[Floats, Floats]) ->
     found = after(bodies, contacts)
     assert np.isfinite(found).all()
     assert energy(found) <= energy(bodies) * (1.0 + 1e-9)
-    if np.all(bodies[:, Body.LIGHTNESS] > 0.0):
+    if np.all(bodies[:, Body.INVERSE_MASS] > 0.0):
         mass, _ = masses(bodies)
         size = float(np.abs(mass[:, None] * bodies[:, [Body.VX, Body.VY]]).sum()) + 1.0
         assert momentum(found) == pytest.approx(momentum(bodies), abs=1e-9 * size)
-    fixed = bodies[:, Body.LIGHTNESS] == 0.0
+    fixed = bodies[:, Body.INVERSE_MASS] == 0.0
     assert np.array_equal(found[fixed], bodies[fixed])
 
 
@@ -259,7 +258,7 @@ def test_no_contacts_change_nothing() -> None:
 
 def meeting(a: Box, b: Box) -> tuple[Floats, Floats]:
     """The touching of two outlines as a contact of bodies at rest."""
-    found = touching(frame(a), frame(b))
+    found = contact_geometry(frame(a), frame(b))
     rows = np.zeros((1, len(Contact)))
     add_contact(rows, 0, 0, 1, found)
     return np.array([[box.x, box.y, 0.0, 0.0, 0.0, 1.0, 1.0] for box in (a, b)]), rows
@@ -289,9 +288,9 @@ def test_normals_part_the_outlines(heading: float, other: float, aside: float) -
     """Moved along the normal by the gap, two outlines touch and no more; approach has the right sign."""
     a = Box(0, 0, heading, 4, 2)
     b = Box(1.5, aside, other, 3, 1)
-    found = touching(frame(a), frame(b))
+    found = contact_geometry(frame(a), frame(b))
     moved = Box(b.x - found.gap * found.nx, b.y - found.gap * found.ny, other, 3, 1)
-    assert touching(frame(a), frame(moved)).gap == pytest.approx(0.0, abs=1e-9)
+    assert contact_geometry(frame(a), frame(moved)).gap == pytest.approx(0.0, abs=1e-9)
     bodies, rows = meeting(a, b)
     bodies[1, [Body.VX, Body.VY]] = -2 * found.nx, -2 * found.ny
     assert closing(bodies, rows, 0) == pytest.approx(2.0)

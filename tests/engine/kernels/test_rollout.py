@@ -9,7 +9,7 @@ import pytest
 from engine import batch, host
 from engine.config import ContactConfig, SimulationConfig
 from engine.kernels.rollout import advance, begin
-from engine.kernels.run_state import HOSTED, Slot, Status
+from engine.kernels.run_state import HOSTED, Memory, Status
 from engine.opcodes import Op
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Command, EndReason, ManeuverType, RuleKind, State, TemporalOp, Verdict
@@ -508,7 +508,7 @@ def test_a_run_goes_on_around_free_bodies(hand, crossing, crossing_scenes) -> No
     begin(plan, run, 0, scenes.values[0], scenes.keys[0], np.zeros((0, 0)))
     advance(plan, run, 10, True)
     assert run.status[Status.SAMPLE] == 10
-    run.actors[0, Slot.FREE] = HOSTED
+    run.actors[0, Memory.FREE] = HOSTED
     for sample in range(11, 40):
         run.states[sample, 0] = run.states[10, 0]
         run.states[sample, 0, State.X] += 1000.0

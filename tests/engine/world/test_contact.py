@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.config import ContactConfig
-from engine.kernels.blows import PULSE
+from engine.kernels.impacts.motion import PULSE
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
 from engine.world.bodies import Physique, new_space, physique, rub, solid

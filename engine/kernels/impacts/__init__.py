@@ -1,0 +1,1 @@
+"""Impacts between actors, and motion after them."""
