@@ -25,11 +25,12 @@ LAYOUT = Layout(
     point=Point.CENTER,
     said="positions are rear axles; they become centres with the logged boxes; kinds are not logged",
 )
-KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "length", "width")
 NAME = "Entitity_Name [-]"
 NUMBERS = {
     "x": "World_Position_X [m]",
     "y": "World_Position_Y [m]",
+    "z": "World_Position_Z [m]",
     "heading": "World_Heading_Angle [rad]",
     "speed": "Current_Speed [m/s]",
     "length": "bb_length [m]",

@@ -22,7 +22,7 @@ from engine.vocabulary import ActorKind
 
 LONGEST = 100_000_000
 """Bytes of one message."""
-KEYS = ("time", "actor", "x", "y", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
 LAYOUT = Layout(
     name="OSI",
     known_by=(),
@@ -116,6 +116,7 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
             "actor": str(own),
             "x": _real(at, 1),
             "y": _real(at, 2),
+            "z": _real(at, 3),
             "heading": _real(turned, 3),
             "vel_x": _real(velocity, 1),
             "vel_y": _real(velocity, 2),

@@ -32,7 +32,7 @@ from engine.interchange.tables.columns import (
 )
 from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
 from engine.interchange.tables.layouts import Layout, layout_of
-from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, separator_of
+from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, begin_of, separator_of
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats
 
@@ -48,10 +48,8 @@ LATEST = 1e19
 WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
 """Whole numbers are held in 64 bits."""
-MAY_BE_EMPTY = ("heading", "length", "width")
+MAY_BE_EMPTY = ("z", "heading", "length", "width")
 """Columns in which an empty cell means that nothing is known."""
-PREAMBLE = "Version:"
-"""How the line begins that esmini writes above its column names."""
 
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
@@ -75,12 +73,13 @@ def read_csv_cells(path: Path, rate: float | None = None, named: Mapping[str, st
 
 
 def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]) -> Cells:
-    name, lines = path.name, _short_lines(file, path.name)
-    first, skipped = next(lines, ""), 0
-    if first.startswith(PREAMBLE):
-        first, skipped = next(lines, ""), 1
-    separator = separator_of(first)
-    rows = csv.reader(chain([first], lines), strict=True, delimiter=separator)
+    name = path.name
+    lines, skipped = begin_of(_short_lines(file, name))
+    first = next(lines)
+    separator, lines = separator_of(first), chain([first], lines)
+    spaced = separator == " "
+    lines = map(str.strip, lines) if spaced else lines
+    rows = csv.reader(lines, strict=True, delimiter=separator, skipinitialspace=spaced)
     header = next(rows, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
@@ -109,7 +108,7 @@ def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout
         if len(lines) >= MOST_ROWS:
             raise InterchangeError(f"there are more than {MOST_ROWS:,} rows", "leave out actors or samples", place)
         if len(row) != len(header):
-            _wrong_length(row, header, place)
+            _wrong_length(row, header, rows.separator, place)
         for key, column in chosen.columns.items():
             gathered[key].append(_value(row[column.index], key, column, chosen, place))
         lines.append(rows.line_num + skipped)
@@ -222,9 +221,10 @@ def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError
     return InterchangeError(f"it should hold {wanted}, and holds {said}", cure, f"{place}, column `{column.name}`")
 
 
-def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None:
-    more = len(row) > len(header)
-    cure = "write a point in numbers, not a comma" if more else "write all of its cells, or leave it out"
+def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str, place: str) -> None:
+    cure = "write all of its cells, or leave it out"
+    if len(row) > len(header):
+        cure = "quote names with spaces" if separator == " " else "write a point in numbers, not a comma"
     raise InterchangeError(f"{len(row)} cells stand under {len(header)} column names", cure, place)
 
 

@@ -31,9 +31,11 @@ class TableTrack:
     slides: Bools | None = None
     """(samples,) where it is loose after an impact; None where nothing says so."""
     breaks: Bools | None = None
-    """(samples,) after which a jump follows, over which it is absent; None: it never jumps."""
+    """(samples,) after which a jump or an unseen step follows, over which it is absent; None: after none."""
     ahead: float = 0.0
     """How far ahead of the centre `positions` lie where the heading is NaN [m]."""
+    height: Floats | None = None
+    """(samples,) z, NaN where it is unknown [m]; None: all actors are in one plane."""
     assumed: Bools | None = None
     """(samples,) where the heading is an assumption; None: nowhere."""
 
@@ -50,7 +52,7 @@ class TableTrack:
 
     def only(self, kept: slice | Bools) -> "TableTrack":
         """Return the track of some of its samples alone."""
-        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "assumed")
+        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "height", "assumed")
         cut = {name: values[kept] for name in columns if (values := getattr(self, name)) is not None}
         return replace(self, **cut)
 

@@ -47,7 +47,7 @@ SI_UNITS: Mapping[str, str] = MappingProxyType(
         "heading": "rad",
         "speed": "m/s",
         **dict.fromkeys(VELOCITY, "m/s"),
-        **dict.fromkeys(("x", "y", "length", "width"), "m"),
+        **dict.fromkeys(("x", "y", "z", "length", "width"), "m"),
     }
 )
 KINDS: Mapping[str, ActorKind] = MappingProxyType(
@@ -183,6 +183,7 @@ class _Gathered:
             slides=slides(cells, rows),
             breaks=breaks[kept],
             ahead=point,
+            height=cells.numbers["z"][rows] if "z" in cells.numbers else None,
         )
 
     def _is_ego(self, label: str, rows: Ints) -> bool:
