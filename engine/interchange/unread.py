@@ -12,6 +12,8 @@ from typing import NamedTuple
 from engine.interchange.contract import cited, quoted
 from engine.interchange.xml import Node
 
+NOTHING = ("", "0", "0.0", "0.00", "false")
+"""Values of attributes that state nothing."""
 MOST_KINDS = 50
 """Notes on one file; a last one counts the kinds that are left."""
 
@@ -54,7 +56,8 @@ class Unread:
 def unread_elements(
     root: Node, read: Mapping[str, Collection[str] | None], remarked: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Return notes on elements of other names than those of `read`, with all that is in them, and on attributes.
+    """Return notes on elements of other names than those of `read`, with all that is in them, and on attributes that
+    are not `NOTHING`.
 
     `read`: the attributes that are read of each element; None where all are, or none is looked at. `remarked`: elements
     on which another remark is made.
@@ -69,8 +72,8 @@ def unread_elements(
             found.add(node.tag, node.place)
             continue
         attributes = read[node.tag]
-        for name in node.attributes if attributes is not None else ():
-            if attributes is not None and name not in attributes:
+        for name, value in node.attributes.items() if attributes is not None else ():
+            if attributes is not None and name not in attributes and value.strip() not in NOTHING:
                 found.add(f"{node.tag}.{name}", node.place)
         stack.extend(reversed(node.children))
     return found.notes()

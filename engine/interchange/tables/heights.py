@@ -8,11 +8,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from engine.interchange.contract import cited
+from engine.interchange.road_levels import LEVEL
 from engine.interchange.tables.track import TableTrack
 from engine.tables import Floats
 
-LEVEL = 2.5
-"""Least difference of height between two actors on different levels at one place [m]: the headroom of a car."""
 SLOPE = 0.15
 """Steepest road: so much may two on one level differ in height per metre between them."""
 AROUND = 2.0
