@@ -164,8 +164,8 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
 def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[float, float]:
     """Return the least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
 
-    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least. If it lies inside the step, it is
-    at most `REFINED_TOLERANCE` above the least distance around it.
+    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least. Inside the step it is at most
+    `REFINED_TOLERANCE` above the least distance around it.
     """
     reach = best + half_diagonal(a0) + half_diagonal(b0)
     if centers_apart(a0, a1, b0, b1, reach * reach):
