@@ -30,7 +30,7 @@ from engine.study.comparisons import (
 from engine.study.plan import BASELINE, RUNS, Plan
 from engine.study.run_records import RunRecord
 
-# -- our numbers beside the paper's ------------------------------------------------------------------------------------
+# -- our numbers compared with the paper's -----------------------------------------------------------------------------
 
 METHODS = ("ga", "random")
 CENTIMETRES = 100.0

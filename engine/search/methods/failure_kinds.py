@@ -168,7 +168,7 @@ class FailureKinds(BestFirst):
         kinds, kind, number = np.unique(self._failure_kind[rows], return_inverse=True, return_counts=True)
         return stream.choice(rows, size=count, p=1.0 / (len(kinds) * number[kind]))
 
-    # -- what is chosen
+    # -- choice
 
     def _foresee(self, candidates: Candidates, promise: Floats, stream: Generator) -> Foreseen:
         from scipy.spatial import KDTree
