@@ -262,4 +262,4 @@ FAMILIES = (
     "(variety) were named first and are one family of tests; RL, MDG, MDEC and NIS are the second; everything else is "
     "exploratory, each way of counting is its own family, and picking one of them afterwards is not corrected for"
 )
-"""Which tests may carry a claim."""
+"""Tests that may support a claim."""
