@@ -1,13 +1,12 @@
-"""The numbers that the CORTEX-AVD paper prints, and its arithmetic done again: each claim, what was printed, what its
-own numbers give, and whether they agree.
+"""The printed numbers of the CORTEX-AVD paper, and a check of its arithmetic: each claim, the printed number, the
+number that follows from the paper's own numbers, and their agreement.
 
 Source: "CORTEX-AVD: A Framework for CORner Case Testing and EXploration in Autonomous Vehicle Development", sections
 "Results" and "Discussion". One run of each method in each scenario: 30 generations of 100.
 
 Printed numbers are rounded. A claim holds when some values that round to the printed inputs give a result that rounds
-to the printed one. What the paper says is kept apart from what we infer: rows that follow from its numbers by an
-assumption of ours, such as that MDG counts a collision as 0 m. Where an assumption fails, all of its rows fail
-together, for one cause.
+to the printed one. Claims of the paper are separate from inferences: rows that follow from its numbers by an additional
+assumption, such as that MDG counts a collision as 0 m. If an assumption is wrong, all of its rows fail together.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,17 +24,17 @@ FILES = (
     "right_into_crossing",
     "three_way_left",
 )
-"""The same scenarios among our examples."""
+"""Files of the same scenarios among the examples."""
 GENERATIONS, POPULATION = 30, 100
 INDIVIDUALS = GENERATIONS * POPULATION
-"""Individuals of one method in one scenario."""
+"""Number of individuals of one method in one scenario."""
 SECONDS_PER_SIMULATION = 13.5
 HOURS = 135.0
 
 
 @dataclass(frozen=True)
 class Printed:
-    """The figures of one method; each tuple holds one number for each scenario."""
+    """The figures of one method; each tuple has one number per scenario."""
 
     rl: tuple[float, ...]
     """Mean risk."""
@@ -44,17 +43,17 @@ class Printed:
     nc_last: tuple[int, ...]
     """Collisions in generations 21 to 30."""
     mdg_last: tuple[float, ...]
-    """Mean minimum distance in generations 21 to 30 [cm] …"""
+    """Mean minimum distance in generations 21 to 30 [cm]."""
     mdec_last: tuple[float, ...]
-    """… and without the collisions."""
+    """Mean minimum distance without the collisions [cm]."""
     nis: tuple[int, ...]
     """Invalid individuals."""
     nis_last: tuple[int, ...]
     """Invalid individuals in generations 21 to 30."""
     mean_rl: float
-    """As printed for all six."""
+    """Mean risk as printed for all six scenarios."""
     mdg: float
-    """As printed for all six [cm]."""
+    """Mean minimum distance as printed for all six scenarios [cm]."""
     mdec: float
 
     @property
@@ -96,7 +95,7 @@ class Study:
     name: str
     cases: str
     seconds: str
-    """For each simulation."""
+    """Seconds per simulation."""
     collisions: str
     valid: str
     metrics: str
@@ -129,12 +128,12 @@ LEAST_COLLISION, GREATEST_COLLISION = 14, 22
 """A collision has MD = 0, so MD adds 4 to the 10 of the collision itself; all parts together are 22."""
 GREATEST_HARMLESS = 12
 NIS_IMPROVED, NIS_UNFAVOURABLE = ("A", "B", "D"), ("C", "E", "F")
-"""Scenarios in which the paper says that the GA's invalid runs are fewer, and those where "less favorable"."""
+"""Scenarios with fewer invalid runs of the GA according to the paper, and those it calls "less favorable"."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing that the paper says, or that must follow from what it says."""
+    """A claim of the paper, or an inference from its claims."""
 
     topic: str
     says: str
@@ -143,7 +142,7 @@ class Claim:
     holds: bool
     remark: str = ""
     assumption: str = ""
-    """Ours, on which the row rests; empty where the paper says it itself."""
+    """Additional assumption of the row; "" for a claim of the paper."""
 
     @property
     def inferred(self) -> bool:
@@ -151,12 +150,12 @@ class Claim:
 
 
 def said(checked: Sequence[Claim]) -> list[Claim]:
-    """What the paper says itself."""
+    """Return the claims of the paper itself."""
     return [claim for claim in checked if not claim.inferred]
 
 
 def by_assumption(checked: Sequence[Claim]) -> dict[str, list[Claim]]:
-    """What rests on each assumption of ours."""
+    """Return the inferences by their assumptions."""
     inferred = [claim for claim in checked if claim.inferred]
     names = dict.fromkeys(claim.assumption for claim in inferred)
     return {name: [claim for claim in inferred if claim.assumption == name] for name in names}
@@ -167,12 +166,12 @@ def _infer(assumption: str, rows: Iterator[Claim]) -> Iterator[Claim]:
 
 
 def claims() -> list[Claim]:
-    """All that is checked, by topic."""
+    """Return all checked claims, by topic."""
     return [*_risk(), *_collisions(), *_invalid(), *_distances(), *_score(), *_costs()]
 
 
 def _share(topic: str, says: str, printed: float, found: float, remark: str = "", slack: float = 0.5) -> Claim:
-    """A percentage, printed to whole points unless `slack` says otherwise."""
+    """Return a claim of a percentage, printed to whole points unless `slack` differs."""
     return Claim(topic, says, f"{printed:g} %", f"{found:.1f} %", abs(found - printed) <= slack, remark)
 
 
@@ -181,7 +180,7 @@ def _number(topic: str, says: str, printed: float, found: float, slack: float, r
 
 
 def _gain(new: float, old: float) -> float:
-    """Relative change [%]."""
+    """Return the relative change [%]."""
     return 100.0 * (new - old) / old
 
 
@@ -203,7 +202,7 @@ def _risk() -> Iterator[Claim]:
 
 
 def _bounds(name: str, method: Printed) -> Iterator[Claim]:
-    """What a mean risk can be at most when an invalid run counts -1, and at least in a valid one."""
+    """Yield bounds of a mean risk: the largest if an invalid run counts -1, and the least of a valid run."""
     for scenario, rl, nc, nis, valid in zip(SCENARIOS, method.rl, method.nc, method.nis, method.valid, strict=True):
         greatest = (GREATEST_COLLISION * nc + GREATEST_HARMLESS * (valid - nc) - nis) / INDIVIDUALS
         if rl - 0.05 > greatest:
@@ -237,7 +236,7 @@ def _of_valid() -> Iterator[Claim]:
 
 
 def _steady(topic: str, says: str, total: int, last: int) -> Claim:
-    """Ten of thirty generations should hold a third: within three standard deviations of a binomial count."""
+    """Return the claim that ten of thirty generations contain a third: within three deviations of a binomial count."""
     expected, deviation = total / 3.0, (total * 2.0 / 9.0) ** 0.5
     found = f"{last} of {total} in the last ten"
     return Claim(topic, says, f"about {expected:.0f}", found, abs(last - expected) <= 3.0 * deviation)
@@ -301,7 +300,7 @@ def _last_ten() -> Iterator[Claim]:
 
 
 def _collision_free(name: str, method: Printed) -> Iterator[Claim]:
-    """MDG counts each collision as 0, so MDG = MDEC x (1 - collisions / valid runs), all in the last ten."""
+    """Yield the check of MDG = MDEC x (1 - collisions / valid runs) in the last ten, with collisions as 0 in MDG."""
     rows = zip(SCENARIOS, method.mdg_last, method.mdec_last, method.nc_last, method.nis_last, strict=True)
     for scenario, mdg, mdec, collisions, invalid in rows:
         expected = mdec * (1.0 - collisions / (INDIVIDUALS / 3 - invalid))
@@ -344,7 +343,9 @@ def _costs() -> Iterator[Claim]:
 
 
 def _next_best() -> Claim:
-    """The paper sets the higher rate aside for the kinds of its collisions; its own are of one kind, too."""
+    """Return the claim on the next best rate: the paper excludes a higher rate because of its one kind of collision,
+    although its own collisions are of one kind.
+    """
     remark = "the paper excludes that study, whose collisions are with front vehicles and pedestrians"
     says = "no other study has a collision rate above 13.3 %"
     return Claim("cost", says, "13.3 %", "30.7 % in its own table (Klück et al. 2023)", holds=False, remark=remark)

@@ -21,7 +21,7 @@ from engine.search.evaluations import Evaluations
 from engine.search.evaluator import Repeated, repeat, sampled
 from engine.search.journal_reader import damaged
 from engine.search.manifest import changed_versions
-from engine.search.past import kept_actions
+from engine.search.past import recorded_driver
 from engine.search.store import JOURNAL
 from engine.study.database import read_evaluations, read_study
 from engine.tables import Bools
@@ -156,9 +156,9 @@ def _differences(files: Mapping[str, Difference | None]) -> dict[str, Difference
 def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:
     """Whether simulations may differ because their driver does: with what it decided, where that is kept, none does."""
     driver, manifest, evaluations = config.driver, run.record.manifest, run.record.evaluations
-    if driver is None or not driver.anew:
+    if driver is None or not driver.can_drive_new_scenes:
         return False
-    config = replace(config, driver=kept_actions(driver, run.record.actions))
+    config = replace(config, driver=recorded_driver(driver, run.record.actions))
     rows = [
         row
         for row in done.rows[~done.same].tolist()
@@ -180,7 +180,7 @@ def _driven_again(run: OpenedRun) -> tuple[Bools, tuple[str, ...]]:
     """
     evaluations, driver = run.record.evaluations, run.scenario.config.driver
     keys, genomes = evaluations.keys, evaluations.genomes
-    if driver is None or driver.anew:
+    if driver is None or driver.can_drive_new_scenes:
         return np.ones(keys.shape[:2], dtype=np.bool_), ()
     kept = [
         [name_of(key, genome) in run.record.actions for key in rollouts]

@@ -128,4 +128,4 @@ def _files_of(run: OpenedRun, campaign: Campaign) -> tuple[dict[str, bytes], str
 def _only_repeats(run: OpenedRun) -> bool:
     """Whether what drives is known by its recorded decisions alone, and cannot drive the scenes that probe genes."""
     driver = run.scenario.config.driver
-    return driver is not None and not driver.anew
+    return driver is not None and not driver.can_drive_new_scenes

@@ -178,7 +178,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             if not removed:
                 journal.write(progress)
                 if recorder is not None:
-                    recorder.keep_worst((*worst_cases(progress.evaluations), *worst_runs(progress.evaluations)))
+                    recorder.record_worst((*worst_cases(progress.evaluations), *worst_runs(progress.evaluations)))
                 journal.keep(recorder.take() if recorder else {})
                 _note_failures(work.folder / FAILURES, recorder)
         except RemovedError as error:
@@ -196,9 +196,9 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         journal.complete(campaign)
         if recorder is not None:
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
-            recorder.keep_worst(cases)
+            recorder.record_worst(cases)
             recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
-            recorder.keep_others(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
+            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
         write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))
@@ -231,7 +231,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
     """The search itself, from its beginning or from where its journal ends."""
     manifest, driver = work.manifest, work.scenario.config.driver
     config = replace(manifest.config, driver=driver)
-    if driver is not None and not driver.anew:
+    if driver is not None and not driver.can_drive_new_scenes:
         config = replace(config, search=replace(config.search, probes=0))
     try:
         return search(

@@ -95,10 +95,12 @@ def named(text: str) -> tuple[str, ...]:
     try:
         return tuple(canonical(word) for word in text.split(","))
     except UnknownMethodError as error:
+        if error.replacement is not None:
+            raise UsageError(f"--method: `{error.name}` was removed", f"use `{error.replacement}`") from None
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
         cure = f"did you mean `{near}`?" if near else "`cortexc --method list` lists them all"
-        raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
+        raise UsageError(f"--method: there is no method `{error.name}`", cure) from None
 
 
 def method_list() -> str:

@@ -23,7 +23,7 @@ from cortex_dsl.plain_text import as_argument
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.tally import blame_content
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
-from engine.driving.names import Egos, as_options, how_again
+from engine.driving.names import Egos, as_options, driver_hint
 from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.campaign import Campaign
@@ -204,9 +204,9 @@ def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, js
     """
     run = opened_run(folder, terminal, ego, json=json)
     driver = run.scenario.config.driver
-    if driver is not None and not driver.anew:
+    if driver is not None and not driver.can_drive_new_scenes:
         alone = f"without `{driver.name}`, who drove, only runs whose decisions are kept can be run again"
-        terminal.note(f"{alone}; for more, {how_again(driver.name)}")
+        terminal.note(f"{alone}; for more, {driver_hint(driver.name)}")
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     check_past(run, terminal)

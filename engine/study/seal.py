@@ -1,8 +1,8 @@
-"""The seal of a study: what was written can be told from what stands there now.
+"""The seal of a study: it shows whether the contents of the file are still those that were written.
 
-Runs end in any order, so that the seal is a sum (exclusive or) of a digest for each row: of manifest and scenarios, and
-of each run with its figures, its course, its seconds and the digest of its block of evaluations. It is read with the
-study; a block is held against its digest when it is read.
+Runs end in any order, so the seal is the sum (exclusive or) of one digest per row: of manifest and scenarios, and of
+each run with its figures, its course, its seconds and the digest of its block of evaluations. It is checked when the
+study is read; a block is compared with its digest when the block is read.
 """
 
 import sqlite3
@@ -20,12 +20,12 @@ ORDER BY run.rowid"""
 
 
 def digest_of(block: bytes) -> bytes:
-    """Of the evaluations of a run, as they are stored."""
+    """Return the digest of the stored evaluations of a run."""
     return blake2b(block, digest_size=LINK).digest()
 
 
 def has_seal(connection: sqlite3.Connection) -> bool:
-    """Whether a study was begun with one."""
+    """Return True if the study has a seal."""
     return connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'seal'").fetchone() is not None
 
 
@@ -43,6 +43,6 @@ def broken_seal(connection: sqlite3.Connection, seal: bytes) -> bool:
 
 
 def add_to_seal(connection: sqlite3.Connection, run: tuple[Any, ...]) -> None:
-    """Seal one more run, as a part of the transaction that writes it; `run` as `RUNS` has it."""
+    """Add one run to the seal, within the transaction that writes it; `run` has the columns of `RUNS`."""
     (kept,) = connection.execute("SELECT value FROM seal").fetchone()
     connection.execute("UPDATE seal SET value = ?", (either(kept, actions_digest([run])),))

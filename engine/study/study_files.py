@@ -1,4 +1,4 @@
-"""Files beside `study.sqlite`, for pandas and for people; written again whenever the study is reported.
+"""Files next to `study.sqlite`, for pandas and for people; written again whenever the study is reported.
 
 | file            | one row for each                                                                          |
 |-----------------|-------------------------------------------------------------------------------------------|
@@ -38,7 +38,7 @@ def study_files(study: Study, findings: Findings) -> dict[str, bytes]:
 
 
 def summary(study: Study, findings: Findings) -> dict[str, Any]:
-    """The whole study as one document, without its runs."""
+    """Return the whole study as one document, without its runs."""
     plan = study.plan
     search = plan.subjects[0].config.search
     return {
@@ -63,13 +63,13 @@ def summary(study: Study, findings: Findings) -> dict[str, Any]:
 
 
 def _named(row: Any) -> dict[str, Any]:
-    """A dataclass with named tuples as dictionaries."""
+    """Return a dataclass as a dictionary, with named tuples as dictionaries."""
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__ if name != "measure"}
     return {name: value._asdict() if hasattr(value, "_asdict") else value for name, value in fields.items()}
 
 
 def test_row(row: Comparison) -> dict[str, Any]:
-    """One comparison as flat columns; `baseline_…` are the baseline's."""
+    """Return one comparison as flat columns; `baseline_…` are the baseline's."""
     numbers: dict[str, Any] = {}
     for prefix, spread in (("", row.spread), ("baseline_", row.baseline_spread)):
         numbers |= {
@@ -121,12 +121,12 @@ def _generation_rows(names: Sequence[str], record: RunRecord) -> Iterator[dict[s
 
 
 def _plain(value: float) -> float | int:
-    """Counts as whole numbers."""
+    """Return a whole number as int, any other number unchanged."""
     return int(value) if value == value and value == int(value) else value
 
 
 def _csv(rows: Iterable[dict[str, Any]]) -> bytes:
-    """Return a table; missing numbers are empty, others read back to the same bits."""
+    """Return rows as CSV; missing numbers are empty, all others read back to the same bits."""
     file = StringIO(newline="")
     writer: csv.DictWriter[str] | None = None
     for row in rows:

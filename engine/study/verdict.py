@@ -1,10 +1,10 @@
-"""Everything that a study says, computed from its records, and its verdict in plain words.
+"""The findings of a study, computed from its records, and its verdict in plain words.
 
-Apart from its comparisons that is two things. Our numbers beside the paper's, scenario by scenario, where a study runs
-its six with its two methods and its budget: the simulators differ (the paper's is Scenic's own), and the paper has one
-run of each; agreement in direction can be expected, agreement in size cannot. And rates of random sampling, where each
-individual is an independent draw, with exact intervals and a test against the paper; no other method has such rates, as
-what it draws depends on what it found before.
+In addition to comparisons there are two findings. The first compares the study's numbers with the paper's, scenario by
+scenario, if the study runs the paper's six scenarios with its two methods and its budget. The simulators differ (the
+paper's is Scenic's own), and the paper has one run of each, so directions should agree, but not sizes. The second are
+rates of random sampling, where each individual is an independent draw, with exact intervals and a test against the
+paper. No other method has such rates, as its draws depend on earlier results.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ CENTIMETRES = 100.0
 
 @dataclass(frozen=True)
 class Beside:
-    """One metric on one scenario: medians over our runs, the paper's one run, both methods."""
+    """One metric on one scenario: medians over the study's runs and the paper's single run, for both methods."""
 
     letter: str
     scenario: str
@@ -58,7 +58,7 @@ class Beside:
 
     @property
     def same_direction(self) -> bool:
-        """Whether both say that the genetic algorithm has more, or both less."""
+        """Return True if both agree on which of the two methods has the larger value."""
         return bool(np.sign(self.ga - self.random) == np.sign(self.paper_ga - self.paper_random))
 
 
@@ -75,12 +75,12 @@ _PRINTED: dict[str, Callable[[Printed, int], float]] = {
     "MDEC, last 10": lambda printed, letter: printed.mdec_last[letter] / CENTIMETRES,
     "NIS, last 10": lambda printed, letter: printed.nis_last[letter],
 }
-"""What the paper prints for each scenario, by the name of our measure."""
+"""The paper's printed numbers for each scenario, by the name of the measure."""
 
 
 def beside_paper(plan: Plan, records: Sequence[RunRecord]) -> tuple[Beside, ...]:
-    """A row for each of the paper's scenarios and metrics that the study repeats; () unless it has both methods and
-    the paper's budget.
+    """Return a row for each of the paper's scenarios and metrics that the study repeats; () unless it has both methods
+    and the paper's budget.
     """
     search = plan.subjects[0].config.search
     budget = search.generations, search.population, search.rollouts
@@ -108,7 +108,7 @@ def _median(records: Sequence[RunRecord], number: int, method: str, measure: Mea
 
 
 def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:
-    """The paper's table of studies with this one as its last row."""
+    """Return the paper's table of studies with this study as its last row."""
     return (*STUDIES, own_row(plan, records))
 
 
@@ -174,7 +174,7 @@ NOTHING = OddsRatio(float("nan"), float("nan"))
 
 @dataclass(frozen=True)
 class RandomRates:
-    """What a uniformly random genome of a scenario comes to, over all runs."""
+    """Outcome rates of uniformly random genomes of a scenario, over all runs."""
 
     scenario: str
     individuals: int
@@ -183,13 +183,15 @@ class RandomRates:
     """95 %, Clopper and Pearson."""
     collisions: int
     collision_rate: Interval
-    """Of valid individuals, 95 %."""
+    """Collisions among valid individuals, 95 %."""
     against_paper: OddsRatio
-    """Collisions among valid ones: our odds to the paper's; NaN where the scenario is not one of its six."""
+    """Collisions among valid individuals: odds of the study to those of the paper; NaN for a scenario that the paper
+    lacks.
+    """
 
 
 def random_rates(plan: Plan, records: Sequence[RunRecord]) -> tuple[RandomRates, ...]:
-    """One row a scenario; () where the study has no random sampling."""
+    """Return one row per scenario; () if the study has no random sampling."""
     if BASELINE not in plan.methods:
         return ()
     return tuple(_rates(plan, records, number) for number in range(len(plan.subjects)))
@@ -223,7 +225,7 @@ def _against_paper(name: str, collisions: int, valid: int) -> OddsRatio:
 
 @dataclass(frozen=True)
 class Findings:
-    """What the finished runs of a study show."""
+    """Findings from the finished runs of a study."""
 
     comparisons: tuple[Comparison, ...]
     rates: tuple[RandomRates, ...]
@@ -245,7 +247,7 @@ def findings(plan: Plan, records: Sequence[RunRecord]) -> Findings:
 
 
 def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """What may be claimed, and with how much caution."""
+    """Return the claims that the study supports, with their reservations."""
     if not comparisons:
         return ("only one method: there is nothing to compare it with",)
     sentences = [_about(plan, comparisons, method) for method in plan.contenders]
@@ -259,13 +261,13 @@ def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def _about(plan: Plan, comparisons: Sequence[Comparison], method: str) -> str:
-    """One contender, by the outcomes that were named first."""
+    """Return the sentence on one contender, by the primary outcomes."""
     tallies = "; ".join(f"{measure.name} {_tally(method, comparisons, measure)}" for measure in NAMED_FIRST)
     return f"{method} against {plan.baseline}: {tallies}"
 
 
 def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> str:
-    """`more in 5 of 6 scenarios, fewer in 1`, where each count is of differences that are sure and not small."""
+    """Return `more in 5 of 6 scenarios, fewer in 1`, which counts significant differences of at least medium size."""
     rows = [row for row in comparisons if row.method == method and row.measure.name == measure.name]
     more, fewer = sum(row.beats for row in rows), sum(row.loses for row in rows)
     scenarios = f"{len(rows)} scenario{'' if len(rows) == 1 else 's'}"
@@ -283,7 +285,7 @@ RULE = (
     "bootstrap, never narrower than Newcombe's (2006), which has a width even where every run of one is better; a run "
     "without a number, such as one that never collided, ranks last"
 )
-"""What the words of a verdict mean."""
+"""Definitions of the words of a verdict."""
 FAMILIES = (
     "avoidable collisions and their kinds, colliding genomes (yield: they may differ in a single bit) and kinds "
     "(variety) were named first and are one family of tests; RL, MDG, MDEC and NIS are the second; everything else is "

@@ -167,5 +167,5 @@ def test_lanes_with_seeds_of_their_own(scenario: cx.Scenario) -> None:
         for lane, (one, reward, ended, late, _) in enumerate(steps):
             np.testing.assert_array_equal(seen[lane], one)
             assert (rewards[lane], terminated[lane], truncated[lane]) == (reward, ended, late)
-    with pytest.raises(cx.CortexError, match="2 seeds for 4 lanes"):
+    with pytest.raises(cx.CortexError, match="2 seeds for 4 slots"):
         many.reset(seed=[1, 2])
