@@ -10,7 +10,7 @@ from typing import Any
 from engine.search.journal_reader import read_journal
 
 MADE_BY_SEARCH = (".csv", ".jsonl", ".json", ".md", ".scn")
-OF_TIME = ("seconds", "per_second", "elapsed", "command_line", "started")
+OF_TIME = ("seconds", "seconds_per_simulation", "per_second", "elapsed", "command_line", "started")
 DATABASES: Mapping[str, tuple[str, ...]] = {
     "journal.sqlite": ("manifest", "generation", "individual", "simulation"),
     "study.sqlite": ("manifest", "scenario", "run", "evaluations"),
