@@ -48,7 +48,7 @@ def _export(options: argparse.Namespace, terminal: Terminal) -> int:
             f"`{options.what}` is a recording already", f"`cortexc measure {options.what}` shows its metrics and risk"
         )
     is_file = _is_scenario(options.what)
-    cases = _of_file(options, terminal) if is_file else _of_run(options)
+    cases = _of_file(options, terminal) if is_file else _of_run(options, terminal)
     if isinstance(cases, int):
         return cases
     folder = options.out or (Path(FOLDER) if is_file else _home(options.what) / FOLDER)
@@ -105,13 +105,13 @@ def _home(path: Path) -> Path:
 # -- the cases --------------------------------------------------------------------------------------------------------
 
 
-def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import first_cases
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
-    run = opened_run(options.what)
+    run = opened_run(options.what, terminal, json=options.json)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
     case = cases_of(run, options.what, options.case)[options.case - 1]

@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.export import OSC, as_word, esmini_named
-from cortex_dsl.console.command import Command, Condition, Option
+from cortex_dsl.cli.export import OSC, esmini_named
+from cortex_dsl.console.command import Command, Condition, Option, typed_again
 from cortex_dsl.console.request import seconds, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files, reason
@@ -119,7 +118,7 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
         remarks=(*read.remarks, *measured.not_judged),
         road=read.road,
         lines=road_outline(read.road) if own is None else outline(build_network(own)),
-        again=_again(reader, options),
+        again=typed_again(reader.name, options.command_line),
     )
 
 
@@ -135,19 +134,6 @@ def _read(options: argparse.Namespace) -> "Imported":
         window=options.window,
         esmini=_esmini_of(options),
     )
-
-
-def _again(reader: Reader, options: argparse.Namespace) -> str:
-    """Return the command line that shows the same."""
-    words = ["cortexc", reader.name, as_word(options.file), *(["--all"] if options.all else [])]
-    words += [] if options.ego is None else ["--ego", options.ego]
-    words += [] if options.near is None else ["--near", f"{options.near:g}"]
-    words += [] if options.step is None else ["--step", f"{options.step!r}"]
-    words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
-    words += ["--columns", ",".join(map("=".join, options.columns))] if options.columns else []
-    words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
-    words += [] if options.profile == "paper" else ["--profile", options.profile]
-    return join(words)
 
 
 def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -336,7 +322,7 @@ def _rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
         options.profile,
         options.top,
         ranked.remarks,
-        _again(MEASURED, options),
+        typed_again("measure", options.command_line),
         written,
     )
     _write_ranking(report, tracks, options)

@@ -29,7 +29,7 @@ class Replayed:
 
 
 def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
-    found = _of_file(options, terminal) if options.what.suffix == SUFFIX else _of_run(options.what, options.case)
+    found = _of_file(options, terminal) if options.what.suffix == SUFFIX else _of_run(options, terminal)
     if isinstance(found, int):
         return found
     if options.to is None:
@@ -48,12 +48,13 @@ def _target(text: str) -> Path:
     return path
 
 
-def _of_run(folder: Path, rank: int) -> Replayed:
-    """Case `rank` of a run, 1 the worst."""
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> Replayed:
+    """A case of a run, by default the worst."""
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.report.page.run_page import replay_of_case
 
-    run = opened_run(folder)
+    folder, rank = options.what, options.case or 1
+    run = opened_run(folder, terminal)
     case = cases_of(run, folder, rank)[rank - 1]
     with usage_errors():
         return Replayed(replay_of_case(run, case), case, run.folder)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from shlex import join
 from typing import Any, NoReturn
 
 from cortex_dsl.console.request import (
@@ -337,6 +338,15 @@ def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> i
             return Exit.FINE
     options.command_line = tuple(words)
     return command.function(settle(rows, options), terminal)
+
+
+FORM = ("--json", "--no-colour", "--no-color")
+"""Options that change only the form of the output."""
+
+
+def typed_again(name: str, words: Sequence[str]) -> str:
+    """Return the command line as it was typed, without the options of `FORM`."""
+    return join(["cortexc", name, *(word for word in words if word not in FORM)])
 
 
 def with_example(text: str) -> str:
