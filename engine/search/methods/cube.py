@@ -1,5 +1,5 @@
-"""Places in the box of a search: genomes drawn over it, and the box as a unit cube, for methods that think in distances
-and directions, and what these share.
+"""Places in the box of a search: genomes sampled in it, the box as a unit cube for methods with distances and
+directions, and the base class of these methods.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from engine.vocabulary import GeneKind
 
 
 class Cube:
-    """Points of [0, 1]^d and genomes of a box. A discrete gene owns one equal slice of its axis for each value."""
+    """Map between points of [0, 1]^d and genomes of a box. A discrete gene has an equal slice of its axis per value."""
 
     def __init__(self, box: Box) -> None:
         self.size = len(box)
@@ -29,7 +29,7 @@ class Cube:
         return self._discrete
 
     def values(self, gene: int) -> int:
-        """How many values a discrete gene has."""
+        """Return the number of values of a discrete gene."""
         return int(self._values[gene])
 
     def genome(self, point: Floats) -> Genome:
@@ -40,11 +40,11 @@ class Cube:
         return tuple(np.minimum(self._low + steps, self._low + self._span).tolist())
 
     def genomes(self, points: Floats) -> list[Genome]:
-        """One genome for each row of points (n, d)."""
+        """Return one genome for each row of points (n, d)."""
         return [self.genome(point) for point in points]
 
     def point(self, genome: Sequence[float]) -> Floats:
-        """(d,) where a genome lies; a discrete value at the middle of its slice, a range of one value at 0.5."""
+        """Return (d,) the point of a genome; a discrete value is the middle of its slice, a one-value range 0.5."""
         offset = np.asarray(genome) - self._low
         width = np.where(self._span > 0.0, self._span, 1.0)
         continuous = np.where(self._span > 0.0, offset / width, 0.5)
@@ -59,7 +59,7 @@ class InCube(GenerationSearcher):
         self._cube = Cube(box)
 
     def _at(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
-        """One individual for each point (d,), all born now of the same operator and without parents."""
+        """Return one individual per point (d,), all born now of the same operator and without parents."""
         return [
             Proposal(genome, operator, Birth(self._generation, slot))
             for slot, genome in enumerate(map(self._cube.genome, points))
@@ -72,7 +72,7 @@ def pick(stream: Generator, count: int) -> int:
 
 
 def draw_gene(stream: Generator, box: Box, gene: int) -> float:
-    """A value of one gene, uniform in its range; discrete genes are uniform over their whole numbers."""
+    """Return a value of one gene, uniform in its range; a discrete gene is uniform over its whole numbers."""
     low, high = box.low[gene], box.high[gene]
     if box.kinds[gene] is GeneKind.CONTINUOUS:
         return min(low + stream.random() * (high - low), high)
