@@ -32,7 +32,7 @@ from engine.driving.blocks import Driven, Driver
 from engine.driving.controllers import seats_of
 from engine.driving.environment import Environment
 from engine.driving.named import named_driver
-from engine.driving.stepping import Lanes
+from engine.driving.stepping import ParallelRuns
 from engine.outcomes import Outcomes
 from engine.scenes import Scenes
 from engine.tables import Floats
@@ -116,7 +116,7 @@ def _parts(scenario: cx.Scenario, scenes: Scenes) -> list[float]:
         spent[part] += since - before
 
     (seat,) = seats_of(program, constant)
-    lanes, every = Lanes(program, len(scenes), config), np.arange(len(scenes))
+    lanes, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
     lanes.place(every, scenes)
     lap(0)
     lanes.step()
@@ -139,7 +139,7 @@ def _parts(scenario: cx.Scenario, scenes: Scenes) -> list[float]:
 def assert_same_ends(scenario: cx.Scenario, scenes: Scenes, outcomes: Outcomes) -> None:
     """Before they are judged, stepped runs have come to the same ends, everybody in the same place, bit for bit."""
     program, config = scenario.program, scenario.config.simulation
-    lanes, every = Lanes(program, len(scenes), config), np.arange(len(scenes))
+    lanes, every = ParallelRuns(program, len(scenes), config), np.arange(len(scenes))
     lanes.place(every, scenes)
     lanes.step()
     while lanes.running.any():

@@ -141,11 +141,12 @@ def test_a_soft_requirement_proves_nothing() -> None:
 
 
 def test_nan_counts_for_nothing_sure() -> None:
-    """A root that may not exist cuts nothing where its comparison is negated."""
+    """A root that may not exist cuts nothing where its comparison is negated: its scenes are errors, not rejected."""
     program = compile_text("param A = Range(-9, 9)\nego = new Car on road\nrequire not (sqrt(A) < 100)\n").program
     assert not explain(program).infeasible
     scenes = attempts_at(program, 500)
-    assert scenes.valid.sum() > 100
+    assert (scenes.verdict == Verdict.ERROR).sum() > 100
+    assert not scenes.valid.any()
     assert_never_wrong(program, scenes, explain(program))
 
 

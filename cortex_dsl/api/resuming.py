@@ -24,13 +24,12 @@ from cortex_dsl.api.run_folder import (
 )
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.arguments import whole
-from engine.driving.names import how_again
+from engine.driving.names import driver_hint
 from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Sought
-from engine.search.searchers import find_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 from engine.search.workers import Workers
 
@@ -127,10 +126,10 @@ def reopened(
 def _insist_on_driver(run: OpenedRun) -> None:
     """Refuse to go on where only kept decisions drive, before anything is done."""
     driver = run.scenario.config.driver
-    if driver is not None and not driver.anew:
+    if driver is not None and not driver.can_drive_new_scenes:
         raise StoreError(
             f"`{driver.name}` drove in `{run.folder}`, and drives on in it",
-            how_again(driver.name),
+            driver_hint(driver.name),
         )
 
 
@@ -142,10 +141,4 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
         return manifest
     if generations < done:
         raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
-    if find_searcher(manifest.method).paced:
-        planned = settings["search"]["generations"]
-        raise StoreError(
-            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
-            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
-        )
     return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})

@@ -25,7 +25,7 @@ from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
-from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
+from engine.search.manifest import DIGEST, Link, Manifest, Origin, Text, changed_versions, make_manifest
 from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
@@ -121,7 +121,7 @@ def search_and_keep(
         profile,
         seen_from(folder, source.name),
         [without_folders(word) for word in command_line],
-        origin_of(scenario, folder),
+        origin_of(scenario).seen_from(folder),
         objective,
         _is_reproducible(scenario),
     )
@@ -178,7 +178,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             if not removed:
                 journal.write(progress)
                 if recorder is not None:
-                    recorder.keep_worst((*worst_cases(progress.evaluations), *worst_runs(progress.evaluations)))
+                    recorder.record_worst((*worst_cases(progress.evaluations), *worst_runs(progress.evaluations)))
                 journal.keep(recorder.take() if recorder else {})
                 _note_failures(work.folder / FAILURES, recorder)
         except RemovedError as error:
@@ -196,9 +196,9 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
         journal.complete(campaign)
         if recorder is not None:
             cases = (*campaign.worst, *worst_runs(campaign.evaluations))
-            recorder.keep_worst(cases)
+            recorder.record_worst(cases)
             recorder.failures.clear()  # of probes of its genes, which are no simulations of the run
-            recorder.keep_others(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
+            recorder.record_missing(work.scenario.program, work.scenario.config, campaign.evaluations, cases)
             journal.keep(recorder.take())
             _note_failures(work.folder / FAILURES, recorder)
         write_derived(work.folder, derived_files(work.scenario, campaign, work.manifest, journal.link))
@@ -231,7 +231,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
     """The search itself, from its beginning or from where its journal ends."""
     manifest, driver = work.manifest, work.scenario.config.driver
     config = replace(manifest.config, driver=driver)
-    if driver is not None and not driver.anew:
+    if driver is not None and not driver.can_drive_new_scenes:
         config = replace(config, search=replace(config.search, probes=0))
     try:
         return search(
@@ -288,23 +288,12 @@ class KeptFiles:
         return []
 
 
-def origin_of(scenario: Searchable, folder: Path = Path()) -> Origin:
-    """What a manifest keeps of a scenario beside its main text; files are named as seen from the run's folder."""
+def origin_of(scenario: Searchable) -> Origin:
+    """Return what a manifest keeps of a scenario beside its main text."""
     compiled = scenario.compiled
-    imports = tuple(Text(seen_from(folder, file.name), file.text) for file in compiled.source.imported)
-    links = tuple(
-        Link(
-            seen_from(folder, link.importer),
-            link.path,
-            link.name if link.path == DIGEST else seen_from(folder, link.name),
-        )
-        for link in (*_links(compiled), *_map_links(compiled))
-    )
+    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
+    links = (*_links(compiled), *_map_links(compiled))
     return Origin(imports, links, dict(scenario.overrides), scenario.chosen)
-
-
-DIGEST = "digest"
-"""In the place of an import: what the file of a map held."""
 
 
 def _map_links(compiled: Compiled) -> Iterator[Link]:

@@ -192,13 +192,21 @@ def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagn
     genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
     draws = dict(enumerate(scenes.draws[row].tolist()))
     for what, expression in _values(variant, scenes.values[row], source):
+        worth = closed_value(expression, genes=genes, draws=draws)
+        if worth is not None and math.isfinite(worth):
+            continue
         if (culprit := _culprit(expression, genes, draws)) is not None:
             return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))
     return None
 
 
 def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:
-    """Expressions to look at, with what they are: properties that are no number, then all that a run computes."""
+    """Expressions to look at, with what they are: the requirements of a scene without values, as one of them has none;
+    properties that are no number; then all that a run computes.
+    """
+    if np.isnan(values).all():
+        for requirement in variant.requirements:
+            yield f"`{requirement.name}`", requirement.condition
     for i, actor in enumerate(variant.actors):
         for column, expression in zip(Column, actor.columns, strict=True):
             if not math.isfinite(values[i * len(Column) + column]):

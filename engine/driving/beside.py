@@ -1,21 +1,21 @@
-"""Who drives beside the agents of an environment."""
+"""Drivers of the controllers that are no agents of an environment."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
-from engine.config import Drives
-from engine.driving.controllers import Seat, meant, seats_of
+from engine.config import ActorDriver
+from engine.driving.controllers import ControllerSlot, meant, seats_of
 from engine.driving.named import driver_of
 from engine.errors import ArgumentError, nearest
 from engine.program import Program
 
 
 def number_of(program: Program, name: str) -> int:
-    """Which of the program's controls a controller has.
+    """Return the number of the control with this controller.
 
     Raises:
-        ArgumentError: none, with the nearest name.
+        ArgumentError: no control has it; the hint names the nearest name.
     """
     names = [control.controller for control in program.controls]
     if name not in names:
@@ -27,11 +27,11 @@ def number_of(program: Program, name: str) -> int:
     return names.index(name)
 
 
-def others_of(program: Program, driver: Drives | None, agent: str, observe: str) -> Mapping[str, object]:
-    """Who drives beside an agent, of those whom a scenario is driven by.
+def others_of(program: Program, driver: ActorDriver | None, agent: str, observe: str) -> Mapping[str, object]:
+    """Return the drivers of a scenario's controllers except the agent's, by controller name.
 
     Raises:
-        ArgumentError: they observe something else.
+        ArgumentError: they observe something else than the environment.
     """
     if driver is None:
         return {}
@@ -46,8 +46,14 @@ def others_of(program: Program, driver: Drives | None, agent: str, observe: str)
     return others
 
 
-def seats_beside(program: Program, agents: Sequence[str], others: Mapping[str, object]) -> list[tuple[Seat, int]]:
-    """Who drives for the controllers that are no agents."""
+def seats_beside(
+    program: Program, agents: Sequence[str], others: Mapping[str, object]
+) -> list[tuple[ControllerSlot, int]]:
+    """Return the slot and control number of each controller that is no agent.
+
+    Raises:
+        ArgumentError: a controller has no driver, or is both an agent and in `others`.
+    """
     if both := [name for name in agents if name in others]:
         raise ArgumentError(
             f"`{both[0]}` decides step by step, and has a driver in `others`", "leave it out of `others`"

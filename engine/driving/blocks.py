@@ -1,10 +1,10 @@
 """Scenes driven by controllers (`engine.driving.controllers`).
 
-A `Driver` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
-other bits for another n.
+A `Driver` passes scenes to a controller in fixed blocks, in their order. The last block is padded, because the bits of
+a matrix product depend on the number of rows.
 
-What was decided is kept with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
-runs them, the reference driver is held against them, they replay and export, and no controller is asked again.
+The decisions are stored with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
+runs them, the reference driver is applied to them, they are replayed and exported, and no controller is asked again.
 """
 
 import logging
@@ -15,11 +15,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.config import Config, ContactConfig, Drives, SimulationConfig
-from engine.driving.asking import Answer, Known, asked_patiently
-from engine.driving.controllers import Seat, fault_of, seats_of, settled
+from engine.config import ActorDriver, Config, ContactConfig, SimulationConfig
+from engine.driving.asking import Answer, DriverHistory, query_with_retries
+from engine.driving.controllers import ControllerSlot, fault_of, seats_of, settled
 from engine.driving.observations import observed
-from engine.driving.stepping import Lanes
+from engine.driving.stepping import ParallelRuns
 from engine.errors import ControllerError, LostError
 from engine.host import coasting, empty_results, outcomes, requested
 from engine.outcomes import Outcomes
@@ -31,18 +31,18 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, Verdict
 
 BLOCK = 256
-"""Scenes that a controller is asked about at once."""
+"""Number of scenes about which a controller is asked in one call."""
 RESTING = -1
-"""In the place of the verdict of a scene that is not driven with its block."""
+"""Verdict code of a scene that is not driven with its block."""
 ENDS = (Verdict.VALID, Verdict.ABORTED)
-"""Of scenes that have come to an end."""
+"""Verdicts of scenes that have come to an end."""
 RECOVERED = "; this did not happen again"
 TWICE = 2
-"""So often a block is driven over which a controller fails, before it is halved."""
-TOLD = 5
-"""Ways of failing that are told of one by one; more of them as their number."""
+"""Number of times a block is driven in which a controller fails, before it is halved."""
+MAX_LOGGED_FAILURES = 5
+"""Number of kinds of failure that are logged separately; the rest is logged as a count."""
 LOG = logging.getLogger(__name__)
-"""Where failures of controllers are told; on a command line on stderr."""
+"""Log of the controllers' failures; a command line writes it to stderr."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 
@@ -52,25 +52,25 @@ CONTACT = ContactConfig()
 
 @dataclass(frozen=True)
 class Driven:
-    """Scenes with what was decided in them, and what became of them."""
+    """Driven scenes with their actions, outcomes and failures."""
 
     scenes: Scenes
     outcomes: Outcomes
     failures: tuple[ControllerError, ...] = ()
-    """Of controllers, one for each scene that was lost."""
+    """Failures of controllers, one for each scene that was lost."""
     recovered: tuple[ControllerError, ...] = ()
-    """Failures that did not come back when the scenes were driven once more: they cost no scene."""
+    """Failures that did not recur when the scenes were driven again; no scene was lost."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A line for each failure, for `controller.log`."""
+        """Return one line for each failure, for `controller.log`."""
         return (
             *(failure.message for failure in self.failures),
             *(f"{failure.message}{RECOVERED}" for failure in self.recovered),
         )
 
     def tell(self, told: set[str] | None = None) -> "Driven":
-        """Log each way of failing that is not `told` yet, in brief, and return these scenes."""
+        """Log each kind of failure that `told` does not contain yet, add it there, and return these scenes."""
         told = set() if told is None else told
         for failures, more, end in ((self.failures, "scene", ""), (self.recovered, "time", RECOVERED)):
             for line in _in_brief([each for each in failures if each.kind not in told], more):
@@ -81,30 +81,30 @@ class Driven:
 
 @dataclass(frozen=True, eq=False)
 class Driver:
-    """Who drives, as a setting of a run (`Config.driver`)."""
+    """A driver as a setting of a run (`Config.driver`)."""
 
     given: object
-    """A controller, or a mapping from names to controllers."""
+    """A controller, or a mapping from controller names to controllers."""
     block: int = BLOCK
-    """Scenes that it is asked about at once; part of what decides a result."""
+    """Number of scenes per question; results depend on it."""
     observe: str = RECORDS
-    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
+    """Kind of its observations (`engine.vocabulary.OBSERVABLE`)."""
     name: str = ""
-    """What people know it by: `python:mine.planner:drive`."""
+    """Its name for users: `python:mine.planner:drive`."""
     digest: str = ""
-    """SHA-256 of the file that defines it; "" where there is none."""
-    anew: bool = True
-    """Whether it can be asked about scenes that nobody has driven."""
-    known: Known = field(default_factory=Known, repr=False)
+    """SHA-256 of the file that defines it; "" if there is no such file."""
+    can_drive_new_scenes: bool = True
+    """True if it can drive scenes that were not driven before."""
+    history: DriverHistory = field(default_factory=DriverHistory, repr=False)
 
-    def afresh(self) -> "Driver":
-        """The same, of whom nothing is known yet: what one search learns decides nothing in another."""
-        return replace(self, known=Known())
+    def without_history(self) -> "Driver":
+        """Return a copy with an empty history, so that no search influences another."""
+        return replace(self, history=DriverHistory())
 
     def has(self, key: Ints, genome: Floats) -> bool:
-        """Whether the scene of a stream key and a genome can be driven: anyone can."""
+        """Return `can_drive_new_scenes`: a controller can drive the scene of every stream key and genome."""
         del key, genome
-        return self.anew
+        return self.can_drive_new_scenes
 
     def drive(
         self,
@@ -117,13 +117,13 @@ class Driver:
         """Drive all valid scenes.
 
         Raises:
-            ControllerError: a controller cannot be asked, or has never given an action that can be driven, or fails
+            ControllerError: a controller cannot be asked, has never given an action that can be driven, or fails
                 everywhere.
         """
         work = self._work(program, config, contact, jobs)
-        lanes, block = work.lanes, self.block
+        runs, block = work.runs, self.block
         results = empty_results(program, requested(program, coasting(program, scenes)))
-        actions = np.empty((len(scenes), lanes.turns, lanes.numbers))
+        actions = np.empty((len(scenes), runs.turns, runs.numbers))
         for first in range(0, len(scenes), block):
             rows = np.arange(first, min(first + block, len(scenes)))
             room = actions[first : first + block]
@@ -134,24 +134,24 @@ class Driver:
                 room[:] = decided.actions[: len(rows)]
         verdict = np.where(results.verdict == Verdict.CONTROLLER, results.verdict, scenes.verdict)
         scenes = replace(scenes, actions=actions, verdict=verdict.astype(np.int32))
-        silent = len(work.known.answered) < len(work.seats) and not scenes.valid.any()
-        if work.failures and (work.known.is_hopeless or silent):
+        silent = len(work.history.answered) < len(work.seats) and not scenes.valid.any()
+        if work.failures and (work.history.should_abort or silent):
             raise work.failures[0]
         return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
     def _work(self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int) -> "_Work":
-        """Seats that have been told what they will be asked, and lanes for a block."""
+        """Return slots for a block, with controllers that have received the header of their questions."""
         seats, records = seats_of(program, self.given), self.observe == RECORDS
         for seat in seats:
             seat.meet(self.block, observed(program, records), config.time_step)
-        return _Work(Lanes(program, self.block, config, contact, records, jobs), seats, self.known)
+        return _Work(ParallelRuns(program, self.block, config, contact, records, jobs), seats, self.history)
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return the scenes with what the driver of the config decides in them; unchanged if it names none.
+    """Return the scenes with the actions of the config's driver; unchanged if it names no driver.
 
     Raises:
-        ControllerError: as `Driver.drive`, and where a controller failed over all of them.
+        ControllerError: as `Driver.drive`, and if a controller failed over all of them.
     """
     if config.driver is None:
         return scenes
@@ -161,15 +161,15 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
     return done.tell().scenes
 
 
-def can_be_driven(driver: Drives | None, keys: Ints, genomes: Floats) -> Bools:
-    """(n,) whether the scene of each key and genome can be driven; all can where there is no driver to ask."""
+def can_be_driven(driver: ActorDriver | None, keys: Ints, genomes: Floats) -> Bools:
+    """Return (n,) True if the scene of a key and genome can be driven; all True if there is no driver."""
     if driver is None:
         return np.ones(len(keys), dtype=bool)
     return np.array([driver.has(key, genome) for key, genome in zip(keys, genomes, strict=True)], dtype=bool)
 
 
 def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return scenes that were driven before, with what is decided in them this time: nobody is told of failures again.
+    """Return scenes that were driven before, with the decisions of this time; failures are not logged again.
 
     Raises:
         ControllerError: as `Driver.drive`.
@@ -181,31 +181,31 @@ def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) ->
 
 
 def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
-    """A line for each way of failing, with the scene in which it came first, and how many there are more."""
+    """Yield a line for each kind of failure, with its first scene and the number of further ones."""
     alike: dict[str, list[ControllerError]] = {}
     for failure in failures:
         alike.setdefault(failure.kind, []).append(failure)
-    for first, *more in [*alike.values()][:TOLD]:
+    for first, *more in [*alike.values()][:MAX_LOGGED_FAILURES]:
         others = f", and {len(more):,} {noun}{'s' * (len(more) > 1)} more" if more else ""
         yield f"{first.message}{others}"
-    if rest := [*alike.values()][TOLD:]:
+    if rest := [*alike.values()][MAX_LOGGED_FAILURES:]:
         yield f"and {sum(map(len, rest)):,} failures of other kinds"
 
 
 @dataclass
 class _Work:
-    """Who drives where, and how it went so far."""
+    """Controllers, slots and failures so far of scenes being driven."""
 
-    lanes: Lanes
-    seats: Sequence[Seat]
-    known: Known
+    runs: ParallelRuns
+    seats: Sequence[ControllerSlot]
+    history: DriverHistory
     failures: list[ControllerError] = field(default_factory=list)
-    """One for each scene that is lost."""
+    """Errors, one for each scene that is lost."""
     recovered: list[ControllerError] = field(default_factory=list)
 
 
 def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
-    """A block of scenes; what is left of it repeats the last one, and is not valid."""
+    """Return the scenes `rows` as a block; its padding repeats the last row and has the verdict `RESTING`."""
     chosen = np.concatenate([rows, np.full(block - len(rows), rows[-1])])
     taken = take(replace(scenes, actions=np.zeros((len(scenes), 0, 0))), chosen)
     taken.verdict[len(rows) :] = RESTING
@@ -214,7 +214,7 @@ def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
 
 @dataclass(frozen=True)
 class _Block:
-    """What a block came to."""
+    """Decisions and results of a block."""
 
     actions: Floats
     results: tuple[NDArray[Any], ...]
@@ -223,11 +223,11 @@ class _Block:
 def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Block:
     """Drive a block, whose actions may be written into `room`.
 
-    Where a controller fails over it twice, each half of its scenes is driven alone, until one scene is left over which
-    it always fails: that one has the verdict CONTROLLER.
+    If a controller fails over it twice, each half of its scenes is driven separately, until only one scene remains over
+    which it always fails: that scene has the verdict CONTROLLER.
 
     Raises:
-        LostError: it has failed over one scene after the other, and none has ever come to its end.
+        LostError: it has failed over `HOPELESS` scenes, and none has ever come to its end.
     """
     rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
     told = len(work.recovered)
@@ -236,12 +236,12 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
             actions = _drive_block(work, scenes, room)
         except LostError as error:
             failed.append(error)
-            work.known.lost -= len(work.failures) - before
+            work.history.lost -= len(work.failures) - before
             del work.failures[before:], work.recovered[told:]
         else:
             work.recovered.extend(failed)
-            work.known.finished |= bool(np.isin(work.lanes.results.verdict[rows], ENDS).any())
-            return _Block(actions, work.lanes.copied())
+            work.history.finished |= bool(np.isin(work.runs.results.verdict[rows], ENDS).any())
+            return _Block(actions, work.runs.copied())
     if len(rows) <= 1:
         return _lost(work, scenes, rows, failed[-1])
     halves = [_patiently(work, _only(scenes, part)) for part in np.array_split(rows, 2)]
@@ -255,26 +255,26 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
 
 
 def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
-    """A scene over which a controller fails, alone in its block."""
-    work.known.lost += len(rows)
-    if work.known.is_hopeless:
+    """Return the block whose scenes `rows` are lost to a controller's error, with the verdict CONTROLLER."""
+    work.history.lost += len(rows)
+    if work.history.should_abort:
         raise error
-    lanes = work.lanes
-    work.failures.extend(error.at(_place(lanes, scenes, lane)) for lane in rows.tolist())
-    results = empty_results(lanes.program, requested(lanes.program, coasting(lanes.program, scenes)))
+    runs = work.runs
+    work.failures.extend(error.at(_place(runs, scenes, slot)) for slot in rows.tolist())
+    results = empty_results(runs.program, requested(runs.program, coasting(runs.program, scenes)))
     results.verdict[rows] = Verdict.CONTROLLER
     blank = cast("tuple[NDArray[Any], ...]", tuple(results))
-    return _Block(np.zeros((len(lanes), lanes.turns, lanes.numbers)), blank)
+    return _Block(np.zeros((len(runs), runs.turns, runs.numbers)), blank)
 
 
-def _place(lanes: Lanes, scenes: Scenes, lane: int) -> str:
-    """In which scene a lane is, and when."""
-    scene, when = scene_in_words(scenes.keys[lane]), f"at {lanes.times[lane]:.2f} s"
+def _place(runs: ParallelRuns, scenes: Scenes, slot: int) -> str:
+    """Return the scene and the time of a slot in words."""
+    scene, when = scene_in_words(scenes.keys[slot]), f"at {runs.times[slot]:.2f} s"
     return f"in {scene} {when}" if scene else when
 
 
 def _only(scenes: Scenes, rows: Ints) -> Scenes:
-    """The same block, in which these scenes alone are driven."""
+    """Return the same block with only the scenes `rows` to be driven; other valid scenes rest."""
     verdict = np.full(len(scenes), RESTING, dtype=np.int32)
     verdict[rows] = scenes.verdict[rows]
     return replace(scenes, verdict=np.where(scenes.valid, verdict, scenes.verdict).astype(np.int32))
@@ -285,31 +285,32 @@ def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[An
 
 
 def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
-    """What is decided in a block, lane by lane (see `Lanes.decided`)."""
-    lanes, every = work.lanes, np.arange(len(work.lanes))
-    lanes.place(every, scenes)
+    """Return the decisions in a block, slot by slot (see `ParallelRuns.decided`)."""
+    runs, every = work.runs, np.arange(len(work.runs))
+    runs.place(every, scenes)
     rows = np.flatnonzero(scenes.valid)
     for seat in work.seats:
         seat.reset(rows, scenes.keys[rows])
-    lanes.step()
-    while lanes.running.any():
-        times = lanes.times
+    runs.step()
+    while runs.running.any():
+        times = runs.times
         for number, seat in enumerate(work.seats):
-            asked = lanes.asked(number)
+            asked = runs.asked(number)
             if asked.any():
-                seen = lanes.observe(number, asked)
-                _decide(work, number, scenes, asked, asked_patiently(seat, seen, asked, times))
-        lanes.step()
-    return lanes.decided(every, room)
+                seen = runs.observe(number, asked)
+                _decide(work, number, scenes, asked, query_with_retries(seat, seen, asked, times))
+        runs.step()
+    return runs.decided(every, room)
 
 
 def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answer) -> None:
-    """Let lanes do what was decided; one for which that cannot be driven, or nothing was, is lost. All others go on.
+    """Apply the decisions of a control to its slots; slots without an action that can be driven are lost, all others go
+    on.
 
     Raises:
-        ControllerError: none can be driven, and none ever could.
+        ControllerError: no action can be driven, and none ever could.
     """
-    control, known = work.seats[number].control, work.known
+    control, history = work.seats[number].control, work.history
     if answer.recovered is not None:
         work.recovered.append(answer.recovered)
     wrong = np.isin(np.arange(len(asked)), list(answer.lost)) if answer.lost else np.zeros_like(asked)
@@ -317,19 +318,19 @@ def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answ
     if undrivable is not None:
         wrong |= undrivable
     elif not answer.lost:
-        work.lanes.decide(number, asked, actions)
-        known.answered.add(number)
+        work.runs.decide(number, asked, actions)
+        history.answered.add(number)
         return
     failures = [
-        (answer.lost.get(lane) or fault_of(control, actions[lane])).at(_place(work.lanes, scenes, lane))
-        for lane in np.flatnonzero(wrong).tolist()
+        (answer.lost.get(slot) or fault_of(control, actions[slot])).at(_place(work.runs, scenes, slot))
+        for slot in np.flatnonzero(wrong).tolist()
     ]
-    known.lost += len(failures)
+    history.lost += len(failures)
     if not np.array_equal(wrong, asked):
-        known.answered.add(number)
-    elif number not in known.answered and known.is_hopeless:
+        history.answered.add(number)
+    elif number not in history.answered and history.should_abort:
         first = failures[0]
         raise first.for_good() if isinstance(first, LostError) else first
     work.failures.extend(failures)
-    work.lanes.lose(wrong)
-    work.lanes.decide(number, asked & ~wrong, actions)
+    work.runs.lose(wrong)
+    work.runs.decide(number, asked & ~wrong, actions)

@@ -1,12 +1,12 @@
-"""Environments: scenes of a program side by side, in which somebody outside drives step by step.
+"""Environments: parallel runs of a program that a user's code drives step by step.
 
-The scene of a lane is drawn for (seed, lane, episode) and nothing else; with a seed of its own, as the only lane of
-that seed. A lane that has ended begins its next episode
-with the next step, whose action it does not take, and which is worth nothing unless the new run ends at once. Scenes
-are drawn before they begin, for all lanes that have none to come: many at once cost little more than a few.
+The scene of a slot depends only on the seed, the slot and the number of the episode; a slot with its own seed gets the
+scenes of slot 0 of that seed. After the end of a run the next step begins a new episode: it ignores the action, and its
+reward is 0 unless the new run ends at once. The scenes of all slots that need one are sampled in one call, because many
+cost little more than a few.
 
-What an agent gets for a step is the difference of `record … as "reward"`, where the file has one. Elsewhere it is 0
-until the run ends, and then what a search looks for: minus that for the ego, which is to avoid it, that for all others.
+The reward of a step is the difference of `record … as "reward"` if the file has one. Otherwise it is 0 until the run
+ends, and then the value of the objective of a search: negative for the ego, which avoids it, positive for all others.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from engine.control import Action, Control
 from engine.driving.beside import number_of, seats_beside
 from engine.driving.controllers import checked, meant
 from engine.driving.observations import observed
-from engine.driving.stepping import Lanes
+from engine.driving.stepping import ParallelRuns
 from engine.errors import ArgumentError, CortexError
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -36,13 +36,13 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, EndReason, Method, Verdict
 
 TRIES = 100
-"""Episodes of a lane that may have no valid scene, one after the other."""
+"""Maximum number of consecutive episodes of a slot without a valid scene."""
 SCENE_ARRAYS = tuple(each.name for each in fields(Scenes) if each.name != "actions")
-"""What a lane keeps of its scene; what is decided in it the lane keeps itself."""
+"""Arrays of a scene that a slot stores; the runs store the actions."""
 
 
 class Episodes:
-    """`n` lanes, in which one or several controllers are agents, who decide step by step."""
+    """`n` slots in which one or several controllers are agents, which decide step by step."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Episodes:
         observe: str = RECORDS,
     ) -> None:
         self.program, self.config = program, config
-        self.lanes = _lanes(program, n, config, observe == RECORDS)
+        self.runs = _parallel_runs(program, n, config, observe == RECORDS)
         self.agents = tuple(agents) or (meant(program),)
         self._numbers = [number_of(program, name) for name in self.agents]
         self._others = seats_beside(program, self.agents, others or {})
@@ -71,43 +71,43 @@ class Episodes:
         self._drawn = np.zeros(n, dtype=bool)
         self._episode = np.zeros(n, dtype=np.int64)
         self._streams = np.zeros((n, 2), dtype=np.int64)
-        """(n, 2) seed and number of each lane, by which its scenes are drawn."""
+        """(n, 2) seed and number of each slot, by which its scenes are drawn."""
         self._ended = np.zeros(n, dtype=bool)
         self._worth: Floats | None = None
 
     def __len__(self) -> int:
-        return len(self.lanes)
+        return len(self.runs)
 
     def control(self, agent: str = "") -> Control:
-        """What an agent may decide."""
+        """Return the control of an agent, by default the first."""
         return self.program.controls[self._numbers[self.agents.index(agent) if agent else 0]]
 
     @property
     def nbytes(self) -> int:
-        """Memory of all lanes."""
+        """Return the memory of all slots [bytes]."""
         scenes = (each for each in (self._scenes, self._coming) if each is not None)
         arrays = (getattr(each, name) for each in scenes for name in SCENE_ARRAYS)
-        return self.lanes.nbytes + sum(array.nbytes for array in (*self._seen, *arrays))
+        return self.runs.nbytes + sum(array.nbytes for array in (*self._seen, *arrays))
 
     @property
     def outcomes(self) -> Outcomes:
-        """What became of the run of each lane; of one that goes on nothing yet."""
-        return self.lanes.outcomes(np.arange(len(self)))
+        """Return the outcome of each slot's run; the rows of runs that go on hold no result yet."""
+        return self.runs.outcomes(np.arange(len(self)))
 
     @property
     def scenes(self) -> Scenes:
-        """A copy of the scene of each lane, with what has been decided in it: whatever runs scenes runs it again."""
+        """Return a copy of each slot's scene with its actions so far; every host repeats the run from it."""
         assert self._scenes is not None, "`reset` draws the first scenes"
         every = np.arange(len(self))
-        return replace(take(self._scenes, every), actions=self.lanes.decided(every))
+        return replace(take(self._scenes, every), actions=self.runs.decided(every))
 
     # -- episodes ----------------------------------------------------------------------------------------------------
 
     def reset(self, seed: int | Sequence[int] = 0) -> list[Floats]:
-        """Begin the first episodes of a seed, or of one for each lane; what each agent observes."""
+        """Begin the first episodes of a seed, or of one seed per slot; return the observations of each agent."""
         if isinstance(seed, Sequence):
             if len(seed) != len(self):
-                raise ArgumentError(f"seed: {len(seed)} seeds for {len(self)} lanes", "give one, or one for each lane")
+                raise ArgumentError(f"seed: {len(seed)} seeds for {len(self)} slots", "give one, or one for each slot")
             self._streams[:] = [(whole("seed", each, 0), 0) for each in seed]
         else:
             self._streams[:, 0], self._streams[:, 1] = whole("seed", seed, 0), np.arange(len(self))
@@ -115,31 +115,31 @@ class Episodes:
         self._scenes = self._coming = None
         self._drawn[:] = self._ended[:] = False
         self._begin(np.arange(len(self)))
-        self.lanes.step()
+        self.runs.step()
         self._look()
-        self._worth = self.lanes.rewarded
+        self._worth = self.runs.rewarded
         return self._views()
 
     def _begin(self, chosen: Ints) -> None:
-        """Begin the next episode of some lanes."""
+        """Begin the next episode of some slots."""
         if not self._drawn[chosen].all():
             self._draw(np.flatnonzero(~self._drawn))
         without = chosen[~self._drawn[chosen]]
         if len(without):
             raise ArgumentError(
-                f"lane {without[0]} has no valid scene in {TRIES} episodes",
+                f"slot {without[0]} has no valid scene in {TRIES} episodes",
                 "see what `cortexc FILE --sample 1000` says of the requirements",
             )
         assert self._coming is not None
         self._drawn[chosen] = False
         self._scenes = _with_rows(self._scenes, chosen, self._coming, chosen)
-        self.lanes.place(chosen, self._scenes)
+        self.runs.place(chosen, self._scenes)
         for seat, _ in self._others:
             seat.reset(chosen, self._scenes.keys[chosen])
 
-    def _draw(self, lanes: Ints) -> None:
-        """Draw the scenes of the next episodes of some lanes; one without a valid scene is passed over, some times."""
-        left = lanes
+    def _draw(self, slots: Ints) -> None:
+        """Draw the scenes of the next episodes of some slots; skip up to `TRIES` episodes without a valid scene."""
+        left = slots
         for _ in range(TRIES):
             episodes = self._episode[left] + 1
             keys = self._keys(left, episodes)
@@ -151,55 +151,55 @@ class Episodes:
             if not len(left):
                 return
 
-    def _keys(self, lanes: Ints, episodes: Ints) -> Ints:
-        keys = key_rows(0, Method.SAMPLE, 0, 0, self._streams[lanes, 1])
-        keys[:, StreamKey._fields.index("seed")] = self._streams[lanes, 0]
+    def _keys(self, slots: Ints, episodes: Ints) -> Ints:
+        keys = key_rows(0, Method.SAMPLE, 0, 0, self._streams[slots, 1])
+        keys[:, StreamKey._fields.index("seed")] = self._streams[slots, 0]
         keys[:, StreamKey._fields.index("generation")] = episodes  # `draw_genomes` checks it
         return keys
 
     # -- steps -------------------------------------------------------------------------------------------------------
 
     def step(self, actions: Sequence[object]) -> tuple[list[Floats], list[Floats], Bools, Bools]:
-        """Let each agent do its actions (n, a) and run all lanes on to the next question: what each observes and gets,
-        and where a run has come to its end, or to the limit of its time.
+        """Apply the actions (n, a) of each agent and run all slots to the next question. Return observations and
+        rewards of each agent, and (n,) True for runs that came to an end, or to the time limit.
 
         Raises:
-            ControllerError: actions of another shape, NaN or out of range.
+            ControllerError: the actions have another shape, are NaN or out of range.
         """
         if self._scenes is None:
             raise ArgumentError("nothing has begun yet", "call `reset` first")
         fresh = np.flatnonzero(self._ended)
-        times = self.lanes.times
+        times = self.runs.times
         for number, given in zip(self._numbers, actions, strict=True):
-            asked = self.lanes.asked(number)
-            self.lanes.decide(number, asked, checked(self.program.controls[number], given, asked, times))
+            asked = self.runs.asked(number)
+            self.runs.decide(number, asked, checked(self.program.controls[number], given, asked, times))
         for seat, number in self._others:
-            asked = self.lanes.asked(number)
+            asked = self.runs.asked(number)
             if asked.any():
-                self.lanes.decide(number, asked, seat.act(self._seen[number].copy(), asked, times))
+                self.runs.decide(number, asked, seat.act(self._seen[number].copy(), asked, times))
         if len(fresh):
             self._begin(fresh)
-        self.lanes.step()
+        self.runs.step()
         self._look()
-        self._ended = ~self.lanes.running
-        return self._views(), self._rewards(fresh), *self._ends(self.lanes.reasons)
+        self._ended = ~self.runs.running
+        return self._views(), self._rewards(fresh), *self._ends(self.runs.reasons)
 
     def _ends(self, reason: Ints) -> tuple[Bools, Bools]:
         truncated = reason == EndReason.TIMEOUT
         return self._ended & ~truncated, truncated
 
     def _look(self) -> None:
-        """Observe all lanes for everybody."""
-        self._seen = [self.lanes.observe(number, self._everywhere) for number in range(len(self._seen))]
+        """Observe all slots for every controller."""
+        self._seen = [self.runs.observe(number, self._everywhere) for number in range(len(self._seen))]
 
     def _views(self) -> list[Floats]:
-        return [self._seen[number] for number in self._numbers]  # of this step alone: nobody writes there again
+        return [self._seen[number] for number in self._numbers]  # nothing writes to them after this step
 
     # -- rewards -----------------------------------------------------------------------------------------------------
 
     def _rewards(self, fresh: Ints) -> list[Floats]:
-        """What each agent gets for the step."""
-        before, self._worth = self._worth, self.lanes.rewarded
+        """Return the reward (n,) of each agent for the step."""
+        before, self._worth = self._worth, self.runs.rewarded
         if before is not None and self._worth is not None:
             gained = self._worth - before
             gained[fresh] = 0.0
@@ -208,33 +208,39 @@ class Episodes:
         return [0.0 - found if self.program.controls[number].actor == 0 else found.copy() for number in self._numbers]
 
     def _found(self) -> Floats:
-        """What a search makes of the runs that have just ended; 0 of one that is not valid, or goes on."""
-        worth, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
+        """Return the value of the search's objective of the runs that have just ended; 0 for invalid and unfinished
+        runs.
+        """
+        formula_values, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
         if len(rows):
             assert self._scenes is not None
-            ended = self.lanes.outcomes(rows)
+            ended = self.runs.outcomes(rows)
             if self._objective is None:
                 value = scores(ended, self._profile)
             else:
-                scenes = replace(take(self._scenes, rows), actions=self.lanes.decided(rows))
+                scenes = replace(take(self._scenes, rows), actions=self.runs.decided(rows))
                 risk = assess(ended, self._profile)
                 value = self._objective.value(Runs(self.program, self.config, scenes, ended, risk))
-            worth[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
-        return worth
+            formula_values[rows] = np.where((ended.verdict == Verdict.VALID) & np.isfinite(value), value, 0.0)
+        return formula_values
 
 
-def _lanes(program: Program, n: int, config: Config, records: bool) -> Lanes:
-    """Lanes, if there is the memory for so many."""
+def _parallel_runs(program: Program, n: int, config: Config, records: bool) -> ParallelRuns:
+    """Return `n` parallel runs.
 
-    def lanes(count: int) -> Lanes:
-        return Lanes(program, count, config.simulation, config.contact, records, config.search.jobs)
+    Raises:
+        ArgumentError: the memory is too small for them.
+    """
+
+    def allocate(count: int) -> ParallelRuns:
+        return ParallelRuns(program, count, config.simulation, config.contact, records, config.search.jobs)
 
     try:
-        return lanes(n)
+        return allocate(n)
     except CortexError:
         raise
     except (MemoryError, ValueError):  # numpy's, where arrays have more bytes than can be had, or addressed
-        needed = n * lanes(1).nbytes
+        needed = n * allocate(1).nbytes
         raise ArgumentError(
             f"n: {n:,} scenes side by side need {needed:,} bytes and more, which cannot be had",
             "take fewer: episodes follow one another in each, and some thousands keep a processor busy",
@@ -242,7 +248,7 @@ def _lanes(program: Program, n: int, config: Config, records: bool) -> Lanes:
 
 
 def _with_rows(scenes: Scenes | None, chosen: Ints, others: Scenes, rows: Ints) -> Scenes:
-    """Scenes in whose `chosen` rows stand these of others; where there are none yet, a copy of the others: all."""
+    """Return scenes with the rows `chosen` replaced by `rows` of others; a copy of `rows` if none exist yet."""
     if scenes is None:
         return take(others, rows)
     for name in SCENE_ARRAYS:
@@ -254,20 +260,20 @@ def _with_rows(scenes: Scenes | None, chosen: Ints, others: Scenes, rows: Ints) 
 
 
 class Step(NamedTuple):
-    """What became of a step, lane by lane."""
+    """Result of a step, slot by slot."""
 
     observations: Floats
-    """(n, d); of a lane that has ended those of its last sample."""
+    """Observations (n, d); for an ended run those of its last sample."""
     rewards: Floats
-    """(n,)"""
+    """Reward (n,) of the step."""
     terminated: Bools
-    """(n,) where the run has come to an end …"""
+    """(n,) True if the run has come to an end."""
     truncated: Bools
-    """(n,) … or to the limit of its time."""
+    """(n,) True if the run has reached its time limit."""
 
 
 class Environment:
-    """`n` lanes, in which one controller is driven from outside."""
+    """`n` slots in which one controller is driven from outside."""
 
     def __init__(self, episodes: Episodes) -> None:
         self.episodes, self._control = episodes, episodes.control()
@@ -276,9 +282,9 @@ class Environment:
         return len(self.episodes)
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         wide = f"{len(self.observations)} observations, {len(self.actions)} actions"
-        return f"Environment({self.episodes.program.name}: {len(self)} lanes, {wide}, {self.nbytes / 1e6:.1f} MB)"
+        return f"Environment({self.episodes.program.name}: {len(self)} slots, {wide}, {self.nbytes / 1e6:.1f} MB)"
 
     @property
     def observations(self) -> tuple[tuple[str, str], ...]:
@@ -292,30 +298,30 @@ class Environment:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all lanes."""
+        """Return the memory of all slots [bytes]."""
         return self.episodes.nbytes
 
     @property
     def outcomes(self) -> Outcomes:
-        """What became of the run of each lane that has ended."""
+        """Return the outcome of each slot's run, if it has ended."""
         return self.episodes.outcomes
 
     @property
     def scenes(self) -> Scenes:
-        """The scene of each lane, with what has been decided in it: either host runs it again."""
+        """Return the scene of each slot with its actions so far; either host repeats the run from it."""
         return self.episodes.scenes
 
     @property
     def states(self) -> Floats:
-        """(n, actors, len(State)) now."""
-        return self.episodes.lanes.states
+        """Return the current states (n, actors, len(State))."""
+        return self.episodes.runs.states
 
     def reset(self, seed: int | Sequence[int] = 0) -> Floats:
-        """Begin the first episodes of a seed, or of one for each lane; the observations (n, d)."""
+        """Begin the first episodes of a seed, or of one seed per slot; return the observations (n, d)."""
         return self.episodes.reset(seed)[0]
 
     def step(self, actions: object) -> Step:
-        """Do `actions` (n, a) in all lanes, and run on to the next decision.
+        """Do `actions` (n, a) in all slots, and run on to the next decision.
 
         Raises:
             ControllerError: actions of another shape, NaN or out of range.

@@ -1,11 +1,11 @@
-"""Scenes side by side, stepped from one question to a controller to the next.
+"""Parallel runs that are stepped from one query of a controller to the next.
 
 A stepped run is the run of the batch host: the same kernel, which pauses at a sample between the rules and the turns.
-There the lanes are observed, controllers decide, and the next call goes on. A lane holds where its run stands and what
-was decided in it (`engine.driving.orders`). With that a finished run is run again by any host, without the controller:
-so it is judged, too, as the batch host judges it, and a scene takes little memory, whatever is asked of its run. Of an
-ego and one other, where no formula or objective reads the run, what both were commanded is kept, so that they need only
-move again (`engine.kernels.review`).
+During a pause the slots are observed and controllers decide; the next call continues. A slot stores the state of its
+run and the decisions in it (`engine.driving.decision_pages`). With these decisions any host repeats a finished run
+without the controller. The batch host assesses it that way, and the memory of a scene does not depend on the measures
+that are requested. If the program has an ego and one other actor, and no formula or objective reads the run, the
+commands of both are stored, so that the repetition only moves them (`engine.kernels.review`).
 """
 
 import math
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from engine.config import ContactConfig, SimulationConfig
 from engine.control import Control, columns, numbers_decided, turns
+from engine.driving.decision_pages import DecisionPages, command_columns
 from engine.driving.observations import REWARD, series
-from engine.driving.orders import Orders, command_columns
 from engine.errors import ArgumentError
 from engine.host import (
     CHUNK,
@@ -32,8 +32,8 @@ from engine.host import (
     plan,
     with_slots,
 )
+from engine.kernels.decision_pages import mark_queried, mark_running
 from engine.kernels.egocentric import WIDTH, write_observation
-from engine.kernels.orders import note_asked, note_running
 from engine.kernels.review import review_slots
 from engine.kernels.rollout import advance
 from engine.kernels.rows import Requested, Results, judge_rows, simulate_rows, start_slots
@@ -47,14 +47,14 @@ from engine.vocabulary import Column, Verdict
 
 CONTACT = ContactConfig()
 AT_ONCE = 64
-"""Runs that are judged by one call: what was decided in them stays in the cache."""
+"""Number of runs that are judged by one call, small enough that their decisions stay in the cache."""
 
 
-# -- lanes -------------------------------------------------------------------------------------------------------------
+# -- slots -------------------------------------------------------------------------------------------------------------
 
 
-class Lanes:
-    """So many scenes of a program side by side. A lane without a scene, or whose run has ended, rests."""
+class ParallelRuns:
+    """Runs of `count` scenes of a program. A slot is idle if it has no scene or its run has ended."""
 
     def __init__(
         self,
@@ -76,12 +76,14 @@ class Lanes:
         self._at_once = self.plan._replace(layout=self.plan.layout._replace(pause=0))
         self._late = len(self.plan.temporal_root) + len(self.plan.objective_root)
         places = command_columns(program)
-        told = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
-        self._orders = Orders(self.controls, count, config.time_step, pause, self.turns, told)
+        width = 0 if self._late or others_touch(program) else max(COMMAND_COLUMNS, int(places.max()) + COMMAND_COLUMNS)
+        self._decisions = DecisionPages(self.controls, count, config.time_step, pause, self.turns, width)
         back = min(looking_back(program, config.time_step), self.plan.layout.last_sample)
-        run = parallel_memory(program, self.turns, count, back, self._orders.coming)
+        run = parallel_memory(program, self.turns, count, back, self._decisions.coming)
         self._run = with_slots(
-            run._replace(command_columns=places, command_pages=self._orders.told, slot_pages=self._orders.pages)
+            run._replace(
+                command_columns=places, command_pages=self._decisions.commands, slot_pages=self._decisions.pages
+            )
         )
         self._status = self._run.slot_status
         self._moves = 0
@@ -104,28 +106,28 @@ class Lanes:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all lanes; what was decided takes more as runs get longer than any before."""
-        groups = (self._run._replace(command_pages=self._orders.told[:0]), self._scenes, self._results)
-        return self._orders.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
+        """Return the memory of all slots [bytes]; it grows when runs get longer than all before."""
+        groups = (self._run._replace(command_pages=self._decisions.commands[:0]), self._scenes, self._results)
+        return self._decisions.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
-        """The results as they are now."""
+        """Return a copy of the current results."""
         return tuple(each.copy() for each in _arrays(self.results))
 
     @property
     def turns(self) -> int:
-        """Turns of the longest run."""
+        """Return the number of turns of the longest possible run."""
         return int(self.plan.layout.last_sample) + 1
 
     @property
     def numbers(self) -> int:
-        """How many numbers are decided in a turn."""
+        """Return the number of numbers that are decided in a turn."""
         return numbers_decided(self.controls)
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
 
     def place(self, chosen: Ints, scenes: Scenes) -> None:
-        """Put scenes into the chosen lanes, of those for all lanes; their runs begin with the next step."""
+        """Put scenes into the chosen slots, of those for all slots; their runs begin with the next step."""
         verdict, variant, values = scenes.verdict[chosen], scenes.variant[chosen], scenes.values[chosen]
         self._scenes.verdict[chosen], self._scenes.variant[chosen] = verdict, variant
         for array, blank in zip(_arrays(self._results), self._blank, strict=True):
@@ -136,18 +138,18 @@ class Lanes:
         start_slots(self.plan, asked, chosen.astype(np.int32), self._run)
         self._paths[:, chosen] = self.program.routes[np.maximum(variant, 0)].T
         self._reach[chosen] = weather_sight(self.program, variant, values)
-        self._orders.begin(chosen, _neutral(self.program, values), self._run.slot_actions)
+        self._decisions.begin(chosen, _neutral(self.program, values), self._run.slot_actions)
 
     @property
     def running(self) -> Bools:
-        """(lanes,) where a run has not ended."""
+        """Return (slots,) True if the run has not ended."""
         running = np.empty(len(self), dtype=bool)
-        note_running(self._status, self._scenes.verdict, running)
+        mark_running(self._status, self._scenes.verdict, running)
         return running
 
     @property
     def results(self) -> Results:
-        """What became of the run of each lane; of one that goes on nothing yet."""
+        """Judge the runs that have just ended; return the results of all slots, blank for running ones."""
         ended = np.flatnonzero(self._open & ~self.running)
         if len(ended):
             self._open[ended] = False
@@ -155,8 +157,8 @@ class Lanes:
         return self._results
 
     def _judge(self, ended: Ints) -> None:
-        """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
-        kept = self._orders.told.shape[3] > 0
+        """Measure the runs that have ended: on a record made of the stored commands, or on a repetition of the run."""
+        kept = self._decisions.commands.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._renew_pages()
         self._in_parts(ended[~again], self._review)
@@ -178,10 +180,10 @@ class Lanes:
         review_slots(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
 
     def _decided(self, ended: Ints) -> Floats:
-        """(ended, turns, numbers): what was decided, as far as the longest run came."""
+        """Return the decisions (ended, turns, numbers), with as many turns as the longest run has."""
         samples = self.samples[ended]
         actions = np.empty((len(ended), int(samples.max()) + 1, self.numbers))
-        self._orders.decided(ended, samples, actions)
+        self._decisions.decided(ended, samples, actions)
         return actions
 
     def _run_again(self, ended: Ints) -> None:
@@ -204,37 +206,37 @@ class Lanes:
             array[ended] = new
 
     def outcomes(self, chosen: Ints) -> Outcomes:
-        """What became of the runs of the chosen lanes."""
+        """Return the outcomes of the runs of the chosen slots."""
         return outcomes(Results(*(each[chosen] for each in _arrays(self.results))))
 
     @property
     def reasons(self) -> Ints:
-        """(lanes,) why each run has ended, `RUNNING`, or `EMPTY` of one that is lost; formulas and objectives may say
-        so only when it is judged.
+        """Return (slots,) the reason for each run's end, `RUNNING`, or `EMPTY` of a lost run; if formulas or objectives
+        end runs, the reason is known only after judging.
         """
         return self.results.end_reason if self._late else self._status[:, Status.END]
 
     @property
     def samples(self) -> Ints:
-        """(lanes,) the current one of each."""
+        """Return (slots,) the current sample of each run."""
         return self._status[:, Status.SAMPLE]
 
     @property
     def states(self) -> Floats:
-        """(lanes, actors, len(State)) at the current samples."""
+        """Return (slots, actors, len(State)) the states at the current samples."""
         kept = self._run.slot_states
         return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
 
     @property
     def times(self) -> Floats:
-        """(lanes,) of the current samples [s]."""
+        """Return (slots,) the times of the current samples [s]."""
         return np.asarray(self.samples * self.plan.layout.time_step, dtype=np.float64)
 
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Run all lanes on: to the next sample at which somebody is asked, or to the end."""
-        self._orders.reserve(self.running, self.samples)
+        """Run all slots to the next sample at which a controller is asked, or to the end."""
+        self._decisions.reserve(self.running, self.samples)
         self._renew_pages()
 
         def run(first: int, last: int) -> None:
@@ -243,17 +245,17 @@ class Lanes:
         if len(self) > CHUNK and self._jobs > 1:
             in_parts(len(self), self._jobs, run)
         else:
-            run(0, len(self))  # a thread starts no faster than these step
+            run(0, len(self))  # starting threads takes longer than these steps
 
     def _renew_pages(self) -> None:
         """Take the pages as they are now: where more are needed, they may move in memory."""
-        if self._moves != self._orders.moves:
-            self._moves = self._orders.moves
-            self._run = self._run._replace(slot_pages=self._orders.pages, command_pages=self._orders.told)
+        if self._moves != self._decisions.moves:
+            self._moves = self._decisions.moves
+            self._run = self._run._replace(slot_pages=self._decisions.pages, command_pages=self._decisions.commands)
             self._parts.clear()
 
     def _part(self, first: int, last: int) -> Run:
-        """Some lanes, with a memory of their own to work in."""
+        """Return the slots from `first` to before `last`, with their own working memory."""
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
@@ -263,26 +265,28 @@ class Lanes:
         return self._parts[first, last]
 
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
-        """Memory to work in, before some lanes."""
+        """Return working memory combined with some slots."""
         arrays = self._run._asdict()
         slots = {name: array[first:last] for name, array in arrays.items() if name.startswith("slot_")}
         shared = {name: arrays[name] for name in ("command_pages", "command_columns")}
         return with_slots(scratch._replace(**shared, **slots))
 
     def lose(self, chosen: Bools) -> None:
-        """Let the chosen lanes rest: what their controller decides cannot be driven."""
+        """End the runs of the chosen slots with the verdict CONTROLLER: their actions cannot be driven."""
         self._results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
         self._open[chosen] = False
         self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
-        """(lanes,) where the control of this number is asked at the current sample."""
+        """Return (slots,) True if the control of this number is asked at the current sample."""
         asked = np.empty(len(self), dtype=bool)
-        note_asked(self._status, self._scenes.verdict, self._orders.every[number], asked)
+        mark_queried(self._status, self._scenes.verdict, self._decisions.timings[number].every, asked)
         return asked
 
     def observe(self, number: int, chosen: Bools) -> Floats:
-        """(lanes, d): what the control of this number observes in the chosen lanes, and zeros in all others."""
+        """Return (slots, d) the observations of the control of this number in the chosen slots, and zeros in all
+        others.
+        """
         if self._rules:
             return np.where(chosen[:, np.newaxis], self._run.slot_watched[:, self._rules], 0.0)
         actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
@@ -291,30 +295,32 @@ class Lanes:
 
     @property
     def rewarded(self) -> Floats | None:
-        """(lanes,): a copy of the record called reward at the current samples, where the file has one."""
+        """Return (slots,) a copy of the record `reward` at the current samples; None if the file has no such record."""
         return None if self._reward is None else self._run.slot_watched[:, self._reward].copy()
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
-        """Let the chosen lanes do `actions` (lanes, a) from now, or from the delay on, until the next ones."""
-        self._orders.decide(number, chosen, self.samples, actions, self._run.slot_actions)
+        """Apply `actions` (slots, a) in the chosen slots from now, or from the delay on, until the next decision."""
+        self._decisions.decide(number, chosen, self.samples, actions, self._run.slot_actions)
         self._renew_pages()
 
     def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
-        """(chosen, turns, numbers): what was decided in the chosen lanes; what was decided last goes on."""
+        """Return (chosen, turns, numbers) the decisions in the chosen slots; after the end the last decision is
+        repeated.
+        """
         if out is None:
             out = np.empty((len(chosen), self.turns, self.numbers))
-        self._orders.decided(chosen, self.samples[chosen], out)
+        self._decisions.decided(chosen, self.samples[chosen], out)
         return out
 
 
 def _arrays(group: object) -> tuple[NDArray[Any], ...]:
-    """A named tuple as the arrays that it holds."""
+    """Return a named tuple as its arrays."""
     return cast("tuple[NDArray[Any], ...]", group)
 
 
 def _neutral(program: Program, values: Floats) -> Floats:
-    """(n, numbers) in scenes with these values: until a decision comes into effect everybody rolls on, or keeps its
-    speed.
+    """Return (n, numbers) the decisions before the first one takes effect in scenes with these values: zeros, or the
+    initial speed.
     """
     neutral = np.zeros((len(values), numbers_decided(program.controls)))
     for control, its in zip(program.controls, columns(program.controls), strict=True):
@@ -324,7 +330,7 @@ def _neutral(program: Program, values: Floats) -> Floats:
 
 
 def _no_scenes(program: Program, count: int) -> Requested:
-    """Room for scenes, none of which is valid."""
+    """Return `count` scenes, none of which is valid."""
     width = len(program.code.output_register[0])
     return Requested(
         verdict=np.full(count, int(Verdict.EXHAUSTED), dtype=np.int32),
@@ -336,5 +342,5 @@ def _no_scenes(program: Program, count: int) -> Requested:
 
 
 def names_of(controls: Sequence[Control]) -> tuple[str, ...]:
-    """The controllers by name."""
+    """Return the names of the controllers."""
     return tuple(control.controller for control in controls)

@@ -3,7 +3,8 @@
 A row is `(op, dst, a, b, c, d)`. Register files are float64 arrays; path and region ids travel as floats.
 
 The scalar instructions are one function a family: numbers in, number out, Python's meaning. Nothing raises: dividing by
-zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0. Each chain of comparisons with
+zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0, and NaN where it depends on a NaN:
+logic has three values (Kleene, "Introduction to Metamathematics", 1952, section 64). Each chain of comparisons with
 constants becomes one jump table in machine code.
 """
 
@@ -36,7 +37,7 @@ FULL_TURN = 2.0 * math.pi
 
 @inlined
 def wrap_angle(angle: float) -> float:
-    """The angle brought into [-pi, pi) [rad]; one that lies there already is returned bit for bit."""
+    """Return the angle wrapped to [-pi, pi) [rad]; an angle in that range is returned bit for bit."""
     if -math.pi <= angle < math.pi:
         return angle
     turned = angle - FULL_TURN * np.floor((angle + math.pi) / FULL_TURN)
@@ -45,7 +46,7 @@ def wrap_angle(angle: float) -> float:
 
 @inlined
 def arithmetic(op: int, x: float, y: float) -> float:
-    """`Op.MOVE` to `Op.MAX`."""
+    """Return the result of `Op.MOVE` to `Op.MAX`."""
     if op == Op.MOVE:
         return x
     if op == Op.ADD:
@@ -73,7 +74,7 @@ def arithmetic(op: int, x: float, y: float) -> float:
 
 @inlined
 def function(op: int, x: float, y: float) -> float:
-    """`Op.SQRT` to `Op.WRAP`."""
+    """Return the result of `Op.SQRT` to `Op.WRAP`."""
     if op == Op.SQRT:
         return math.sqrt(x)
     if op == Op.SIN:
@@ -108,27 +109,27 @@ def function(op: int, x: float, y: float) -> float:
 
 @inlined
 def comparison(op: int, x: float, y: float, z: float) -> float:
-    """`Op.LT` to `Op.SELECT`."""
+    """Return the result of `Op.LT` to `Op.SELECT`; NaN if it depends on a NaN."""
     if op == Op.LT:
-        return 1.0 if x < y else 0.0
+        return 1.0 if x < y else 0.0 if x >= y else math.nan
     if op == Op.LE:
-        return 1.0 if x <= y else 0.0
+        return 1.0 if x <= y else 0.0 if x > y else math.nan
     if op == Op.EQ:
-        return 1.0 if x == y else 0.0
+        return 1.0 if x == y else 0.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
     if op == Op.NE:
-        return 1.0 if x != y else 0.0
+        return 0.0 if x == y else 1.0 if abs(x) >= 0.0 and abs(y) >= 0.0 else math.nan
     if op == Op.AND:
-        return 1.0 if x != 0.0 and y != 0.0 else 0.0
+        return 0.0 if x == 0.0 or y == 0.0 else 1.0 if abs(x) > 0.0 and abs(y) > 0.0 else math.nan
     if op == Op.OR:
-        return 1.0 if x != 0.0 or y != 0.0 else 0.0
+        return 1.0 if abs(x) > 0.0 or abs(y) > 0.0 else 0.0 if x == 0.0 and y == 0.0 else math.nan
     if op == Op.NOT:
-        return 1.0 if x == 0.0 else 0.0
-    return y if x != 0.0 else z
+        return 1.0 if x == 0.0 else 0.0 if abs(x) > 0.0 else math.nan
+    return y if abs(x) > 0.0 else z if x == 0.0 else math.nan
 
 
 @inlined
 def distribution(op: int, x: float) -> float:
-    """`Op.NORMAL_QUANTILE` and `Op.NORMAL_CDF`."""
+    """Return the result of `Op.NORMAL_QUANTILE` or `Op.NORMAL_CDF`."""
     if op == Op.NORMAL_QUANTILE:
         return normal_quantile(x)
     return normal_cdf(x)
@@ -165,7 +166,7 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
 
 @inlined
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
-    """`run_segment` for hot loops: copied into its caller."""
+    """Execute rows as `run_segment` does, for hot loops: copied into its caller."""
     for row in range(start, end):
         op = code[row, 0]
         if op == Op.END:
@@ -175,7 +176,7 @@ def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, r
 
 @kernel
 def _option(pool: Floats, first: int, index: float) -> float:
-    """Numeric option `index` of a discrete choice; held inside the pool, whatever the index became."""
+    """Return numeric option `index` of a discrete choice; limited to the pool for any index."""
     place = first + index
     if not place > 0.0:
         return pool[0]
@@ -184,14 +185,18 @@ def _option(pool: Floats, first: int, index: float) -> float:
 
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`.
+    """Execute `Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`. For a NaN position all results are NaN except the nearest lane.
 
-    The commonest two are executed here. The others are families of functions, compiled for the programs that have one.
+    The two most frequent ones are executed here. The others are families of functions, compiled for programs that use
+    them.
     """
     if op == Op.PATH_POSE:
-        registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, int(registers[a]), registers[b])
+        x, y, heading = path_pose(road, int(registers[a]), registers[b])
+        registers[dst], registers[dst + 1] = x, y
+        registers[dst + 2] = math.nan if math.isnan(registers[b]) else heading
     elif op == Op.REGION_DISTANCE:
-        registers[dst] = region_distance(road, int(registers[a]), registers[b], registers[c])
+        distance = region_distance(road, int(registers[a]), registers[b], registers[c])
+        registers[dst] = math.nan if math.isnan(registers[b]) or math.isnan(registers[c]) else distance
     elif op == Op.PATH_LENGTH or op == Op.PATH_DISTANCE or op == Op.PATH_PROJECT:
         path_instruction(op, dst, a, b, c, registers, road)
     elif op == Op.REGION_CONTAINS or op == Op.REGION_SAMPLE:
@@ -206,10 +211,12 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
 
 @deferred()
 def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_LENGTH`, `PATH_DISTANCE` and `PATH_PROJECT`."""
+    """Execute `Op.PATH_LENGTH`, `PATH_DISTANCE` or `PATH_PROJECT`."""
     path, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.PATH_LENGTH:
         registers[dst] = road.path_length[path]
+    elif math.isnan(y) or math.isnan(z):
+        registers[dst] = math.nan
     elif op == Op.PATH_DISTANCE:
         registers[dst] = path_distance(road, path, y, z)
     else:
@@ -218,18 +225,26 @@ def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
 
 @deferred()
 def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.REGION_SAMPLE` and `REGION_CONTAINS`: points and regions."""
+    """Execute `Op.REGION_SAMPLE` or `REGION_CONTAINS`: points and regions."""
     region, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.REGION_SAMPLE:
         registers[dst], registers[dst + 1] = region_sample(road, region, y, z)
+    elif math.isnan(y) or math.isnan(z):
+        registers[dst] = math.nan
     else:
         registers[dst] = 1.0 if region_contains(road, region, y, z) else 0.0
 
 
 @deferred()
 def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` and `REGION_DEPTH`."""
-    if op == Op.REGION_DEPTH:
+    """Execute `Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` or `REGION_DEPTH`."""
+    if (
+        math.isnan(registers[b]) or math.isnan(registers[c])
+        if op == Op.REGION_DEPTH
+        else has_nan(registers, b, 5) or (op == Op.BOX_DISTANCE and has_nan(registers, a, 5))
+    ):
+        registers[dst] = math.nan
+    elif op == Op.REGION_DEPTH:
         registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
     elif op == Op.REGION_BOX_DEPTH:
         registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
@@ -245,7 +260,10 @@ def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Fl
 
 @deferred()
 def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.CAN_SEE`."""
+    """Execute `Op.CAN_SEE`."""
+    if has_nan(registers, a, 5) or has_nan(registers, b, 5):
+        registers[dst] = math.nan
+        return
     view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
     viewer, count = int(registers[a + 5]), int(registers[c])
     verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
@@ -254,9 +272,9 @@ def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road:
 
 @deferred()
 def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.LANE_ROUTE`, `LANE_NEAREST`, `ROAD_HEADING` and `ROAD_FOLLOW`.
+    """Execute `Op.LANE_ROUTE`, `LANE_NEAREST`, `ROAD_HEADING` or `ROAD_FOLLOW`.
 
-    The last one goes along the default route of the nearest lane, and not beyond its ends.
+    The last follows the default route of the nearest lane, and not beyond its ends.
     """
     if op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
         lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
@@ -268,13 +286,22 @@ def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
     s = path_project(road, path, x, y)
     foot_x, foot_y, heading = path_pose(road, path, s)
     if op == Op.ROAD_HEADING:
-        registers[dst] = heading
+        registers[dst] = math.nan if math.isnan(x) or math.isnan(y) else heading
         return
     left = (y - foot_y) * math.cos(heading) - (x - foot_x) * math.sin(heading)
     end_x, end_y, heading = path_pose(road, road.lane_route[lane], s + by)
     registers[dst] = end_x - left * math.sin(heading)
     registers[dst + 1] = end_y + left * math.cos(heading)
-    registers[dst + 2] = heading
+    registers[dst + 2] = math.nan if math.isnan(x) or math.isnan(y) or math.isnan(by) else heading
+
+
+@inlined
+def has_nan(registers: Floats, first: int, count: int) -> bool:
+    """Return True if one of `count` registers from `first` on is NaN."""
+    found = False
+    for register in range(first, first + count):
+        found |= math.isnan(registers[register])
+    return found
 
 
 @inlined

@@ -1,7 +1,7 @@
-"""The reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
+"""Reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
 
-Heights and superelevation are left out, but for the note about roads that pass over one another. Of the objects beside
-roads (chapter 13) buildings that are rectangles are read: they are the walls that a recording may meet.
+Heights and superelevation are only used for the note about roads that pass over each other. Of the objects near roads
+(chapter 13) only rectangular buildings are read: they are walls of recordings.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ from engine.opendrive.speeds import lane_speeds, road_speeds
 from engine.tables import Floats
 
 MOST_LANES = 100
-"""Of one section, both sides together."""
+"""Maximum number of lanes of one section, both sides together."""
 NARROWEST = -0.01
 """A width below this gets a remark [m]; files round those of lanes that end."""
 METADATA = frozenset(
@@ -43,16 +43,16 @@ METADATA = frozenset(
 """Elements and attributes that change no result: authors, dates, tools, labels, paint, the shape of signals. A lane's
 `level` qualifies the superelevation, which is not read."""
 SHORT = 0.1
-"""A reference line that ends so far before its road [m] is not the whole of it: files round lengths."""
+"""Difference of lengths above which a reference line ends before its road [m]: files round lengths."""
 SINGLE: Mapping[str, bool] = MappingProxyType({"true": True, "1": True, "false": False, "0": False, "": False})
 LEFT_HAND: Mapping[str, bool] = MappingProxyType({"lht": True, "rht": False, "": False})
 
 
 def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
-    """The network of an `.xodr` file.
+    """Return the network of an `.xodr` file.
 
     Raises:
-        InterchangeError: the file cannot be read, or a road in it cannot be.
+        InterchangeError: the file, or a road in it, cannot be read.
     """
     path = Path(path)
     root = read_xml(path, "OpenDRIVE", limits)
@@ -108,7 +108,7 @@ def _junctions(root: Node) -> dict[str, str]:
 
 
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
-    """On the first lane that begins with a negative width."""
+    """Yield a remark on the first lane that begins with a negative width."""
     for road in roads.values():
         for lane in (lane for section in road.sections for lane in section.lanes.values()):
             if (least := min((row.a for row in lane.widths), default=0.0)) < NARROWEST:
@@ -127,7 +127,7 @@ def _on_lengths(short: Sequence[tuple[OdrRoad, float]]) -> Iterator[str]:
 def with_signals(
     roads: Mapping[str, OdrRoad], signals: Mapping[str, Signals]
 ) -> tuple[dict[str, OdrRoad], tuple[str, ...]]:
-    """Roads with the signals that count on them, and remarks on what of these is left out."""
+    """Return roads with the signals that apply to them, and remarks on signals that are left out."""
     known = {each.id: each for found in signals.values() for each in found.own}
     new = {road: replace(each, signals=tuple(counting(signals[road], known))) for road, each in roads.items()}
     return new, tuple(signal_remarks(signals.values(), known))
@@ -180,7 +180,7 @@ def _length(node: Node, last: Piece) -> float:
 
 
 def _heights(road: Node) -> tuple[Cubic, ...]:
-    """Return the heights of a road. What gives it a shape counts as read only where it is flat: no slope acts."""
+    """Return the heights of a road. Its profiles count as read only if they are flat, as slopes have no effect."""
     rows: tuple[Cubic, ...] = ()
     for name in ("elevationProfile", "lateralProfile", "surface"):
         if (profile := road.find(name)) is None:

@@ -1,5 +1,6 @@
-"""The past of a search: a new searcher gets its results again, and must propose what was proposed then; who drove in it
-drives again, or what is kept of that.
+"""Repetition of a search from its journal: a new searcher gets the stored results and must make the stored proposals.
+
+The driver of the search drives again, or its recorded decisions do.
 """
 
 from collections.abc import Mapping, Sequence
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.config import Drives
+from engine.config import ActorDriver
 from engine.errors import CortexError
 from engine.search.evaluations import (
     Evaluations,
@@ -21,13 +22,13 @@ from engine.search.store import StoreError
 from engine.tables import Floats
 
 if TYPE_CHECKING:
-    from engine.driving.decisions import KeptActions
+    from engine.driving.decisions import RecordedActions
 
 OTHER = "bring it back as it was, or start a new search with the driver as it is"
 
 
 class ForeignPastError(CortexError):
-    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+    """The searcher does not propose a journal's generation: its settings, or the version, differ."""
 
     def __init__(self, generation: int) -> None:
         super().__init__(
@@ -38,10 +39,10 @@ class ForeignPastError(CortexError):
 
 
 def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
-    """Pass a whole past to a new searcher; nothing is simulated.
+    """Pass all stored results to a new searcher, without a simulation.
 
     Raises:
-        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
+        ForeignPastError: its proposals differ from those of `past`, in genomes, operators or parents.
     """
     for generation, evaluations in enumerate(past):
         searcher.tell(results(checked(searcher.ask(), evaluations, generation)))
@@ -64,21 +65,22 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
     return evaluations
 
 
-def kept_actions(driven: DrivenBy | Drives, actions: Mapping[bytes, Floats] | None = None) -> "KeptActions":
-    """Who drove, until it is named again."""
-    from engine.driving.decisions import KeptActions
+def recorded_driver(driven: DrivenBy | ActorDriver, actions: Mapping[bytes, Floats] | None = None) -> "RecordedActions":
+    """Return a driver that repeats recorded decisions, under the name of the driver that made them."""
+    from engine.driving.decisions import RecordedActions
 
-    return KeptActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
+    return RecordedActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
 
 
 def who_drove(
-    folder: Path, driven: DrivenBy | Drives | None, actions: Mapping[bytes, Floats], ego: object
-) -> Drives | None:
-    """Who drives again in the run of a folder: whoever is named, if that one did; else what is kept of the decisions.
-    Nothing is loaded for the name in a journal.
+    folder: Path, driven: DrivenBy | ActorDriver | None, actions: Mapping[bytes, Floats], ego: object
+) -> ActorDriver | None:
+    """Return the driver of a repeated run: the named driver if it drove then, else its recorded decisions.
+
+    A name in a journal is never used to load a controller.
 
     Raises:
-        StoreError: somebody else drove, or nobody.
+        StoreError: a different driver drove in the run, or none.
     """
     if driven is None:
         if ego is not None:
@@ -88,7 +90,7 @@ def who_drove(
 
     driver = driver_of(ego, driven.block, driven.observe)
     if driver is None:
-        return kept_actions(driven, actions)
+        return recorded_driver(driven, actions)
     if driver.name != driven.name:
         raise StoreError(f"`{driven.name}` drove in `{folder}`, not `{driver.name}`", OTHER)
     if driver.digest != driven.digest:

@@ -32,6 +32,7 @@ from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic
+from cortex_dsl.semantics.quantities.definedness import may_be_undefined
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -207,7 +208,10 @@ class Folder:
     def known(self, key: RuleKey) -> bool | None:
         """What a condition is in all runs of all variants."""
         bounds = self.file.gene_bounds()
-        truths = {interval(each[key], bounds) for each in self.conditions if key in each}
+        found = [each[key] for each in self.conditions if key in each]
+        if any(may_be_undefined(condition, lambda part: interval(part, bounds)) for condition in found):
+            return None
+        truths = {interval(condition, bounds) for condition in found}
         return {(1.0, 1.0): True, (0.0, 0.0): False}.get(truths.pop()) if len(truths) == 1 else None
 
     def _atom(self, node: nodes.Expression) -> ir.Formula:

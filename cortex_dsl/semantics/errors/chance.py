@@ -289,12 +289,12 @@ UNDEFINED = Problem(
     "SCN691",
     "{what} is not a finite number in this scene",
     "{reason}",
-    "narrow the ranges, or keep it finite with `max`, `min` or `... if ... else ...`",
+    "narrow the ranges, or keep it finite, as in `sqrt(max(x, 0))` or `1 / x if x != 0 else 0`",
     page=Page(
         "value that is not a number",
         "A root, quotient or logarithm has no finite value for some of the numbers that can be drawn, and one of them "
-        "was drawn.",
-        "x = Range(-9, -1)\nego = new Car at (sqrt(x), -30)\n",
+        "was drawn. A condition on such a number neither holds nor fails.",
+        "x = Range(-9, 0)\nego = new Car at (sqrt(x), -30)\n",
         "x = Range(1, 9)\nego = new Car at (sqrt(x), -30)\n",
         shown="while the scene is drawn",
     ),

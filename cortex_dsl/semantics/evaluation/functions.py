@@ -8,7 +8,6 @@ from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.chance import NOT_WHOLE
 from cortex_dsl.semantics.errors.values import (
     DIMENSION_MISMATCH,
-    NOT_FINITE,
     OUT_OF_RANGE,
     TOO_FEW_ARGUMENTS,
     WRONG_KIND,
@@ -39,8 +38,8 @@ from cortex_dsl.semantics.quantities.algebra import (
     sees_within,
     sin,
     tan,
+    where,
 )
-from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -60,13 +59,6 @@ def _pure(ev: Evaluator, argument: Given, name: str) -> Term:
     return numbers.adopt(ev, argument.value, PURE, argument.span, f"the argument of `{name}`")
 
 
-def _in_domain(result: Term, span: Span, name: str) -> Term:
-    value = closed_value(result)
-    if value is not None and not math.isfinite(value):
-        raise NOT_FINITE.mistake(span, reason=f"`{name}` has no value there")
-    return result
-
-
 def _trigonometric(name: str, of: Callable[..., Term]) -> Meaning:
     def meaning(ev: Evaluator, angle: Given, _span: Span) -> Value:
         return Quantity(of(numbers.adopt(ev, angle.value, ANGLE, angle.span, f"the argument of `{name}`")), PURE)
@@ -76,7 +68,7 @@ def _trigonometric(name: str, of: Callable[..., Term]) -> Meaning:
 
 def _inverse(name: str, of: Callable[..., Term]) -> Meaning:
     def meaning(ev: Evaluator, x: Given, span: Span) -> Value:
-        return Quantity(_in_domain(of(_pure(ev, x, name)), span, name), ANGLE)
+        return Quantity(numbers.defined(ev, of(_pure(ev, x, name)), span, f"it is `{name}` of {{}}"), ANGLE)
 
     return meaning
 
@@ -85,7 +77,7 @@ def _of_pure_number(name: str, of: Callable[..., Term]) -> Meaning:
     def meaning(ev: Evaluator, x: Given, span: Span) -> Value:
         given = numbers.quantity(x.value, x.span, f"the argument of `{name}`")
         dimension = None if given.dimension is None else PURE
-        return Quantity(_in_domain(of(_pure(ev, x, name)), span, name), dimension)
+        return Quantity(numbers.defined(ev, of(_pure(ev, x, name)), span, f"it is `{name}` of {{}}"), dimension)
 
     return meaning
 
@@ -95,8 +87,8 @@ def _abs(_ev: Evaluator, x: Given, _span: Span) -> Value:
     return Quantity(abs(given.expr), given.dimension)
 
 
-def _sqrt(_ev: Evaluator, x: Given, span: Span) -> Value:
-    return numbers.square_root(numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
+def _sqrt(ev: Evaluator, x: Given, span: Span) -> Value:
+    return numbers.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
 
 
 def _two_alike(of: Callable[..., Term], x: Given, y: Given, span: Span) -> Quantity:
@@ -129,10 +121,23 @@ def _extremum(name: str, of: Callable[..., Term]) -> Meaning:
         ev.file.budget.spend(span, len(given))
         result = numbers.quantity(given[0].value, given[0].span)
         for other in given[1:]:
-            result = _two_alike(of, Given(result, span), other, span)
+            result = _two_alike(_strict(ev, of), Given(result, span), other, span)
         return result
 
     return meaning
+
+
+def _strict(ev: Evaluator, of: Callable[..., Term]) -> Callable[[Term, Term], Term]:
+    """`min` or `max`, NaN where an operand is: the instruction leaves out a second operand that is NaN."""
+
+    def extremum(one: Term, other: Term) -> Term:
+        if not ev.may_be_undefined(other):
+            return of(one, other)
+        if not ev.may_be_undefined(one):
+            return of(other, one)
+        return where(other < one if of is minimum else one < other, other, one)
+
+    return extremum
 
 
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:

@@ -38,8 +38,9 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
+from cortex_dsl.semantics.quantities.algebra import Operation, Term, equal, sqrt, unequal, where
 from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
+from cortex_dsl.semantics.quantities.definedness import is_undefined
 from cortex_dsl.semantics.quantities.units import (
     ACCELERATION,
     ANGLE,
@@ -275,7 +276,7 @@ def raised(base: Quantity, exponent: Quantity, span: Span) -> Quantity:
     return Quantity(result, dimension)
 
 
-def square_root(base: Quantity, span: Span) -> Quantity:
+def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
     dimension = base.dimension if base.dimension is None else root(base.dimension)
     if dimension is None and base.dimension is not None:
         raise DIMENSION_MISMATCH.mistake(
@@ -285,10 +286,25 @@ def square_root(base: Quantity, span: Span) -> Quantity:
             actual=dimension_name(base.dimension),
             cure="as in `sqrt(x * x + y * y)`",
         )
-    value = closed_value(base.expr)
-    if value is not None and value < 0.0:
-        raise NOT_FINITE.mistake(span, reason=f"it is the square root of {value:g}")
-    return Quantity(sqrt(base.expr), dimension)
+    return Quantity(defined(ev, sqrt(base.expr), span, "it is the square root of {}"), dimension)
+
+
+def defined(ev: Evaluator, result: Term, span: Span, reason: str) -> Term:
+    """The result of an operation on one number, unless it has none wherever its operand may lie.
+
+    `reason` has a place for the operand.
+
+    Raises:
+        Mistake: it is surely no finite number.
+    """
+    if not isinstance(result, Operation):
+        return result
+    value, within = closed_value(result), tuple(map(ev.interval, result.arguments))
+    if is_undefined(result.op, within) or (value is not None and not math.isfinite(value)):
+        known, (low, high) = closed_value(result.arguments[0]), within[0]
+        operand = f"{low:g} to {high + 0.0:g}" if known is None else f"{known:g}"
+        raise NOT_FINITE.mistake(span, reason=reason.format(operand), secondary=range_labels(result, ev.file.genes))
+    return result
 
 
 def negated(operand: Quantity) -> Quantity:

@@ -19,6 +19,7 @@ from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Q
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Algebra
 from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, folded, leaves, part_interval
+from cortex_dsl.semantics.quantities.definedness import may_be_undefined
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -250,6 +251,10 @@ class Evaluator:
             return part_interval(part, within, genes)
 
         return folded(expression, bounds)
+
+    def may_be_undefined(self, expression: ir.Expr) -> bool:
+        """Whether a part of an expression may have no value, such as a root."""
+        return may_be_undefined(expression, self.interval)
 
     @contextmanager
     def naming(self, name: str) -> Iterator[None]:

@@ -270,11 +270,11 @@ class Algebra:
 
 
 def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
-    """Logic and selection with a known operand; truths are 1.0 or 0.0, so no bit changes."""
-    if op == Op.SELECT and isinstance(arguments[0], Constant):
+    """Logic and selection with a known operand; truths are 1.0, 0.0 or NaN, so no bit changes."""
+    if op == Op.SELECT and isinstance(arguments[0], Constant) and not math.isnan(arguments[0].value):
         return arguments[1] if arguments[0].value else arguments[2]
     for one, other in (arguments, arguments[::-1]) if op in (Op.AND, Op.OR) else ():
-        if isinstance(one, Constant):
+        if isinstance(one, Constant) and not math.isnan(one.value):
             return one if bool(one.value) == (op == Op.OR) else other
     return None
 

@@ -1,8 +1,8 @@
-"""CARLA's recorder as text: what `client.show_recorder_file_info(FILE, True)` returns, saved in a file.
+"""CARLA's recorder as text: the result of `client.show_recorder_file_info(FILE, True)`, saved in a file.
 
 Source: CARLA's documentation, "Recorder", and its plugin's `CarlaRecorderQuery.cpp`: locations and boxes are
-centimetres of Unreal Engine, rotations are (roll, pitch, yaw) in degrees, y points right of x, velocities are m/s.
-Boxes and velocities are there only in recordings with additional data.
+centimetres of Unreal Engine, rotations are (roll, pitch, yaw) in degrees, y points right of x, velocities are m/s. Only
+recordings with additional data have boxes and velocities.
 """
 
 import math
@@ -22,13 +22,13 @@ from engine.vocabulary import ActorKind
 MOST_BYTES = 1_000_000_000
 CENTIMETRE = 0.01
 VEHICLE, WALKER = "1", "2"
-"""Types of actors in the recorder; others are lights, signs and sensors."""
+"""Types of actors in the recorder; all others are lights, signs and sensors."""
 CARS = {car.name for car in BLUEPRINTS[ActorKind.CAR]}
 BODIES = {
     kind: tuple(each.name.rpartition(".")[2] for each in BLUEPRINTS[kind] if each.name not in CARS)
     for kind in (ActorKind.BICYCLE, ActorKind.BUS, ActorKind.TRUCK)
 }
-"""Words in the names of blueprints that are no cars."""
+"""Words in the names of blueprints other than cars."""
 LAYOUT = Layout(
     name="CARLA's recorder",
     known_by=(),
@@ -48,19 +48,19 @@ VELOCITY = re.compile(rf"  Id: (\d+) linear_velocity: {_VECTOR}")
 BOX = re.compile(rf"  Id: (\d+) origin: {_VECTOR} extension: {_VECTOR}")
 BOXES, POSITIONS, ACTORS = SECTIONS = " Actor bounding boxes:", " Positions:", " Dynamic actors:"
 SECTION_END = re.compile(r" \d.*")
-"""What a line of another kind says of one actor, behind the name of its kind."""
+"""Line that ends a section."""
 
 
 @dataclass
 class _Actor:
-    """One that was created."""
+    """Actor that was created."""
 
     blueprint: str
     is_walker: bool
     attributes: dict[str, str] = field(default_factory=dict[str, str])
     origin: tuple[float, float] = (0.0, 0.0)
     size: tuple[float, float] = (0.0, 0.0)
-    """0 where no box was recorded."""
+    """Size [m]; 0 without a recorded box."""
 
     @property
     def kind(self) -> ActorKind:
@@ -79,7 +79,7 @@ class _Actor:
 
 @dataclass
 class _Log:
-    """What was read so far."""
+    """Data read so far."""
 
     actors: dict[str, _Actor] = field(default_factory=dict[str, _Actor])
     poses: list[tuple[int, float, str, tuple[float, float, float, float]]] = field(default_factory=list)
@@ -89,7 +89,11 @@ class _Log:
 
 
 def read_recorder(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, no such text, or without positions."""
+    """Return the tracks of a recorder's text.
+
+    Raises:
+        InterchangeError: unreadable, not such a text, or without positions.
+    """
     log = _read(path)
     if not log.poses:
         cure = "ask for everything: client.show_recorder_file_info(FILE, True)"
@@ -131,7 +135,7 @@ def _gather(log: _Log, lines: Iterator[str], name: str) -> None:
 
 
 def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
-    """One line of a list."""
+    """Add the values of one line of a list."""
     pattern = {POSITIONS: POSE, ACTORS: VELOCITY, BOXES: BOX}.get(section)
     found = pattern.match(line) if pattern is not None else None
     if found is None or (actor := log.actors.get(found.group(1))) is None:

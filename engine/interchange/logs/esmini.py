@@ -1,7 +1,7 @@
-"""esmini's `--csv_logger FILE.csv`: one row a time step, a block of columns for each entity.
+"""esmini's `--csv_logger FILE.csv`: one row per time step, a block of columns for each entity.
 
 Source: esmini's user guide, "Logging", and the columns that it writes: `#1 World_Position_X [m]` is the middle of the
-rear axle of the first entity, `#1 bb_x [m]` how far ahead of it the middle of its box lies.
+rear axle of the first entity, `#1 bb_x [m]` the distance of its box's centre ahead of it.
 """
 
 import csv
@@ -44,7 +44,11 @@ MOST_PREAMBLE = 100
 
 
 def read_esmini_log(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, or a column is missing or holds no number."""
+    """Return the tracks of a log.
+
+    Raises:
+        InterchangeError: unreadable, or a column is missing or has a cell that is not a number.
+    """
     try:
         with reading(path), path.open(encoding="utf-8-sig", newline="") as file:
             unread = Unread()
@@ -73,7 +77,7 @@ def _rows(lines: CsvRows, name: str, unread: Unread) -> Iterator[Row]:
 
 
 def _columns(lines: CsvRows, name: str) -> tuple[int, list[Mapping[str, int]]]:
-    """Where the time stands, and each block's columns."""
+    """Return the column of the time, and the columns of each block."""
     names: list[str] = []
     for cells in lines:
         names = [cell.strip() for cell in cells]

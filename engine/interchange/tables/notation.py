@@ -1,4 +1,4 @@
-"""How a CSV is written: what separates its cells, comments, decimal commas, times as dates, times without a unit."""
+"""Notation of CSV files: separators, comments, decimal commas, times as dates, times without a unit."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -25,14 +25,14 @@ class CsvRows(Protocol):
 
 
 SEPARATORS: Mapping[str, str] = MappingProxyType({";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"})
-"""What other programs than ours write between columns."""
+"""Separators of columns in tables of other programs."""
 PREAMBLE = "Version:"
-"""Begin of the line that esmini writes above its column names."""
+"""Beginning of the line that esmini writes above its column names."""
 COMMENT = "#"
-"""Begin of a line that is no row."""
+"""Beginning of a line that is not a row."""
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 SINCE_1970: Mapping[str, float] = MappingProxyType({"ns": 1e17, "us": 1e14, "ms": 1e11})
-"""Least number that counts from 1970 in this unit; in seconds, 1e11 lies in the year 5138."""
+"""Least number that counts from 1970 in this unit; in seconds, 1e11 is in the year 5138."""
 STEPS: Mapping[str, float] = MappingProxyType({"ns": 1e7, "us": 1e4})
 """Least usual step of a time that counts from 0 in this unit: in milliseconds, 1e4 is a row every 10 s."""
 
@@ -73,9 +73,9 @@ def _is_number(cell: str) -> bool:
 
 
 class WrittenRows:
-    """Rows of a CSV whose numbers have points and whose times are seconds, whatever they are written with.
+    """Rows of a CSV, converted to decimal points and to times in seconds.
 
-    Raises InterchangeError, while it is read: points and commas in one table, or times that are dates in part.
+    Iteration raises InterchangeError for points and commas in one table, or times that are dates in part.
     """
 
     def __init__(self, rows: CsvRows, separator: str, chosen: Chosen, file: str, skipped: int) -> None:
@@ -109,7 +109,7 @@ class WrittenRows:
                 yield self._plain(row)
 
     def remarks(self) -> Iterator[str]:
-        """Yield what is to be said of the notation, once all rows are read."""
+        """Yield remarks on the notation, after all rows are read."""
         if self.separator != "," and self._with_comma:
             yield f"columns are separated by {SEPARATORS[self.separator]}, and numbers have decimal commas"
         elif self.separator != ",":
@@ -153,9 +153,9 @@ class WrittenRows:
 
 
 def seconds_of_date(text: str) -> float | None:
-    """Return a date of ISO 8601 as seconds since 1970, in UTC unless it says a zone; None of another text."""
+    """Return a date of ISO 8601 as seconds since 1970, in UTC unless it has a zone; None for any other text."""
     cut = text.strip()
-    if len(cut) < len("2026-11-28") or "-" not in cut[1:] or not cut[0].isdigit():  # no date, as nearly always
+    if len(cut) < len("2026-11-28") or "-" not in cut[1:] or not cut[0].isdigit():  # not a date, the usual case
         return None
     try:
         date = datetime.fromisoformat(cut)
@@ -165,7 +165,7 @@ def seconds_of_date(text: str) -> float | None:
 
 
 def assumed_unit(times: Floats) -> str:
-    """Return the unit of times that say none, by their size; "" for seconds, from any begin."""
+    """Return the unit of times without one, by their size; "" for seconds, from any begin."""
     largest = float(np.abs(times).max())
     if unit := next((unit for unit, least in SINCE_1970.items() if largest >= least), ""):
         return unit

@@ -31,16 +31,16 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 TURNING = 1e-3
-"""A slower turn does not show about which point it is [rad/s]."""
+"""Yaw rate below which the turning point cannot be determined [rad/s]."""
 SAME_PLACE = 1e-3
-"""How well samples must agree on how far the centre lies ahead of the rear axle [m]."""
+"""Largest difference of samples in the distance of the centre ahead of the rear axle [m]."""
 LONGEST = 100.0
-"""Of an outline [m]; cortexc itself takes no longer ones."""
+"""Maximum length of an outline [m], as in cortexc."""
 MOST_TRACKS = 50_000
-"""Of a table; who is judged meets fewer."""
+"""Maximum number of tracks in a table."""
 MOST_REMARKS = 200
 LONGEST_SPAN = 24 * 3600
-"""From a table's first time to its last [s]."""
+"""Maximum time from a table's first row to its last [s]."""
 SI_UNITS: Mapping[str, str] = MappingProxyType(
     {
         "time": "s",
@@ -61,11 +61,15 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
         **dict.fromkeys(("obstacle", "static", "object", "prop", "miscellaneous"), ActorKind.OBSTACLE),
     }
 )
-"""What tables call kinds, in small letters."""
+"""Names of kinds in tables, in small letters."""
 
 
 def tracks_of(cells: Cells) -> Tracks:
-    """Raises InterchangeError: too many actors, two rows of one actor at one time, a size that is none."""
+    """Return the tracks of a table.
+
+    Raises:
+        InterchangeError: too many actors, two rows of one actor at one time, an invalid size.
+    """
     remarks = [*_read_as(cells), *_assumed_units(cells)]
     gathered = _Gathered(cells, remarks, Headings(cells, remarks))
     actors = _rows_by_actor(cells)
@@ -89,7 +93,7 @@ def tracks_of(cells: Cells) -> Tracks:
 
 
 def _read_as(cells: Cells) -> Iterator[str]:
-    """What the table is taken for, and what of it is not read."""
+    """Yield remarks on the recognized layout, and on columns that are not read."""
     if cells.layout is not None:
         yield f"read as a table of {cells.layout.name}: {cells.layout.said}"
     yield from cells.remarks
@@ -103,7 +107,7 @@ def _read_as(cells: Cells) -> Iterator[str]:
 
 
 def _times(cells: Cells) -> Floats:
-    """Seconds; whole nanoseconds from the first one, which keeps their digits."""
+    """Return seconds; whole nanoseconds count from the first, which preserves their digits."""
     if not cells.omega_prime:
         return cells.numbers["time"]
     nanos = cells.whole["total_nanos"]
@@ -116,7 +120,7 @@ def _times(cells: Cells) -> Floats:
 
 
 def _assumed_units(cells: Cells) -> Iterator[str]:
-    """What is to be said of columns that say no unit."""
+    """Yield a remark on columns without a unit."""
     silent = [(key, column) for key, column in cells.columns.items() if key in SI_UNITS and not column.unit]
     if silent:
         columns = ", ".join(f"{cited(column.name)} [{SI_UNITS[key]}]" for key, column in silent)
@@ -124,7 +128,7 @@ def _assumed_units(cells: Cells) -> Iterator[str]:
 
 
 def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
-    """Rows of each actor, in the order of the file."""
+    """Return the rows of each actor, in the order of the file."""
     labels = map(str, cells.whole["idx"].tolist()) if cells.omega_prime else cells.texts["actor"]
     rows: dict[str, array[int]] = {}
     for row, label in enumerate(labels):
@@ -134,7 +138,7 @@ def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
 
 @dataclass(frozen=True)
 class _Gathered:
-    """The cells, and what was taken for granted on the way."""
+    """The cells, and remarks on assumptions."""
 
     cells: Cells
     remarks: list[str]
@@ -187,7 +191,7 @@ class _Gathered:
         )
 
     def _is_ego(self, label: str, rows: Ints) -> bool:
-        """By what the table says of it: omega-prime has a key for it, and its names mean nothing."""
+        """Return True for the ego: by its key in omega-prime, where names have no meaning, else by its name."""
         if self.cells.omega_prime:
             return self.cells.host is not None and int(label) == self.cells.host
         if self.cells.layout is not None and self.cells.layout.ego:
@@ -267,9 +271,9 @@ class _Gathered:
     def _speed(
         self, name: str, motion: Motion, velocity: Held | None, heading: Floats, rows: Ints, behind: float
     ) -> tuple[Floats, float]:
-        """The rear axle's speed [m/s], and how far ahead of it the centre lies [m]."""
+        """Return the rear axle's speed [m/s], and the distance of the centre ahead of it [m]."""
         numbers, columns = self.cells.numbers, self.cells.columns
-        known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is no speed
+        known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is not a speed
         if velocity is not None:
             turning_point = _turning_point(motion, velocity.values, ahead, behind, slides(self.cells, rows))
             return along_heading(velocity.values, ahead) * known, turning_point
@@ -283,11 +287,11 @@ class _Gathered:
 
 
 def _turning_point(motion: Motion, velocity: Floats, heading: Floats, usual: float, loose: Bools) -> float:
-    """How far the centre lies ahead of the point that does not swing in a turn: the rear axle.
+    """Return the distance of the centre ahead of the point without lateral velocity in a turn, the rear axle [m].
 
-    Every driven sample of a turn says it, as the centre's velocity across the heading over the yaw rate. What follows
-    contact does not: it begins, in a table of ours, with the one sample that is on no step. Nor does one at which it is
-    `loose`. Where samples disagree, as measured ones do, it is the usual one of such a body.
+    Every driven sample of a turn gives it: the centre's velocity across the heading over the yaw rate. Samples after
+    contact do not: in a table of cortexc they begin with the single sample off the steps. Samples at which the actor is
+    `loose` do not either. If samples disagree, as measured ones do, it is the usual distance of such a body.
     """
     last = driven(motion.time)
     turning = rates(motion.time[:last], heading[:last], motion.pieces[:last])

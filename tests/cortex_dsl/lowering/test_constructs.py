@@ -134,10 +134,10 @@ def test_a_demand_that_is_not_met_aborts_the_run(base: ir.Scenario) -> None:
     assert ending(broken) == aborted(1, 2.0)
 
 
-def test_a_demand_that_is_not_a_number_is_not_met(base: ir.Scenario) -> None:
-    """NaN is not true."""
+def test_a_demand_that_is_not_a_number_is_an_error_of_the_run(base: ir.Scenario) -> None:
+    """NaN is neither true nor false."""
     nan = ir.Apply(HERE, Op.SQRT, (ir.Apply(HERE, Op.SUB, (TIME, number(1.0))),))
-    assert ending(program(base, ir.Demand(HERE, nan, 0)))[:2] == aborted(0, 0.0)[:2]
+    assert ending(program(base, ir.Demand(HERE, nan, 0)))[:2] == (Verdict.ERROR, EndReason.BROKEN)
 
 
 def test_invariants_hold_at_the_start(base: ir.Scenario) -> None:

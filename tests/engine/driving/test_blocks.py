@@ -18,7 +18,7 @@ from engine.driving.asking import HOPELESS
 from engine.driving.blocks import Driven, Driver
 from engine.driving.decisions import is_reproducible
 from engine.driving.observations import EGOCENTRIC
-from engine.driving.stepping import Lanes
+from engine.driving.stepping import ParallelRuns
 from engine.errors import ControllerError
 from engine.kernels.rows import simulate_rows
 from engine.outcomes import Outcomes
@@ -72,9 +72,9 @@ def test_a_driver_from_outside_is_a_behaviour_of_the_file(name: str) -> None:
     same(driven.outcomes, inside.simulate(inside.sample(60, seed=3)))
 
 
-def cruised(scenario: cx.Scenario, scenes: Scenes) -> Lanes:
+def cruised(scenario: cx.Scenario, scenes: Scenes) -> ParallelRuns:
     """Lanes in which the scenes have been driven to their ends, `cruising`, and are not judged yet."""
-    lanes, every = Lanes(scenario.program, len(scenes), scenario.config.simulation), np.arange(len(scenes))
+    lanes, every = ParallelRuns(scenario.program, len(scenes), scenario.config.simulation), np.arange(len(scenes))
     lanes.place(every, scenes)
     lanes.step()
     while lanes.running.any():
@@ -144,7 +144,7 @@ terminate after 8 s
     held(scenario, lanes, scenes, len(scenes))
 
 
-def held(scenario: cx.Scenario, lanes: Lanes, scenes: Scenes, most: int = 20) -> None:
+def held(scenario: cx.Scenario, lanes: ParallelRuns, scenes: Scenes, most: int = 20) -> None:
     """Lanes against the batch host on the scenes with what was decided in them; so many to their last states."""
     decided = replace(scenes, actions=lanes.decided(np.arange(len(scenes))))
     samples, reasons, valid = lanes.samples.copy(), lanes.reasons.copy(), scenes.valid
@@ -605,7 +605,7 @@ def test_who_has_answered_is_no_broken_driver() -> None:
         done = driver.drive(scenario.program, scenes)
         assert (done.scenes.verdict[scenes.valid] == Verdict.CONTROLLER).all()
     with pytest.raises(ControllerError):
-        driver.afresh().drive(scenario.program, scenes)
+        driver.without_history().drive(scenario.program, scenes)
     count, asked = 64, list[int]()
 
     def answers_once(seen: Floats) -> Floats:

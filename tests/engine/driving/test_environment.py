@@ -246,7 +246,7 @@ def test_a_lane_without_a_scene_stops_no_other(monkeypatch: pytest.MonkeyPatch) 
     environment.reset(seed=1)
     environment.episodes._episode[2] = 3
     environment.episodes._begin(np.array([0]))
-    with pytest.raises(cx.CortexError, match="lane 2 has no valid scene in 100 episodes"):
+    with pytest.raises(cx.CortexError, match="slot 2 has no valid scene in 100 episodes"):
         environment.episodes._begin(np.array([0, 2]))
     environment.episodes._begin(np.array([0, 1]))
     assert np.array_equal(environment.scenes.keys[:2], undisturbed.scenes.keys[:2])

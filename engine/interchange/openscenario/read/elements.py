@@ -1,4 +1,4 @@
-"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all others."""
+"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all other elements."""
 
 from collections.abc import Collection, Mapping
 
@@ -34,6 +34,8 @@ READ: Mapping[str, Collection[str] | None] = dict.fromkeys(
     "Trajectory": ("name",),
     "SpeedActionDynamics": ("dynamicsShape", "dynamicsDimension"),
 }
-"""Elements of a scenario that are read, or hold such, and their attributes, as far as another one changes a run."""
+"""Elements of a scenario that are read, or contain elements that are read, and the attributes that are read of elements
+whose other attributes change a run.
+"""
 REMARKED = ("TrafficSignals", "ByEntityCondition")
-"""What has remarks of its own, beside actions that are not replayed."""
+"""Elements with remarks of their own, in addition to actions that are not replayed."""

@@ -1,0 +1,53 @@
+"""Where operations have a value: the root of a negative number has none, nor has 0 / 0.
+
+What is built on such a number is none either, comparisons and conditions included. Here stands what bounds exclude or
+prove of it; of all else the scene or the run decides, and is an error where the number does not exist.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.quantities.bounds import Interval, operands, parts
+from engine.opcodes import Op
+
+
+def _not_zero(_dividend: Interval, divisor: Interval) -> bool:
+    return divisor[0] > 0.0 or divisor[1] < 0.0
+
+
+def _is_power(base: Interval, exponent: Interval) -> bool:
+    """A positive base, or a known whole exponent."""
+    return base[0] > 0.0 or (exponent[0] == exponent[1] >= 0.0 and exponent[0] == exponent[0] // 1.0)
+
+
+DEFINED: Mapping[Op, Callable[..., bool]] = {
+    Op.DIV: _not_zero,
+    Op.MOD: _not_zero,
+    Op.FLOORDIV: _not_zero,
+    Op.POW: _is_power,
+    Op.SQRT: lambda a: a[0] >= 0.0,
+    Op.LOG: lambda a: a[0] > 0.0,
+    Op.ASIN: lambda a: a[0] >= -1.0 and a[1] <= 1.0,
+    Op.ACOS: lambda a: a[0] >= -1.0 and a[1] <= 1.0,
+}
+"""Operations that have no value for some operands, and whether they have one for all in the given intervals."""
+UNDEFINED: Mapping[Op, Callable[..., bool]] = {
+    Op.SQRT: lambda a: a[1] < 0.0,
+    Op.LOG: lambda a: a[1] <= 0.0,
+    Op.ASIN: lambda a: a[0] > 1.0 or a[1] < -1.0,
+    Op.ACOS: lambda a: a[0] > 1.0 or a[1] < -1.0,
+}
+"""Whether they have one for no operand there."""
+
+
+def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> bool:
+    """Whether a part of an expression may have no value; `interval` gives the numbers between which a part lies."""
+    return any(
+        isinstance(part, ir.Apply) and part.op in DEFINED and not DEFINED[part.op](*map(interval, operands(part)))
+        for part in parts(expression)
+    )
+
+
+def is_undefined(op: Op, intervals: Sequence[Interval]) -> bool:
+    """Whether an operation has no value, wherever in these intervals its operands lie."""
+    return op in UNDEFINED and UNDEFINED[op](*intervals)
