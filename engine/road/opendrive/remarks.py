@@ -24,6 +24,8 @@ UNROUNDED = 0.01
 """Largest rounding error of lengths in files [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
 """Largest distance and angle between the end of a lane and the start of the next one [m, rad]."""
+FOR_NOBODY = frozenset({"none", "border", "curb", "median", "restricted"})
+"""Types of lanes on which there is no traffic."""
 OVERLAP = 5.0
 """Least common area of two junctions that is reported [m^2]; neighbours touch."""
 
@@ -51,11 +53,11 @@ def remarks_on(
 
 
 def unread_lanes(network: OdrNetwork) -> Iterator[Kind]:
-    """Yield the types of lanes that are not drivable."""
+    """Yield the types of lanes whose traffic is not simulated here."""
     every = (lane for road in network.roads.values() for section in road.sections for lane in section.lanes.values())
     lines: dict[str, set[int]] = defaultdict(set)
     for lane in every:
-        if lane.id and lane.type not in {"none", *DRIVABLE}:
+        if lane.id and lane.type not in FOR_NOBODY | DRIVABLE:
             lines[lane.type].add(lane.line)
     yield from (Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), f"line {min(of)}") for kind, of in lines.items())
 
