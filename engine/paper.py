@@ -189,14 +189,14 @@ def _gain(new: float, old: float) -> float:
 
 def _risk() -> Iterator[Claim]:
     for name, method in METHODS.items():
-        slack = 0.05 + 0.005  # of the six means, and of the printed mean
-        yield _number("RL", f"mean RL of {name} over the six", method.mean_rl, fmean(method.rl), slack)
-    remark = "18.8 % of the GA's own value: divided by the wrong one"
+        slack = 0.05 + 0.005  # of the six means, and of the printed one
+        yield _number("RL", f"mean RL of {name} over the six scenarios", method.mean_rl, fmean(method.rl), slack)
+    remark = "the printed value is the difference divided by the RL of the GA, not by that of random sampling"
     yield _share("RL", "RL rises from 7.75 to 9.54", 18.7, _gain(GA.mean_rl, RANDOM.mean_rl), remark, 0.2)
     gains = {s: _gain(new, old) for s, new, old in zip(SCENARIOS, GA.rl, RANDOM.rl, strict=True)}
-    yield _share("RL", "the least gain, in F", 4, min(gains.values()))
-    yield _share("RL", "the greatest gain, in A", 37, max(gains.values()))
-    yield _share("RL", "the mean of the six gains", 23, fmean(gains.values()))
+    yield _share("RL", "smallest increase of RL (scenario F)", 4, min(gains.values()))
+    yield _share("RL", "largest increase of RL (scenario A)", 37, max(gains.values()))
+    yield _share("RL", "mean of the six increases of RL", 23, fmean(gains.values()))
     for name, method in METHODS.items():
         yield from _infer("an invalid run counts as -1 in RL", _bounds(name, method))
 
@@ -206,8 +206,8 @@ def _bounds(name: str, method: Printed) -> Iterator[Claim]:
     for scenario, rl, nc, nis, valid in zip(SCENARIOS, method.rl, method.nc, method.nis, method.valid, strict=True):
         greatest = (GREATEST_COLLISION * nc + GREATEST_HARMLESS * (valid - nc) - nis) / INDIVIDUALS
         if rl - 0.05 > greatest:
-            says = f"RL of {name} in {scenario}, had invalid runs been counted as -1"
-            remark = "so the means must be over valid runs only"
+            says = f"RL of {name} in {scenario} if an invalid run counts as -1"
+            remark = "the means must be over valid runs only"
             yield Claim("RL", says, f"{rl:g}", f"at most {greatest:.2f}", holds=False, remark=remark)
 
 
@@ -217,19 +217,21 @@ def _bounds(name: str, method: Printed) -> Iterator[Claim]:
 def _collisions() -> Iterator[Claim]:
     for name, method, printed, rate in (("GA", GA, 3249, 18.1), ("random", RANDOM, 2482, 13.8)):
         total = sum(method.nc)
-        yield _number("NC", f"collisions of {name} in all", printed, total, 0.0)
+        yield _number("NC", f"total collisions of {name}", printed, total, 0.0)
         yield _share("NC", f"share of {name}'s runs that collide", rate, 100.0 * total / (6 * INDIVIDUALS), slack=0.051)
-    yield _share("NC", "the GA finds more collisions", 31, _gain(sum(GA.nc), sum(RANDOM.nc)))
-    yield from _infer("more collisions means more for each valid run", _of_valid())
+    yield _share("NC", "increase of the collisions by the GA", 31, _gain(sum(GA.nc), sum(RANDOM.nc)))
+    yield from _infer("more collisions means a higher share of valid runs", _of_valid())
     for scenario, total, last in zip(SCENARIOS, RANDOM.nc, RANDOM.nc_last, strict=True):
-        yield _steady("NC", f"random collisions in {scenario} spread evenly over the generations", total, last)
+        yield _steady(
+            "NC", f"collisions of random sampling in {scenario} are spread evenly over the generations", total, last
+        )
 
 
 def _of_valid() -> Iterator[Claim]:
     for scenario, *row in zip(SCENARIOS, GA.nc, RANDOM.nc, GA.valid, RANDOM.valid, strict=True):
         found, chance, valid, chance_valid = row
         ours, theirs = 100.0 * found / valid, 100.0 * chance / chance_valid
-        says = f"the GA is better in {scenario}, of the runs that are valid"
+        says = f"the GA has the higher share of collisions among valid runs in {scenario}"
         yield Claim("NC", says, "more", f"{ours:.1f} % against {theirs:.1f} %", ours > theirs)
 
 
@@ -245,25 +247,29 @@ def _steady(topic: str, says: str, total: int, last: int) -> Claim:
 
 def _invalid() -> Iterator[Claim]:
     for name, method, valid, rate, slack in (("GA", GA, 13569, 75.4, 0.051), ("random", RANDOM, 12785, 71, 0.51)):
-        yield _number("NIS", f"valid runs of {name} in all", valid, sum(method.valid), 0.0)
+        yield _number("NIS", f"total valid runs of {name}", valid, sum(method.valid), 0.0)
         yield _share(
             "NIS", f"share of {name}'s runs that are valid", rate, 100.0 * valid / (6 * INDIVIDUALS), slack=slack
         )
     change = -_gain(sum(GA.nis), sum(RANDOM.nis))
-    yield _share("NIS", "the GA meets fewer invalid runs (discussion)", 15, change)
-    yield _share("NIS", "the GA meets fewer invalid runs (abstract, conclusion)", 25, change, "15 % in the discussion")
+    yield _share("NIS", "decrease of invalid runs by the GA (discussion)", 15, change)
+    yield _share(
+        "NIS", "decrease of invalid runs by the GA (abstract, conclusion)", 25, change, "the discussion has 15 %"
+    )
     yield from _fewer(NIS_IMPROVED)
-    yield from _infer("fewer invalid runs means in every scenario", _fewer(NIS_UNFAVOURABLE))
+    yield from _infer("fewer invalid runs holds in every scenario", _fewer(NIS_UNFAVOURABLE))
     for scenario in NIS_UNFAVOURABLE:
         place = SCENARIOS.index(scenario)
         ours, theirs = GA.nis[place], RANDOM.nis[place]
         found = f"{ours} against {theirs}"
-        yield Claim("NIS", f"the GA's invalid runs in {scenario} are the less favourable", "more", found, ours > theirs)
+        yield Claim("NIS", f"the GA has more invalid runs in {scenario}", "more", found, ours > theirs)
     cuts = [-_gain(new, old) for new, old in zip(GA.nis_last, RANDOM.nis_last, strict=True)]
-    yield _share("NIS", "the least improvement of the last ten generations, in E", 44, min(cuts))
-    yield _share("NIS", "the greatest improvement of the last ten generations, in A", 93, max(cuts))
+    yield _share("NIS", "smallest decrease of invalid runs in the last ten generations (scenario E)", 44, min(cuts))
+    yield _share("NIS", "largest decrease of invalid runs in the last ten generations (scenario A)", 93, max(cuts))
     for scenario, total, last in zip(SCENARIOS, RANDOM.nis, RANDOM.nis_last, strict=True):
-        yield _steady("NIS", f"random's invalid runs in {scenario} spread evenly over the generations", total, last)
+        yield _steady(
+            "NIS", f"invalid runs of random sampling in {scenario} are spread evenly over the generations", total, last
+        )
 
 
 def _fewer(scenarios: Sequence[str]) -> Iterator[Claim]:
@@ -271,23 +277,23 @@ def _fewer(scenarios: Sequence[str]) -> Iterator[Claim]:
         place = SCENARIOS.index(scenario)
         ours, theirs = GA.nis[place], RANDOM.nis[place]
         found = f"{ours} against {theirs}"
-        yield Claim("NIS", f"the GA meets fewer invalid runs in {scenario}", "fewer", found, ours < theirs)
+        yield Claim("NIS", f"the GA has fewer invalid runs in {scenario}", "fewer", found, ours < theirs)
 
 
 # -- distances --------------------------------------------------------------------------------------------------------
 
 
 def _distances() -> Iterator[Claim]:
-    yield _share("MD", "MDG falls", 26, -_gain(GA.mdg, RANDOM.mdg))
-    yield _share("MD", "MDEC falls", 26, -_gain(GA.mdec, RANDOM.mdec))
-    yield from _infer("a printed mean is of the last ten generations", _last_ten())
+    yield _share("MD", "decrease of MDG", 26, -_gain(GA.mdg, RANDOM.mdg))
+    yield _share("MD", "decrease of MDEC", 26, -_gain(GA.mdec, RANDOM.mdec))
+    yield from _infer("each printed mean is over the last ten generations", _last_ten())
     for name, method in METHODS.items():
         yield from _infer("MDG counts a collision as 0 m", _collision_free(name, method))
 
 
 def _last_ten() -> Iterator[Claim]:
     for name, method in METHODS.items():
-        remark = "random's printed means are those of the last ten generations, the GA's are not"
+        remark = "the printed means of random sampling are over the last ten generations, those of the GA are not"
         for metric, printed, last in (("MDG", method.mdg, method.mdg_last), ("MDEC", method.mdec, method.mdec_last)):
             says = f"{metric} of {name} is the mean of its last ten generations"
             yield _number("MD", says, printed, fmean(last), 0.1, "" if name == "random" else remark)
@@ -298,7 +304,7 @@ def _collision_free(name: str, method: Printed) -> Iterator[Claim]:
     rows = zip(SCENARIOS, method.mdg_last, method.mdec_last, method.nc_last, method.nis_last, strict=True)
     for scenario, mdg, mdec, collisions, invalid in rows:
         expected = mdec * (1.0 - collisions / (INDIVIDUALS / 3 - invalid))
-        says = f"MDG of {name} in {scenario}, last ten, follows from MDEC and the collisions"
+        says = f"MDG of {name} in {scenario} (last ten generations) follows from MDEC and the number of collisions"
         yield _number("MD", says, mdg, expected, 0.5, "a collision has distance 0")
 
 
@@ -306,11 +312,13 @@ def _collision_free(name: str, method: Printed) -> Iterator[Claim]:
 
 
 def _score() -> Iterator[Claim]:
-    yield _share("risk", "a collision is 10 of 22 points", 45, 1000.0 / 22.0)
-    yield Claim("risk", "a score of 14 is a collision", "always", f"others reach {GREATEST_HARMLESS}", holds=True)
-    says = "a score of 12 can be a collision (10) and 2 more"
-    yield Claim("risk", says, "possible", f"a collision scores {LEAST_COLLISION} at least", holds=False)
-    remark = "the widths of the bands, 240, 235 and 235, say 4020"
+    yield _share("risk", "share of a collision in the greatest risk (10 of 22 points)", 45, 1000.0 / 22.0)
+    yield Claim(
+        "risk", "a score of 14 implies a collision", "always", f"at most {GREATEST_HARMLESS} without one", holds=True
+    )
+    says = "a score of 12 may consist of a collision (10) and 2 other points"
+    yield Claim("risk", says, "possible", f"a collision scores at least {LEAST_COLLISION}", holds=False)
+    remark = "the widths of the bands (240, 235, 235) give 4020"
     yield Claim(
         "risk", "the bands of D_MS do not overlap", "[3780, 4255[", "and [4020, 4255[", holds=False, remark=remark
     )
@@ -321,9 +329,11 @@ def _score() -> Iterator[Claim]:
 
 def _costs() -> Iterator[Claim]:
     simulations = 2 * len(FILES) * INDIVIDUALS
-    yield _number("cost", "simulations in all", 36000, simulations, 0.0)
-    yield _number("cost", "hours at 13.5 s each", HOURS, simulations * SECONDS_PER_SIMULATION / 3600.0, 0.5)
-    yield _share("cost", "collision rate of 18.1 % above 13.3 % of Zhou et al. 2023", 36, _gain(18.1, 13.3))
+    yield _number("cost", "total simulations", 36000, simulations, 0.0)
+    yield _number(
+        "cost", "total hours at 13.5 s per simulation", HOURS, simulations * SECONDS_PER_SIMULATION / 3600.0, 0.5
+    )
+    yield _share("cost", "collision rate of 18.1 % relative to the 13.3 % of Zhou et al. 2023", 36, _gain(18.1, 13.3))
     yield _next_best()
     found = 75.4 / 39.0
     yield Claim("cost", "twice the valid share of the second best (39 %)", "2", f"{found:.2f}", round(found) == 2)
@@ -333,9 +343,9 @@ def _costs() -> Iterator[Claim]:
 
 
 def _next_best() -> Claim:
-    """Return the claim on the next best rate: the paper excludes a higher rate for its one kind of collision, as is its
-    own.
+    """Return the claim on the next best rate: the paper excludes a higher rate because of its one kind of collision,
+    although its own collisions are of one kind.
     """
-    remark = "set aside as of front vehicles and pedestrians; 5,946 are 30.7 % of the GA's own share of 83,726 cases"
-    says = "no other study's collision rate lies above 13.3 % (next best)"
+    remark = "the paper excludes that study, whose collisions are with front vehicles and pedestrians"
+    says = "no other study has a collision rate above 13.3 %"
     return Claim("cost", says, "13.3 %", "30.7 % in its own table (Klück et al. 2023)", holds=False, remark=remark)

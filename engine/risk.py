@@ -99,7 +99,9 @@ class Risk:
     parts: Ints
     """(n, 4) Contributions of C, MD, D_MS and TTC_MS of the deciding pair to the score; 0 for an invalid scene."""
     pair: Ints
-    """(n,) Deciding pair: actor `pair + 1`; -1 for an invalid scene or without a pair."""
+    """(n,) Deciding pair: actor `pair + 1`; -1 for an invalid scene or without a pair. A parked object decides only if
+    its score is higher than that of every moving partner (`deciding_pair`).
+    """
 
     def __repr__(self) -> str:
         """Return one line, for notebooks."""
@@ -143,9 +145,11 @@ def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Int
     """Return (n,) the pair that decides the risk of each scene, for any order of the actors: among the pairs with the
     highest score, a pair with a moving partner, then with the highest continuous score, then with the least distance.
 
-    A pair in contact has the highest score (see above). Motion comes after the score: a near miss with an obstacle is
-    not safer because a different actor moves. It comes before the continuous score, as a near miss with a road user
-    matters more to a reader.
+    A pair in contact has the highest score (see above). The score precedes motion for two reasons: the four parts of
+    the deciding pair add up to the score of the scene, and a further actor never lowers that score. If a moving partner
+    with a lower score decided, a distant car would hide a near miss with a parked object. Motion precedes the
+    continuous score: of two near misses with equal scores, the conflict with a road user is the one that both sides can
+    influence.
     """
     leading = np.ones(per_pair.shape, dtype=np.bool_)
     moving = np.abs(outcomes.other_speed) > STANDING

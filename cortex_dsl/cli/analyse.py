@@ -4,9 +4,9 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import checked_run, usage_errors
+from cortex_dsl.cli.search_output import checked_run, opened_run, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options, flag_of
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
@@ -21,7 +21,7 @@ from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PA
 
 
 def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
-    run = checked_run(options.run, terminal, options.ego)
+    run = checked_run(options.run, terminal, options.ego, json=options.json)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     analysis = _analysis(run, options)
     program = run.scenario.program
@@ -126,8 +126,8 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
     for name in ("param", "scenario", "ego_batch", "ego_observes"):
         if getattr(options, name) is not None:
             raise UsageError(f"{flag_of(name)} has no effect on a run: it was searched as it was", "leave it out")
+    run = opened_run(options.file, terminal, options.ego, json=options.json)
     with usage_errors():
-        run = open_run(options.file, options.ego)
         compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed

@@ -55,7 +55,7 @@ def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
     """Say that many actors take long, before it seems to hang."""
     if (count := len(scenario.program.actors)) > CROWD:
         what = f"{count:,} actors: each is held against every other, which takes minutes; Ctrl-C ends it"
-        terminal.err.print(what, style="quiet", soft_wrap=True)
+        terminal.note(what)
 
 
 # -- the scene of a file for other commands, which show it otherwise: drawn as `cortexc FILE` draws it -----------------

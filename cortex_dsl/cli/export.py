@@ -41,7 +41,7 @@ def _export(options: argparse.Namespace, terminal: Terminal) -> int:
             "export what? name a run or a scenario", with_example(f"cortexc export {EXAMPLE_RUN} --to xosc")
         )
     is_file = _is_file(options.what)
-    cases = _of_file(options, terminal) if is_file else _of_run(options)
+    cases = _of_file(options, terminal) if is_file else _of_run(options, terminal)
     if isinstance(cases, int):
         return cases
     folder = options.out or (Path(FOLDER) if is_file else _home(options.what) / FOLDER)
@@ -95,7 +95,7 @@ def _home(path: Path) -> Path:
 # -- the cases --------------------------------------------------------------------------------------------------------
 
 
-def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import first_cases
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
@@ -105,7 +105,7 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
         if value is not None:
             raise UsageError(f"{flag} is for a scenario, and a run has its own", "name a case with --case K")
     refuse_driver(options)
-    run = opened_run(options.what)
+    run = opened_run(options.what, terminal, json=options.json)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
     rank = options.case or 1

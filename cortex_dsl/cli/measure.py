@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.export import OSC_VERSIONS, as_word
+from cortex_dsl.cli.export import OSC_VERSIONS
 from cortex_dsl.cli.measure_all import check_options, esmini_of, options_of_all, rank
-from cortex_dsl.cli.recording_options import columns_again, columns_of, rate_of, window_of
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.cli.recording_options import columns_of, rate_of, window_of
+from cortex_dsl.console.command import Command, Parser, typed_again
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
@@ -121,7 +120,7 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
         remarks=(*read.remarks, *measured.not_judged),
         road=read.road,
         lines=road_outline(read.road) if own is None else outline(build_network(own)),
-        again=_again(reader, options),
+        again=typed_again(reader.name, options.words),
     )
 
 
@@ -137,17 +136,6 @@ def _read(options: argparse.Namespace) -> "Imported":
         window=options.window,
         esmini=esmini_of(options),
     )
-
-
-def _again(reader: Reader, options: argparse.Namespace) -> str:
-    words = ["cortexc", reader.name, as_word(options.file)]
-    words += [] if options.ego is None else ["--ego", options.ego]
-    words += [] if options.step is None else ["--step", f"{options.step!r}"]
-    words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
-    words += columns_again(options)
-    words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
-    words += [] if options.profile == "paper" else ["--profile", options.profile]
-    return join(words)
 
 
 def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:

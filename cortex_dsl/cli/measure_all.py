@@ -3,12 +3,9 @@
 import argparse
 import os
 from pathlib import Path
-from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.export import as_word
-from cortex_dsl.cli.recording_options import columns_again
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import Parser, typed_again
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import Asked, place_files
@@ -86,9 +83,8 @@ def rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
     ranked = rank_pairs(tracks, near=near, step=options.step, profile=options.profile)
     top = 20 if options.top is None else options.top
     written = tuple(str(path) for path in (options.table, options.page) if path is not None)
-    report = RankedReport(
-        str(options.file), ranked, near, options.profile, top, ranked.remarks, _again(options), written
-    )
+    again = typed_again("measure", options.words)
+    report = RankedReport(str(options.file), ranked, near, options.profile, top, ranked.remarks, again, written)
     _write(report, tracks, options)
     _show(report, options, terminal)
     return Exit.FINE
@@ -138,13 +134,3 @@ def _show(report: "RankedReport", options: argparse.Namespace, terminal: Termina
         from cortex_dsl.report.terminal.ranking_view import ranking_view
 
         terminal.out.print(ranking_view(report))
-
-
-def _again(options: argparse.Namespace) -> str:
-    words = ["cortexc", "measure", as_word(options.file), "--all"]
-    words += [] if options.near is None else ["--near", f"{options.near:g}"]
-    words += [] if options.step is None else ["--step", f"{options.step!r}"]
-    words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
-    words += columns_again(options)
-    words += [] if options.profile == "paper" else ["--profile", options.profile]
-    return join(words)

@@ -37,8 +37,3 @@ def window_of(text: str) -> tuple[float, float]:
     if not 0.0 <= begin < end < float("inf"):
         raise argparse.ArgumentTypeError(f"must be a time from 0 on and a later one, not `{text}`")
     return begin, end
-
-
-def columns_again(options: argparse.Namespace) -> list[str]:
-    """Return the words of `--columns`, as they are typed again."""
-    return ["--columns", ",".join(f"{name}={column}" for name, column in options.columns)] if options.columns else []

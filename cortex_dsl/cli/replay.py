@@ -33,7 +33,7 @@ def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
     if options.what.suffix != ".scn":
         refuse_driver(options)
-    found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options.what, options.case or 1)
+    found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options, terminal)
     if isinstance(found, int):
         return found
     if options.to is None:
@@ -50,12 +50,13 @@ def _check_target(path: Path | None) -> None:
         raise UsageError(f"`{path}`: a replay becomes a page, a film or a picture", cure)
 
 
-def _of_run(folder: Path, rank: int) -> Replayed:
-    """Case `rank` of a run, 1 the worst."""
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> Replayed:
+    """A case of a run, by default the worst."""
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.report.page.run_page import replay_of_case
 
-    run = opened_run(folder)
+    folder, rank = options.what, options.case or 1
+    run = opened_run(folder, terminal)
     case = cases_of(run, folder, rank)[rank - 1]
     with usage_errors():
         return Replayed(replay_of_case(run, case), case, run.folder)

@@ -1,22 +1,22 @@
 """`cortexc report RUN`: a run or a study as one HTML file, and its figures for a paper."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cortex_dsl.api.derived_files import PAGE
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_run
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
+from engine.search.store import StoreError
 
 if TYPE_CHECKING:
     from cortex_dsl.api.runs import OpenedRun
     from engine.study.database import Study
 
-PAGE = "report.html"
-"""The page's name inside the run directory."""
 MOST_CASES = 50
 
 Figures = Callable[[Path], Sequence[Path]]
@@ -44,28 +44,38 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
     from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page
-    from engine.search.store import StoreError
 
     run = checked_run(options.run, terminal, options.ego)
     try:
         if names := restore(run):
-            terminal.err.print(f"written again from the journal: {', '.join(names)}", style="quiet", soft_wrap=True)
+            _note_written(names, "journal", terminal)
             run = open_run(options.run, options.ego)
     except StoreError as error:  # a page of a run that cannot be written is still a page
-        terminal.err.print(f"{error.message}; {error.cure}", style="quiet", soft_wrap=True)
+        terminal.note(f"{error.message}; {error.cure}")
     with usage_errors():
         return run.folder, run_page(run, options.cases), partial(_run_figures, run)
 
 
-def _study_page(options: argparse.Namespace, _terminal: Terminal) -> tuple[Path, str, Figures]:
+def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
     """The same of a whole study."""
+    from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.study_page import study_page
     from engine.study.database import read_study
 
     with usage_errors():
         study = read_study(options.run)
+    try:
+        _, _, names = restore_study(options.run)
+        _note_written(names, "study", terminal)
+    except StoreError as error:
+        terminal.note(f"{error.message}; {error.cure}")
     return options.run, study_page(study), partial(_study_figures, study)
+
+
+def _note_written(names: Collection[str], source: str, terminal: Terminal) -> None:
+    if names:
+        terminal.note(f"written again from the {source}: {', '.join(names)}")
 
 
 def _run_figures(run: "OpenedRun", folder: Path) -> Sequence[Path]:

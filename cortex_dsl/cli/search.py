@@ -6,9 +6,9 @@ from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
 from cortex_dsl.api.run_folder import Found, search_and_keep
-from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
+from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_ego, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
@@ -95,10 +95,12 @@ def named(text: str) -> tuple[str, ...]:
     try:
         return tuple(canonical(word) for word in text.split(","))
     except UnknownMethodError as error:
+        if error.replacement is not None:
+            raise UsageError(f"--method: `{error.name}` was removed", f"use `{error.replacement}`") from None
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
         cure = f"did you mean `{near}`?" if near else "`cortexc --method list` lists them all"
-        raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
+        raise UsageError(f"--method: there is no method `{error.name}`", cure) from None
 
 
 def method_list() -> str:
@@ -131,8 +133,8 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
         return resume_study(options.run, terminal, study_workers(options), json=options.json, ego=options.ego)
+    run = opened_run(options.run, terminal, options.ego, json=options.json)
     with usage_errors():
-        run = open_run(options.run, options.ego)
         manifest, planned = run.record.manifest, run.scenario.config.search
         generations = options.generations or planned.generations
         workers = chosen_workers(planned.engine, options.jobs, options.dask)
@@ -141,20 +143,21 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
-    return show_found([found], run.scenario, CompileRequest(Path(manifest.file), json=options.json), terminal)
+    return show_found([found], run.scenario, request_of(run, json=options.json), terminal)
 
 
 def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
     """Warn on stderr of what the user may not expect."""
     done, manifest = len(run.record.generations), run.record.manifest
     if run.record.status == "finished" and generations == run.scenario.config.search.generations:
-        terminal.err.print(f"finished already, all {done} generations; this is its report", style="quiet")
+        terminal.note(f"finished already, all {done} generations; this is its report")
         return
-    terminal.err.print(f"going on after generation {done} of {generations}", style="quiet")
+    terminal.note(f"going on after generation {done} of {generations}")
     for name in run.edited:
-        terminal.err.print(f"`{name}` was edited since; the run goes on with the text that it was started with")
+        terminal.note(f"`{name}` was edited since; the run goes on with the text that it was started with", "warn")
     if changed := changed_versions(manifest):
-        terminal.err.print(f"started with {', '.join(changed)}: what follows may differ from what it would have been")
+        what = f"started with {', '.join(changed)}: what follows may differ from what it would have been"
+        terminal.note(what, "warn")
 
 
 def _resume_options(parser: Parser) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal
+from cortex_dsl.plain_text import as_argument
 
 if TYPE_CHECKING:
     from engine.driving.names import Egos
@@ -89,7 +90,7 @@ def resume_study(
     with _usage_errors():
         study = read_study(folder).driven_by(ego)
         for name in study.edited:
-            terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
+            terminal.note(f"`{name}` was edited since; the study goes on with what it said", "warn")
         if study.complete:
             return show_study(folder, terminal, json=json)
         insist_on_same_engine(study)
@@ -120,28 +121,26 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
+    from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.report.terminal.study_view import study_view
-    from engine.study.database import read_study
-    from engine.study.study_files import write_study
-    from engine.study.verdict import findings
 
-    study = read_study(folder)
-    found = findings(study.plan, study.records)
-    write_study(study, found)
+    study, found, _ = restore_study(folder)
+    if not json:
+        terminal.out.print(study_view(study, found, terminal.out.width))
+    code = _end_of(study, terminal)
+    if stopped:
+        terminal.note(f"interrupted; continue with: cortexc study --resume {folder}", "warn")
+        code = Exit.INTERRUPTED
     if json:
         from cortex_dsl.report.findings.study_report import study_content
 
         terminal.document("study", {"folder": folder, **study_content(study, found)})
-    else:
-        terminal.out.print(study_view(study, found, terminal.out.width))
-    if stopped:
-        terminal.err.print(f"interrupted; continue with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
-        return Exit.INTERRUPTED
-    return _end_of(study, terminal)
+    return code
 
 
 def _end_of(study: "Study", terminal: Terminal) -> Exit:
     """How the command ends: runs may have failed over their file, or over us."""
+    from engine.search.store import located
     from engine.study.database import read_evaluations
 
     failed = [record for record in study.records if record.figures.simulations.error_runs]
@@ -150,8 +149,8 @@ def _end_of(study: "Study", terminal: Terminal) -> Exit:
     if not all(_over_the_file(read_evaluations(study, record.address)) for record in failed):
         return Exit.BUG
     for number in sorted({record.address.scenario for record in failed}):
-        file = study.plan.subjects[number].file
-        terminal.err.print(f"`{file}` has a mistake; `cortexc {file} --random` shows it", style="warn", soft_wrap=True)
+        file = as_argument(Path(located(study.folder, study.plan.subjects[number].file)))
+        terminal.note(f"`{file}` has a mistake; `cortexc {file} --random` shows it", "warn")
     return Exit.DIAGNOSTICS
 
 

@@ -183,7 +183,7 @@ def _the_six(terminal: Terminal) -> list[Path]:
         raise UsageError("the six examples are not installed here", "name one or more scenario files")
     here = Path.cwd()
     files = [file.relative_to(here) if file.is_relative_to(here) else file for file in files]
-    terminal.err.print(f"no FILES: the paper's six scenarios, {files[0].parent}/", style="quiet")
+    terminal.note(f"no FILES: the paper's six scenarios, {files[0].parent}/")
     return files
 
 

@@ -11,6 +11,7 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from shlex import join
 from typing import Any, NoReturn
 
 from cortex_dsl.console.request import RunRequest, whole_number
@@ -144,6 +145,15 @@ def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> i
         raise UsageError(command.needs[1], with_example(command.needs[2]))
     options.words = tuple(words)
     return command.function(options, terminal)
+
+
+FORM = ("--json", "--no-colour", "--no-color")
+"""Options that change only the form of the output."""
+
+
+def typed_again(name: str, words: Sequence[str]) -> str:
+    """Return the command line as it was typed, without the options of `FORM`."""
+    return join(["cortexc", name, *(word for word in words if word not in FORM)])
 
 
 def with_example(text: str) -> str:

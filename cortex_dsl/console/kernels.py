@@ -31,9 +31,9 @@ def compile_kernels(
     terminal.err.print(COMPILING, style="quiet")
     if first_root is not None and folder.parent != first_root:
         why = f"kernels are stored in {folder}: {first_root} cannot be written, is full or belongs to another user"
-        terminal.err.print(why, style="warn", soft_wrap=True)
+        terminal.note(why, "warn")
     with KernelProgress(terminal.err, folder, count_kernels(folder), missing) as progress:
         compile_apart(demand, folder, progress.tell)
     if not count_kernels(folder):
         why = f"compiled kernels could not be stored in {folder}: each start compiles them again"
-        terminal.err.print(why, style="warn", soft_wrap=True)
+        terminal.note(why, "warn")

@@ -92,16 +92,28 @@ def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> Named
         return NamedDriver(_made(found, name), block, observe, name, _digest_of(*_sources(found)), words=name)
 
 
+@contextmanager
+def _searched_first(folder: str) -> Generator[None]:
+    """Let imports search a folder first; afterwards they search it last, so that its files hide no other modules, and
+    a driver finds those that it imports later.
+    """
+    sys.path.insert(0, folder)
+    try:
+        yield
+    finally:
+        sys.path.remove(folder)
+        if folder not in sys.path:
+            sys.path.append(folder)
+
+
 def _module(name: str) -> Any:
     """Import a module; the folder in which the command runs counts, as for `python -m`."""
     if name.endswith(".py") or "/" in name:
         dotted = ".".join(part for part in Path(name).with_suffix("").parts if part.isidentifier())
         raise ControllerError(f"`{name}` is a file and no module", f"write `python:{dotted or 'module'}:function`")
-    here = str(Path.cwd())
-    if here not in sys.path and "" not in sys.path:
-        sys.path.insert(0, here)
     try:
-        return importlib.import_module(name)
+        with _searched_first(str(Path.cwd())):
+            return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
             raise ControllerError(

@@ -7,16 +7,17 @@ large) has no defined start: it is counted, but not ranked.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.host import pair_arrays
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.tables.facing import decides, undecided
+from engine.interchange.tables.heights import height_between, level_remarks, may_be_apart
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
@@ -105,9 +106,11 @@ def rank_pairs(
     rows = judge_windows(crowd, windows, on)
     _judge_between_steps(tracks, windows, rows, on)
     aside = _decided_by_assumption(tracks, windows, rows, on)
-    said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks))
-    remarks = (*tracks.remarks, *said, *dict.fromkeys(aside.values()))
-    kept = np.setdiff1d(np.arange(len(windows)), list(aside))
+    levels = _on_other_levels(tracks, windows, on)
+    pairs = dict.fromkeys((one, other, round(above, 1)) for one, other, above in levels.values())
+    said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks), *_between_steps(tracks, on))
+    remarks = (*tracks.remarks, *said, *level_remarks(list(pairs)), *dict.fromkeys(aside.values()))
+    kept = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
     return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
 
 
@@ -200,6 +203,28 @@ def _decided_by_assumption(tracks: Tracks, windows: Ints, rows: Floats, step: fl
         if decides(pair, _alone(pair, first * step, last * step, step).states)[1]:
             found[row] = undecided(pair)
     return found
+
+
+def _on_other_levels(tracks: Tracks, windows: Ints, step: float) -> dict[int, tuple[str, str, float]]:
+    """Return the windows, by row, of two at different heights: both names, and the height of the second above [m]."""
+    found: dict[int, tuple[str, str, float]] = {}
+    for row in range(len(windows)) if may_be_apart(tracks.tracks) else ():
+        one, other, first, last = (int(value) for value in windows[row])
+        pair = (tracks.tracks[one], tracks.tracks[other])
+        above, throughout = height_between(*pair, (first - 1) * step, (last + 1) * step)
+        if throughout:
+            found[row] = (pair[0].name, pair[1].name, above)
+    return found
+
+
+def _between_steps(tracks: Tracks, step: float) -> Iterator[str]:
+    """Yield the remark on actors whose rows all lie between two steps."""
+    found = [track for track in tracks.tracks if np.diff(_steps(track, step))[0] < 1]
+    if found:
+        more = f" and {len(found) - 1:,} more actors" if len(found) > 1 else ""
+        cure = "take a shorter step, as in --step 0.01, or measure it with --ego"
+        when = f"at {found[0].time[0]:.6g} s"
+        yield f"{cited(found[0].name)}{more}, {when}: between two steps of {step:g} s only, and not judged; {cure}"
 
 
 def _alone(pair: tuple[TableTrack, TableTrack], begin: float, end: float, step: float) -> Recording:

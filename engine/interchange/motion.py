@@ -33,6 +33,9 @@ ASIDE = 1.8
 
 LEAST_JUMP = 0.5
 """A shorter way is no jump, however fast: times that are a microsecond apart are as inexact as that [m]."""
+LONGEST_STEP = 2.0
+"""Rows that are further apart do not show the way between them [s]: who turns or brakes at 4 m/s^2 in the meantime is
+a car's width off the straight way (a t^2 / 8)."""
 
 # -- pieces, rates, directions -----------------------------------------------------------------------------------------
 
@@ -72,6 +75,11 @@ def gaps_between(time: Floats, breaks: Bools | None = None) -> Ints:
     usual = np.sort(steps)[(len(steps) - 1) // 2]  # the shorter of two steps: the longer may be a gap
     found = steps > GAP * usual
     return np.flatnonzero(found if breaks is None else found | breaks[:-1])
+
+
+def unseen_steps(time: Floats, positions: Floats) -> Bools:
+    """Return the steps (samples - 1,) that are longer than `LONGEST_STEP` and lead elsewhere."""
+    return (np.diff(time) > LONGEST_STEP) & (np.hypot(*np.diff(positions, axis=0).T) > LEAST_JUMP)
 
 
 def pieces_of(time: Floats, breaks: Bools | None = None) -> Ints:
@@ -139,7 +147,8 @@ def nearest_between(one: Floats, other: Floats, vector: Floats) -> Floats:
 
 
 def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
-    """Return masks (samples,) of the samples to keep and of those before a jump, and the jumps (`jumps_of`).
+    """Return masks (samples,) of the samples to keep and of those before a jump or an unseen step, and the jumps
+    (`jumps_of`).
 
     At one sample at least between the two sides of a jump the actor is absent, so that no host moves it across: a
     sample between two jumps is left out, and else the first after the jump.
@@ -156,6 +165,7 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
             breaks[last] = True
             kept[begin] = last < begin - 1
         last = end - 1
+    breaks[:-1] |= unseen_steps(time, positions)
     return kept, breaks, jumps
 
 

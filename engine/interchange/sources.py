@@ -18,7 +18,9 @@ from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.road_levels import level_notes
 from engine.interchange.tables.columns import NO_NAMES
+from engine.interchange.tables.heights import may_be_apart
 from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.track import TableTrack, Tracks
@@ -168,12 +170,14 @@ def read_recording(
     """
     if columns or path.suffix.lower() != SCENARIO:
         traffic = read_traffic(path, rate, columns=columns)
-        return _with_road(recording_of(traffic, path.stem, ego, step, window), path)
+        return _with_road(
+            recording_of(traffic, path.stem, ego, step, window), path, has_heights=may_be_apart(traffic.tracks)
+        )
     read = _scenario(path, ego, step, esmini)
     return read if window is None else replace(read, recording=_within(read.recording, window, path.name))
 
 
-def _with_road(read: Imported, path: Path) -> Imported:
+def _with_road(read: Imported, path: Path, *, has_heights: bool) -> Imported:
     """Return the recording on the road within a Parquet file or an MCAP, if it contains one."""
     inside = {".parquet": embedded_road, ".mcap": road_of_mcap}.get(path.suffix.lower())
     found = inside(path) if inside else None
@@ -185,10 +189,11 @@ def _with_road(read: Imported, path: Path) -> Imported:
             place = Path(folder) / name
             place.write_bytes(content)
             road = replace(read_opendrive(place), content=content)
+            levels = () if has_heights else level_notes(road)
     except InterchangeError as error:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)
-    return Imported(recording, road, (*read.remarks, *road.notes))
+    return Imported(recording, road, (*read.remarks, *road.notes, *levels))
 
 
 def road_file(called: str) -> str:

@@ -11,6 +11,8 @@ from typing import NamedTuple
 from engine.interchange.contract import cited, quoted
 from engine.interchange.xml import Node
 
+NOTHING = ("", "0", "0.0", "0.00", "false")
+"""Values of attributes that state nothing."""
 MOST_KINDS = 50
 """Maximum number of notes on one file; a last note counts the remaining kinds."""
 
@@ -53,7 +55,8 @@ class Unread:
 def unread_elements(
     root: Node, read: Mapping[str, Collection[str] | None], remarked: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Return notes on elements that `read` does not name, with all their content, and on attributes.
+    """Return notes on elements that `read` does not name, with all their content, and on attributes whose value is not
+    among `NOTHING`.
 
     `read`: attributes that are read of each element; None: no note on its attributes. `remarked`: elements with another
     remark.
@@ -68,8 +71,8 @@ def unread_elements(
             found.add(node.tag, node.place)
             continue
         attributes = read[node.tag]
-        for name in node.attributes if attributes is not None else ():
-            if attributes is not None and name not in attributes:
+        for name, value in node.attributes.items() if attributes is not None else ():
+            if attributes is not None and name not in attributes and value.strip() not in NOTHING:
                 found.add(f"{node.tag}.{name}", node.place)
         stack.extend(reversed(node.children))
     return found.notes()

@@ -41,9 +41,15 @@ MAX_ADVANCES = 4096
 which counts as contact.
 """
 DISTANCE_TOLERANCE = 1e-8
-"""Largest excess of the computed minimum over the true one [m]. On nearly parallel paths a distance with an error of
-1e-5 m leaves milliseconds of doubt about its instant. This value costs 4 % more time than 1e-5 m.
+"""Largest excess of the minimum that the search of a whole step returns [m]. Two steps whose least distances differ by
+less are equal: either may be returned.
 """
+REFINED_TOLERANCE = 1e-12
+"""Largest excess after the search around that minimum [m]. The instant of MD is that of a distance slightly above MD
+(`kernels.pair`): its error is that of MD divided by the closing speed, which may be as low as 1e-4 m/s there.
+"""
+REFINED_WINDOW = 0.1
+"""Part of the step before and after the minimum that is searched again."""
 MAX_SPLITS = 256
 """Maximum number of splits of one search; reached only if the motion in a step is absurd."""
 
@@ -158,7 +164,8 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
 def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[float, float]:
     """Return the least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
 
-    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least.
+    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least. Inside the step it is at most
+    `REFINED_TOLERANCE` above the least distance around it.
     """
     reach = best + half_diagonal(a0) + half_diagonal(b0)
     if centers_apart(a0, a1, b0, b1, reach * reach):
@@ -173,22 +180,35 @@ def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[fl
 
 @kernel
 def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float) -> tuple[float, float]:
-    """Search the step: skip an interval that cannot contain a distance below `best`, split any other.
+    """Search the step, then the neighbourhood of the minimum with a smaller tolerance."""
+    end = probe(a0, b0, motion, 1.0)
+    best, at = _better(end, *_better(start, best, -1.0))
+    best, at = _sweep(a0, b0, motion, start, end, best, at, DISTANCE_TOLERANCE)
+    if at <= 0.0 or at >= 1.0:
+        return best, at
+    start = probe(a0, b0, motion, max(0.0, at - REFINED_WINDOW))
+    end = probe(a0, b0, motion, min(1.0, at + REFINED_WINDOW))
+    return _sweep(a0, b0, motion, start, end, best, at, REFINED_TOLERANCE)
+
+
+@kernel
+def _sweep(
+    a0: Box, b0: Box, motion: Motion, start: Probe, end: Probe, best: float, at: float, tolerance: float
+) -> tuple[float, float]:
+    """Search an interval: skip a part that cannot contain a distance below `best`, split any other.
 
     Relative translation of convex bodies has a convex distance, so the planes at both ends of an interval bound it
     well, and the next sample is taken at their intersection; turning only adds the small second derivative.
     """
-    end = probe(a0, b0, motion, 1.0)
-    best, at = _better(end, *_better(start, best, -1.0))
     low, high = start, end
     for _ in range(MAX_SPLITS):
         bound, crossing = _lower_bound(a0, b0, motion, low, high)
         span = high.fraction - low.fraction
-        if max(0.0, bound) < best - DISTANCE_TOLERANCE:
+        if max(0.0, bound) < best - tolerance:
             high = probe(a0, b0, motion, low.fraction + crossing * span)
-        elif high.fraction >= 1.0:
+        elif high.fraction >= end.fraction:
             break
-        elif high.fraction + 3.0 * span >= 1.0:
+        elif high.fraction + 3.0 * span >= end.fraction:
             low, high = high, end
         else:
             low, high = high, probe(a0, b0, motion, high.fraction + 2.0 * span)

@@ -9,8 +9,8 @@ With p the vector from the ego's centre to the other's and v its rate of change:
     TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
                     infinite
     MD              least distance between the outlines over continuous time; 0 on contact
-    instant of MD   the first sample no farther than MD + 1e-6 m; without such a sample, the instant itself: while two
-                    stand or pass on parallel lines the arg min is rounding noise
+    instant of MD   the first at which they are no farther than MD + 1e-6 m: while two stand or pass on parallel lines
+                    the arg min is rounding noise
     approach        speeds, angle, c and side at the instant of MD, or of contact
 
 Two actors that are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
@@ -20,9 +20,9 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from engine.kernels.approach import centers_apart, closest_in_step
-from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, outline_between, shortest_turn
+from engine.kernels.geometry import Box, box_distance, outline_at, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel, shared
+from engine.kernels.least_distance import SAME_DISTANCE, first_as_near, least_distance, least_in_ending
 from engine.outcomes import PAIRS
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
@@ -33,8 +33,6 @@ NOISE_FLOOR = 1e-9
 """Closing speed above which two actors approach [m/s]: at a constant distance it is rounding noise of about 1e-15 of
 either sign, on which D_MS must not depend.
 """
-SAME_DISTANCE = 1e-6
-"""Distances that differ by less are equal [m]: rounding decides which of them is the least."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
@@ -108,10 +106,10 @@ def measure_pair(
     if contacted:
         least, least_at = 0.0, together - 1 + ending
     else:
-        least, least_at = _least_distance(states, together, other, outlines, seed)
+        least, least_at = least_distance(states, together, other, outlines, seed)
         if beyond:
-            least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
-        least_at = _first_as_near(states, other, outlines, least, least_at)
+            least, least_at = least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
+        least_at = first_as_near(states, other, outlines, least, least_at)
     least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
     approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
     return PairMetrics(
@@ -273,51 +271,3 @@ def swung(heading: float, speed: float, swing: float) -> Rate:
     """Return the velocity of a centre that swings about a rear axle, which moves along the heading [m/s]."""
     cos, sin = math.cos(heading), math.sin(heading)
     return Rate(speed * cos - swing * sin, speed * sin + swing * cos)
-
-
-@kernel
-def _least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
-    """Return MD over whole steps [m] and its time in steps. A good first value (at `seed`) lets nearly all steps be
-    skipped.
-    """
-    first, second = outline_at(states, seed, 0, outlines), outline_at(states, seed, other, outlines)
-    best, at = box_distance(first, second), float(seed)
-    radii = half_diagonal(first) + half_diagonal(second)
-    reach2 = (best + radii) ** 2
-    for k in range(together - 1):
-        a0, a1 = outline_at(states, k, 0, outlines), outline_at(states, k + 1, 0, outlines)
-        b0, b1 = outline_at(states, k, other, outlines), outline_at(states, k + 1, other, outlines)
-        if centers_apart(a0, a1, b0, b1, reach2):
-            continue
-        best, fraction = closest_in_step(a0, a1, b0, b1, best)
-        if fraction >= 0.0:
-            at, reach2 = k + fraction, (best + radii) ** 2
-    return best, at
-
-
-@kernel
-def _first_as_near(states: Floats, other: int, outlines: Floats, least: float, at: float) -> float:
-    """Return the instant of MD in steps: the first sample within `SAME_DISTANCE` of MD, or `at` if there is none."""
-    limit = least + SAME_DISTANCE
-    radii = half_diagonal(outline_at(states, 0, 0, outlines)) + half_diagonal(outline_at(states, 0, other, outlines))
-    reach2 = (limit + radii) ** 2  # centres farther apart than this need no test of the outlines
-    for k in range(math.ceil(at)):
-        ego, them = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
-        x, y = them.x - ego.x, them.y - ego.y
-        if x * x + y * y <= reach2 and box_distance(ego, them) <= limit:
-            return float(k)
-    return at
-
-
-@kernel
-def _least_in_ending(
-    states: Floats, k: int, other: int, outlines: Floats, ending: float, best: float, at: float
-) -> tuple[float, float]:
-    """Return MD and its time, including the part `ending` of the step after sample k, in which a third actor was in
-    contact.
-    """
-    a0, b0 = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
-    a1 = outline_between(states, k, k + 1, ending, 0, outlines)
-    b1 = outline_between(states, k, k + 1, ending, other, outlines)
-    best, fraction = closest_in_step(a0, a1, b0, b1, best)
-    return best, (k + fraction * ending if fraction >= 0.0 else at)

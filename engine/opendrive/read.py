@@ -7,10 +7,11 @@ Heights and superelevation are only used for the note about roads that pass over
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.unread import unread
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.buildings import building_row, on_buildings, road_buildings
@@ -33,13 +34,16 @@ MOST_LANES = 100
 """Maximum number of lanes of one section, both sides together."""
 NARROWEST = -0.01
 """A width below this gets a remark [m]; files round those of lanes that end."""
-METADATA = frozenset({"header", "userData", "dataQuality", "name", "connection id", "lane level", "type type"})
-"""Elements and attributes without a statement about a road itself: authors, dates, tools, labels. A lane's `level`
-qualifies the superelevation, which is not read.
+METADATA = frozenset(
+    {"header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"}
+)
+"""Elements and attributes that change no result: authors, dates, tools, labels, paint. A lane's `level` qualifies the
+superelevation, which is not read.
 """
 SHORT = 0.1
 """Difference of lengths above which a reference line ends before its road [m]: files round lengths."""
-TRUE = ("true", "1")
+SINGLE: Mapping[str, bool] = MappingProxyType({"true": True, "1": True, "false": False, "0": False, "": False})
+LEFT_HAND: Mapping[str, bool] = MappingProxyType({"lht": True, "rht": False, "": False})
 
 
 def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
@@ -70,7 +74,7 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
-    junctions = {node.text("id"): junction_type(node) for node in root.every("junction")}
+    junctions = _junctions(root)
     walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
     ways = tuple(connections(root))
     roads, left_out = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
@@ -85,6 +89,20 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         walls,
         ways,
     )
+
+
+def _junctions(root: Node) -> dict[str, str]:
+    """Return the types of junctions, by id.
+
+    Raises:
+        InterchangeError: two have one id.
+    """
+    found: dict[str, Node] = {}
+    for node in root.every("junction"):
+        if (other := found.setdefault(node.text("id"), node)) is not node:
+            message = f"two junctions have the id `{node.text('id')[:40]}`"
+            raise node.error(message, f"give each its own id; the other is at {other.place}")
+    return {name: junction_type(node) for name, node in found.items()}
 
 
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
@@ -120,7 +138,7 @@ def _read_road(node: Node) -> OdrRoad:
     lanes = node.find("lanes")
     sections: dict[bool, list[OdrSection]] = {False: [], True: []}
     for section in lanes.every("laneSection") if lanes else ():
-        sections[section.text("singleSide", "false") in TRUE].append(_read_section(section))
+        sections[_one_of(SINGLE, section, "singleSide")].append(_read_section(section))
     if not any(sections.values()):
         raise node.error("the road has no <laneSection>", "write at least one into <lanes>")
     return OdrRoad(
@@ -128,7 +146,7 @@ def _read_road(node: Node) -> OdrRoad:
         name=node.text("name", ""),
         length=_length(node, pieces[-1]),
         junction=node.text("junction", "-1"),
-        left_hand=node.text("rule", "RHT") == "LHT",
+        left_hand=_one_of(LEFT_HAND, node, "rule"),
         pieces=tuple(pieces),
         offsets=_cubics(lanes.every("laneOffset"), "s", 0.0) if lanes else (),
         sections=tuple(whole_sections(sections[False], sections[True])),
@@ -138,6 +156,19 @@ def _read_road(node: Node) -> OdrRoad:
         speeds=road_speeds(node),
         heights=_heights(node),
     )
+
+
+def _one_of(choices: Mapping[str, bool], node: Node, name: str) -> bool:
+    """Return the meaning of an attribute; that of "" if it is missing.
+
+    Raises:
+        InterchangeError: it is no choice.
+    """
+    said = node.text(name, "").strip()
+    if said.casefold() not in choices:
+        words = " or ".join(f"{name}={quoted(word)}" for word in choices if len(word) > 1)
+        raise node.error(f"{name}={quoted(said)} has no meaning", f"write {words}, or leave it out")
+    return choices[said.casefold()]
 
 
 def _length(node: Node, last: Piece) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from engine.errors import Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
-from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, last_link, link, numbers, whole_numbers
+from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
 from engine.search.evaluations import (
     Evaluations,
     Figures,
@@ -25,7 +25,7 @@ from engine.search.evaluations import (
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
 from engine.search.manifest import Manifest, read_manifest
-from engine.search.store import StoreError, example_run, store_errors
+from engine.search.store import StoreError, example_run, refuse_empty, store_errors
 from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
 
@@ -48,10 +48,17 @@ class Record:
     """Time until the last generation was written [s]."""
     actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
     """Decisions of controllers, (turns, numbers) by the bytes of a scene's key, where they are stored."""
-    link: str = ""
-    """The last link of its chain in hexadecimal; empty for a journal from before there were chains."""
+    links: tuple[str, ...] = ()
+    """Links of the chain in hexadecimal, the first of them before the first generation; empty for a journal from before
+    there were chains.
+    """
     proved: bool = False
     """True if the chain proves that all data are as written (`engine.search.chain`); False without a chain."""
+
+    @property
+    def link(self) -> str:
+        """Last link of the chain; empty if there is none."""
+        return self.links[-1] if self.links else ""
 
     def past(self) -> list[Evaluations]:
         """Return the evaluations of each generation, as input of `run_campaign`."""
@@ -111,8 +118,7 @@ def _record(connection: sqlite3.Connection) -> Record:
     individuals, simulations = _individuals(connection, manifest), _simulations(connection, manifest)
     figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
     proved = has_chain(connection)
-    if proved:
-        _check_links(connection, individuals, simulations)
+    links = _checked_links(connection, individuals, simulations) if proved else ()
     kept = _action_rows(connection)
     if proved and (broken := broken_parts(connection, actions_digest(kept))):
         raise BrokenChainError(" and ".join(f"`{name}`" for name in broken) + " is not what was written")
@@ -124,7 +130,7 @@ def _record(connection: sqlite3.Connection) -> Record:
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
         actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in kept},
-        link=last_link(connection).hex() if proved else "",
+        links=links,
         proved=proved,
     )
 
@@ -133,10 +139,10 @@ class BrokenChainError(Signal, ValueError):
     """Stored rows differ from those that were written."""
 
 
-def _check_links(
+def _checked_links(
     connection: sqlite3.Connection, individuals: tuple[Array, ...], simulations: tuple[Array, ...]
-) -> None:
-    """Recompute the link of every generation.
+) -> tuple[str, ...]:
+    """Recompute the link of every generation; return all links in hexadecimal, after `BEGINNING`.
 
     Raises:
         BrokenChainError: a link differs from the stored one.
@@ -145,7 +151,7 @@ def _check_links(
     born, simulated = individuals[0][:, 0], simulations[0]
     if [row[0] for row in rows] != list(range(len(rows))) or max([-1, *born, *simulated]) >= len(rows):
         raise BrokenChainError("its generations are not those that were written")
-    before = BEGINNING
+    before, links = BEGINNING, [BEGINNING.hex()]
     for generation, figures, kept in rows:
         parts = [
             [array[slice(*np.searchsorted(order, (generation, generation + 1)))] for array in table]
@@ -154,6 +160,8 @@ def _check_links(
         before = link(before, figures, *parts)
         if before != kept:
             raise BrokenChainError(f"generation {generation} is not what was written")
+        links.append(before.hex())
+    return tuple(links)
 
 
 def _consistent(record: Record) -> Record:
@@ -188,6 +196,7 @@ def _spent(connection: sqlite3.Connection) -> float:
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> None:
+    refuse_empty(path)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a run")
     found = connection.execute("PRAGMA user_version").fetchone()[0]

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -17,6 +18,7 @@ from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.search.searchers import distribution_of
+from engine.search.store import seen_from
 from engine.search.typed import ManifestError, typed
 from engine.streams import method_number, old_number
 from engine.vocabulary import RECORDS
@@ -85,6 +87,10 @@ class Text:
     text: str
 
 
+DIGEST = "digest"
+"""In the place of an import: what the file of a map held."""
+
+
 @dataclass(frozen=True)
 class Link:
     """The file to which an import statement refers."""
@@ -95,6 +101,11 @@ class Link:
     """The first path at which the statement looks for a file."""
     name: str
     """Name of the file that was found."""
+
+    def seen_from(self, folder: Path) -> "Link":
+        """Return the same with its files named as seen from a folder."""
+        name = self.name if self.path == DIGEST else seen_from(folder, self.name)
+        return Link(seen_from(folder, self.importer), self.path, name)
 
 
 @dataclass(frozen=True)
@@ -107,6 +118,11 @@ class Origin:
     """Params held fixed, as `-p` was given."""
     scenario: str | None = None
     """The requested scenario of a file with several."""
+
+    def seen_from(self, folder: Path) -> "Origin":
+        """Return the same with its files named as seen from the folder of a run or a study."""
+        imports = tuple(Text(seen_from(folder, file.name), file.text) for file in self.imports)
+        return replace(self, imports=imports, links=tuple(link.seen_from(folder) for link in self.links))
 
 
 NO_ORIGIN = Origin()

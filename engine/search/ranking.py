@@ -19,7 +19,7 @@ import numpy as np
 from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.kinds import codes
 from engine.streams import StreamKey
-from engine.tables import Ints
+from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Verdict
 
 
@@ -57,8 +57,16 @@ def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
         avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
-    first = _group(evaluations)[rows] if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first))]
+    first, then = severity(evaluations)
+    return rows[np.lexsort((rows, then[rows], ~avoidable, first[rows]))]
+
+
+def severity(evaluations: Evaluations) -> tuple[Ints, Floats]:
+    """Return the first and the last key of the order (n,), each least for the worst: group or risk, then what the
+    search is for.
+    """
+    first = _group(evaluations) if is_aimed(evaluations.rollouts) else -evaluations.score
+    return first, -evaluations.continuous
 
 
 def _group(evaluations: Evaluations) -> Ints:

@@ -5,6 +5,7 @@ depend on sampler or simulator: `evaluate` is an argument (`engine.search.evalua
 from streams keyed by birth and rollout, so a result does not depend on other individuals or on the number of threads.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -23,7 +24,6 @@ from engine.search.evaluations import (
     distinct_collisions,
     figures,
     generation_figures,
-    is_aimed,
     judge,
     parent_rows,
     quantile_level,
@@ -33,7 +33,7 @@ from engine.search.insight.gene_effects import gene_effects, probe_genes
 from engine.search.insight.kinds import Blaming, blamed
 from engine.search.past import checked
 from engine.search.protocol import SOUGHT, Box, Proposal, Searcher, Sought
-from engine.search.ranking import Case, worst_cases
+from engine.search.ranking import Case, severity, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher, seek
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows, method_number
@@ -73,6 +73,7 @@ def run_campaign(
     start = perf_counter() - spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
+    least = (math.inf, math.inf)
     simulations = 0
     try:
         for generation in range(config.generations):
@@ -83,7 +84,10 @@ def run_campaign(
                 evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
-            best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
+            for case in worst_cases(evaluations, 1):
+                first, then = (float(key[case.row]) for key in severity(evaluations))
+                if (first, then) < least:
+                    best, least = replace(case, row=case.row + sum(len(block) for block, _ in done[:-1])), (first, then)
             simulations += done[-1][1].by_simulation.runs
             if on_generation is not None and generation >= len(past):
                 elapsed = perf_counter() - start
@@ -152,20 +156,6 @@ def _simulate(
     shape = keys.shape[:2]
     rows = evaluate(np.repeat(genomes, config.rollouts, axis=0), keys.reshape(-1, keys.shape[2]))
     return keys, map_arrays(rows, lambda array: array.reshape(*shape, *array.shape[1:]))
-
-
-def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case | None:
-    """Return the worst case so far, after a generation whose first individual has this row."""
-    for case in worst_cases(evaluations, 1):
-        if best is None or _order(evaluations, case) > _order(evaluations, best):
-            return replace(case, row=case.row + first_row)
-    return best
-
-
-def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
-    """Return a key that is greater for the worse of two cases; see `ranking.order_of_risk`."""
-    aimed = is_aimed(evaluations.rollouts)
-    return (2 * case.lost + case.collided if aimed else case.score), case.continuous
 
 
 def summarize(

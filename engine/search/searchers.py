@@ -24,7 +24,7 @@ from typing import Any, TypeVar, cast
 
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError
-from engine.search.methods.table import SEARCHERS, SearcherEntry
+from engine.search.methods.table import REMOVED, SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
 
@@ -128,8 +128,11 @@ class UnknownMethodError(CortexError, ValueError):
     """No searcher has this name."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
-        self.name = name
+        self.name, self.replacement = name.strip(), REMOVED.get(_word(name))
+        if self.replacement is not None:
+            super().__init__(f"method: `{self.name}` was removed", f"use `{self.replacement}`")
+        else:
+            super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
 
 
 def known_searchers() -> dict[str, SearcherEntry]:
@@ -143,7 +146,7 @@ def canonical(name: str) -> str:
     Raises:
         UnknownMethodError: there is no such method.
     """
-    word = name.strip().lower().replace("-", "_")
+    word = _word(name)
     if word in SEARCHERS:
         return word
     for method, entry in SEARCHERS.items():
@@ -152,6 +155,10 @@ def canonical(name: str) -> str:
     if name.strip() in plugins():
         return name.strip()
     raise UnknownMethodError(name)
+
+
+def _word(name: str) -> str:
+    return name.strip().lower().replace("-", "_")
 
 
 def find_searcher(name: str) -> SearcherEntry:

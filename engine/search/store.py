@@ -117,6 +117,16 @@ def insist_on(path: Path, inode: int) -> None:
         raise RemovedError(path)
 
 
+def refuse_empty(path: Path) -> None:
+    """Refuse a database without contents, which SQLite takes for a new one.
+
+    Raises:
+        StoreError: the file has 0 bytes.
+    """
+    if path.stat().st_size == 0:
+        raise StoreError(f"`{path}` has 0 bytes: its contents are lost", "restore it from a copy, or search again")
+
+
 @contextmanager
 def hold(directory: Path) -> Generator[None]:
     """Prevent other processes from writing the same run while the block runs.

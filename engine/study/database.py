@@ -17,11 +17,12 @@ the plan, for any order of their ends; their durations (`pace`) are in a separat
 """
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -33,12 +34,12 @@ from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
 from engine.search.past import recorded_driver, who_drove
 from engine.search.protocol import SOUGHT
-from engine.search.store import StoreError, insist_on, store_errors
+from engine.search.store import StoreError, insist_on, located, refuse_empty, store_errors
 from engine.streams import method_number, old_number
 from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
-from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seal_of
+from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seals_of
 
 STUDY = "study.sqlite"
 PROGRAMS = "programs"
@@ -82,7 +83,7 @@ class StudyStore:
         Raises:
             StoreError: the file cannot be written.
         """
-        path = folder / STUDY
+        path, plan = folder / STUDY, replace(plan, subjects=tuple(each.seen_from(folder) for each in plan.subjects))
         with store_errors(path):
             _save_programs(folder, plan)
             connection = opened(path, "rwc")
@@ -91,7 +92,7 @@ class StudyStore:
             with connection:
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
                 connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
-                connection.execute("INSERT INTO seal VALUES (?)", (seal_of(connection),))
+                connection.execute("INSERT INTO seal VALUES (?)", (seals_of(connection)[-1],))
         return cls(path, connection)
 
     @classmethod
@@ -204,6 +205,8 @@ class Study:
     """Files that have changed since the study began; the study uses their old contents."""
     proved: bool
     """True if the seal proves that all data are as written; False for a study without a seal."""
+    seals: tuple[str, ...] = ()
+    """Seals in hexadecimal, before the first run and after each run; empty for a study without a seal."""
 
     def driven_by(self, ego: object) -> "Study":
         """Return the study with its driver, which must be named again.
@@ -238,7 +241,8 @@ def read_study(folder: Path) -> Study:
     with store_errors(path), closing(opened(path, "ro")) as connection:
         proved = _check(path, connection)
         try:
-            if proved and broken_seal(connection):
+            seals = seals_of(connection) if proved else []
+            if proved and broken_seal(connection, seals[-1]):
                 raise ValueError("it is not what was written: its seal is broken")
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
@@ -248,7 +252,7 @@ def read_study(folder: Path) -> Study:
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
-    return Study(folder, plan, ordered, manifest, tuple(_edited(plan)), proved)
+    return Study(folder, plan, ordered, manifest, tuple(_edited(folder, plan)), proved, tuple(map(bytes.hex, seals)))
 
 
 def read_evaluations(study: Study, address: Address) -> Evaluations:
@@ -283,6 +287,7 @@ def _number(study: Study, method: str) -> int:
 
 def _check(path: Path, connection: sqlite3.Connection) -> bool:
     """Check the file's type and version; return True if it has a seal."""
+    refuse_empty(path)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a study")
     found = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -333,11 +338,14 @@ def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
     return records
 
 
-def _edited(plan: Plan) -> Sequence[str]:
-    """Return the files of the study that exist and differ from their stored texts."""
-    texts = {subject.file: subject.program.source_text for subject in plan.subjects}
-    texts |= {file.name: file.text for subject in plan.subjects for file in subject.program.imported}
-    return [name for name, text in texts.items() if _differs(Path(name), text)]
+def _edited(folder: Path, plan: Plan) -> Sequence[str]:
+    """Return the files of the study that exist and differ."""
+    texts: dict[str, str] = {}
+    for subject in plan.subjects:
+        beside = PurePath(subject.file).parent
+        texts |= {os.path.normpath(beside / file.name): file.text for file in subject.program.imported}
+        texts[subject.file] = subject.program.source_text
+    return [name for name, text in texts.items() if _differs(Path(located(folder, name)), text)]
 
 
 def _differs(path: Path, text: str) -> bool:

@@ -7,14 +7,17 @@ counted several times.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 from engine.config import Config
 from engine.errors import ArgumentError
+from engine.maps import MapFile
 from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
 from engine.search.protocol import SOUGHT, Box
 from engine.search.searchers import build_searcher, find_searcher, seek
+from engine.search.store import seen_from
 from engine.streams import FIELD_BITS
 
 RUNS = 30
@@ -44,6 +47,13 @@ class Subject:
     """All settings but the run's number."""
     origin: Origin = NO_ORIGIN
     """Inputs of the compiler in addition to the text."""
+
+    def seen_from(self, folder: Path) -> "Subject":
+        """Return the same with all files named as seen from the folder of a study."""
+        program, spec = self.program, self.program.road_spec
+        if isinstance(spec, MapFile):
+            program = replace(program, road_spec=replace(spec, path=seen_from(folder, spec.path)))
+        return replace(self, file=seen_from(folder, self.file), program=program, origin=self.origin.seen_from(folder))
 
 
 @dataclass(frozen=True)

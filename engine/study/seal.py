@@ -6,15 +6,17 @@ study is read; a block is compared with its digest when the block is read.
 """
 
 import sqlite3
-from collections.abc import Iterator
 from hashlib import blake2b
+from itertools import accumulate
 from typing import Any
 
 from engine.search.chain import LINK, actions_digest, either
 
 COUNTS = "SELECT (SELECT count(*) FROM run), (SELECT count(*) FROM pace), (SELECT count(*) FROM evaluations)"
+SCENARIOS = "SELECT number, name, file, manifest, digest FROM scenario"
 RUNS = """SELECT scenario, method, run, figures, course, seconds, digest
-FROM run LEFT JOIN pace USING (scenario, method, run) LEFT JOIN evaluations USING (scenario, method, run)"""
+FROM run LEFT JOIN pace USING (scenario, method, run) LEFT JOIN evaluations USING (scenario, method, run)
+ORDER BY run.rowid"""
 
 
 def digest_of(block: bytes) -> bytes:
@@ -27,25 +29,20 @@ def has_seal(connection: sqlite3.Connection) -> bool:
     return connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'seal'").fetchone() is not None
 
 
-def seal_of(connection: sqlite3.Connection) -> bytes:
-    """Return the seal that fits all rows."""
-    return actions_digest(_rows(connection))
+def seals_of(connection: sqlite3.Connection) -> list[bytes]:
+    """Return the seals that fit the rows: before the first run, and after each run in the order of their writing."""
+    facts = (*connection.execute("SELECT field, value FROM manifest"), *connection.execute(SCENARIOS))
+    runs = (actions_digest([run]) for run in connection.execute(RUNS))
+    return list(accumulate(runs, either, initial=actions_digest(facts)))
 
 
-def broken_seal(connection: sqlite3.Connection) -> bool:
-    """Return True if a row differs from its sealed form, or rows were added or removed."""
+def broken_seal(connection: sqlite3.Connection, seal: bytes) -> bool:
+    """Return True if some row is not as it was sealed, or there are more or fewer; `seal` is the last of `seals_of`."""
     counts = set(connection.execute(COUNTS).fetchone())
-    kept = connection.execute("SELECT value FROM seal").fetchall()
-    return len(counts) != 1 or kept != [(seal_of(connection),)]
+    return len(counts) != 1 or connection.execute("SELECT value FROM seal").fetchall() != [(seal,)]
 
 
 def add_to_seal(connection: sqlite3.Connection, run: tuple[Any, ...]) -> None:
     """Add one run to the seal, within the transaction that writes it; `run` has the columns of `RUNS`."""
     (kept,) = connection.execute("SELECT value FROM seal").fetchone()
     connection.execute("UPDATE seal SET value = ?", (either(kept, actions_digest([run])),))
-
-
-def _rows(connection: sqlite3.Connection) -> Iterator[tuple[Any, ...]]:
-    yield from connection.execute("SELECT field, value FROM manifest")
-    yield from connection.execute("SELECT number, name, file, manifest, digest FROM scenario")
-    yield from connection.execute(RUNS)

@@ -112,30 +112,59 @@ def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:
     return (*STUDIES, own_row(plan, records))
 
 
-def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
-    """Return the row of the finished runs: shares of individuals, as in the paper; seconds of one worker."""
+@dataclass(frozen=True)
+class Totals:
+    """Sums over all finished runs of one method."""
+
+    method: str
+    individuals: int
+    valid: int
+    collisions: int
+
+
+@dataclass(frozen=True)
+class OwnTotals:
+    """Sums over all finished runs of a study."""
+
+    simulations: int
+    seconds_per_simulation: float
+    """Of one worker; NaN without a simulation."""
+    methods: tuple[Totals, ...]
+    """That of the paper's own method first, as in the paper."""
+
+
+def own_totals(plan: Plan, records: Sequence[RunRecord]) -> OwnTotals:
+    """Return the sums over the finished runs."""
     simulations = sum(record.figures.simulations.runs for record in records)
     seconds = sum(record.seconds for record in records)
+    methods = sorted(plan.methods, key=lambda name: name != METHODS[0])
+    return OwnTotals(simulations, _ratio(seconds, simulations), tuple(_totals(method, records) for method in methods))
+
+
+def _totals(method: str, records: Sequence[RunRecord]) -> Totals:
+    runs = [record.figures.individuals for record in records if record.address.method == method]
+    sums = (sum(getattr(figures, field) for figures in runs) for field in ("individuals", "valid", "nc"))
+    return Totals(method, *sums)
+
+
+def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
+    """Return the row of this study in the paper's table. Shares are of individuals, as in the paper."""
+    own = own_totals(plan, records)
+
+    def share(part: int, of: int) -> str:
+        return f"{100.0 * part / of:.1f} %" if of else "none"
+
+    named = [("GA" if each.method == METHODS[0] else each.method, each) for each in own.methods]
     return StudyRow(
         name="this study",
-        cases=f"{simulations:,}",
-        seconds=f"{seconds / simulations:.2g}" if simulations else "none",
-        collisions=_shares(plan, records, "nc", counted=True),
-        valid=_shares(plan, records, "valid", counted=False),
+        cases=f"{own.simulations:,}",
+        seconds=f"{own.seconds_per_simulation:.2g}" if own.simulations else "none",
+        collisions=", ".join(
+            f"{name} {each.collisions:,} ({share(each.collisions, each.individuals)})" for name, each in named
+        ),
+        valid=", ".join(f"{name} {share(each.valid, each.individuals)}" for name, each in named),
         metrics="RL, NC, MD, avoidable collisions, kinds",
     )
-
-
-def _shares(plan: Plan, records: Sequence[RunRecord], field: str, *, counted: bool) -> str:
-    """Return `GA 3,249 (18.1 %), random 2,482 (13.8 %)`, or the shares alone."""
-    parts: list[str] = []
-    for method in sorted(plan.methods, key=lambda name: name != METHODS[0]):  # the paper names its own first, too
-        runs = [record.figures.individuals for record in records if record.address.method == method]
-        total, of = sum(getattr(figures, field) for figures in runs), sum(figures.individuals for figures in runs)
-        share = f"{100.0 * total / of:.1f} %" if of else "none"
-        name = "GA" if method == "ga" else method
-        parts.append(f"{name} {total:,} ({share})" if counted else f"{name} {share}")
-    return ", ".join(parts)
 
 
 # -- rates of random sampling ------------------------------------------------------------------------------------------

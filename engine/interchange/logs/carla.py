@@ -82,8 +82,8 @@ class _Log:
     """Data read so far."""
 
     actors: dict[str, _Actor] = field(default_factory=dict[str, _Actor])
-    poses: list[tuple[int, float, str, tuple[float, float, float]]] = field(default_factory=list)
-    """Line, time, actor, (x, y, yaw)."""
+    poses: list[tuple[int, float, str, tuple[float, float, float, float]]] = field(default_factory=list)
+    """Line, time, actor, (x, y, z, yaw)."""
     velocities: dict[tuple[float, str], tuple[float, float]] = field(default_factory=dict)
     unread: Unread = field(default_factory=Unread)
 
@@ -99,7 +99,7 @@ def read_recorder(path: Path) -> Tracks:
         cure = "ask for everything: client.show_recorder_file_info(FILE, True)"
         raise InterchangeError("it contains no positions of vehicles or walkers", cure, path.name)
     whole = all((time, actor) in log.velocities for _, time, actor, _ in log.poses)
-    keys = ("time", "actor", "x", "y", "heading", "length", "width", "type", "role")
+    keys = ("time", "actor", "x", "y", "z", "heading", "length", "width", "type", "role")
     tracks = tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))
     return replace(tracks, remarks=(*tracks.remarks, *log.unread.notes()))
 
@@ -142,7 +142,8 @@ def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
         return
     numbers = [float(text) for text in found.groups()[1:]]
     if section == POSITIONS:
-        pose = (numbers[0] * CENTIMETRE, numbers[1] * CENTIMETRE, math.radians(numbers[5]))
+        x, y, z = (number * CENTIMETRE for number in numbers[:3])
+        pose = (x, y, z, math.radians(numbers[5]))
         log.poses.append((number, time, found.group(1), pose))
     elif section == ACTORS:
         log.velocities[time, found.group(1)] = (numbers[0], numbers[1])
@@ -152,7 +153,7 @@ def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
 
 
 def _rows(log: _Log) -> Iterator[Row]:
-    for line, time, name, (x, y, yaw) in log.poses:
+    for line, time, name, (x, y, z, yaw) in log.poses:
         actor = log.actors[name]
         cos, sin = math.cos(yaw), math.sin(yaw)
         vel_x, vel_y = log.velocities.get((time, name), (0.0, 0.0))
@@ -163,6 +164,7 @@ def _rows(log: _Log) -> Iterator[Row]:
                 "actor": name,
                 "x": x + actor.origin[0] * cos - actor.origin[1] * sin,
                 "y": y + actor.origin[0] * sin + actor.origin[1] * cos,
+                "z": z,
                 "heading": yaw,
                 "vel_x": vel_x,
                 "vel_y": vel_y,

@@ -25,7 +25,7 @@ LAYOUT = Layout(
     point=Point.CENTER,
     said="positions are rear axles; they become centres with the logged boxes; kinds are not logged",
 )
-KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "length", "width")
 NAME = "Entitity_Name [-]"
 NUMBERS = {
     "x": "World_Position_X [m]",
@@ -37,6 +37,7 @@ NUMBERS = {
     "ahead": "bb_x [m]",
     "aside": "bb_y [m]",
 }
+HEIGHT = "World_Position_Z [m]"
 BLOCK = re.compile(r"#(\d{1,6}) (.+)")
 MOST_PREAMBLE = 100
 """Lines above the column names."""
@@ -63,7 +64,7 @@ def _rows(lines: CsvRows, name: str, unread: Unread) -> Iterator[Row]:
     time, blocks = _columns(lines, name)
     for block in blocks:
         for column, index in block.items():
-            if column not in (NAME, *NUMBERS.values()):
+            if column not in (NAME, HEIGHT, *NUMBERS.values()):
                 unread.add(column, f"{name}, line {lines.line_num}, column {index + 1}")
     for cells in lines:
         if len(cells) <= time or not cells[time].strip():
@@ -104,7 +105,8 @@ def _row(cells: Sequence[str], block: Mapping[str, int], time: float, place: str
     ahead, aside = values.pop("ahead"), values.pop("aside")
     values["x"] += ahead * cos - aside * sin
     values["y"] += ahead * sin + aside * cos
-    return {"time": time, "actor": cells[block[NAME]].strip(), **values}
+    height = _number(cells, block[HEIGHT], place) if HEIGHT in block else 0.0
+    return {"time": time, "actor": cells[block[NAME]].strip(), "z": height, **values}
 
 
 def _number(cells: Sequence[str], index: int, place: str) -> float:

@@ -22,7 +22,7 @@ from engine.vocabulary import ActorKind
 
 LONGEST = 100_000_000
 """Maximum length of one message [bytes]."""
-KEYS = ("time", "actor", "x", "y", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
 LAYOUT = Layout(
     name="OSI",
     known_by=(),
@@ -54,6 +54,19 @@ OTHERS = {
     20: "proj_frame_offset",
 }
 """Names of the fields that are not read."""
+OF_OBJECT = {
+    4: "assigned_lane_id",
+    5: "vehicle_attributes",
+    6: "",
+    7: "model_reference",
+    8: "future_trajectory",
+    9: "moving_object_classification",
+    10: "source_reference",
+}
+OF_CLASSIFICATION = {2: "light_state", 3: "has_trailer", 4: "trailer_id"}
+OF_BASE = {5: "acceleration", 6: "orientation_rate", 7: "orientation_acceleration", 8: "base_polygon"}
+OF_ORIENTATION = {1: "roll", 2: "pitch"}
+"""Names of the fields of a moving object that are not read; the field without a name, its kind and role, is read."""
 Message = dict[int, list[int | float | bytes]]
 """Values by field number."""
 
@@ -98,14 +111,14 @@ def _rows(messages: Iterable[bytes], name: str, unread: Unread) -> Iterator[Row]
             truth = fields(content)
             for each in truth.keys() - {VERSION, STAMP, HOST, MOVING}:
                 unread.add(OTHERS.get(each, f"field {each}"), f"{name}, message {number}")
-            yield from ((number, row) for row in _moving(truth))
+            yield from ((number, row) for row in _moving(truth, unread, f"{name}, message {number}"))
         except (ValueError, struct.error, OverflowError):
             cure = "name a trace of GroundTruth, in protobuf's binary form"
             raise InterchangeError("the message cannot be decoded", cure, f"{name}, message {number}") from None
 
 
-def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
-    """Yield all moving objects, at the time of a `GroundTruth`."""
+def _moving(truth: Message, unread: Unread, place: str) -> Iterator[dict[str, float | str]]:
+    """Yield all moving objects, at the time of a `GroundTruth`; fields that are not read are added to `unread`."""
     stamp = _inner(truth, STAMP)
     time = _whole(stamp, 1) + _whole(stamp, 2) / 1e9
     host = _whole(_inner(truth, HOST), 1, UNSET)
@@ -113,6 +126,10 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
         thing = fields(_bytes(content))
         own, base, kind = _whole(_inner(thing, 1), 1), _inner(thing, 2), _inner(thing, 6)
         size, at, turned, velocity = (_inner(base, field) for field in (1, 2, 3, 4))
+        for holder, names in ((thing, OF_OBJECT), (kind, OF_CLASSIFICATION), (base, OF_BASE), (turned, OF_ORIENTATION)):
+            for field in holder.keys() & names.keys():
+                if names[field] and _says_something(holder[field]):
+                    unread.add(f"moving_object.{names[field]}", place)
         code = Code(_whole(thing, 3), _whole(kind, 5, UNSET), _whole(kind, 1, UNSET))
         found = kind_of(code)
         yield {
@@ -120,6 +137,7 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
             "actor": str(own),
             "x": _real(at, 1),
             "y": _real(at, 2),
+            "z": _real(at, 3),
             "heading": _real(turned, 3),
             "vel_x": _real(velocity, 1),
             "vel_y": _real(velocity, 2),
@@ -128,6 +146,18 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
             "type": "" if found is None else found.name.lower(),
             "role": "ego" if own == host else "",
         }
+
+
+def _says_something(values: list[int | float | bytes]) -> bool:
+    """Return False for zeros, and for messages of nothing else."""
+    return any(_is_stated(value) if isinstance(value, bytes) else value for value in values)
+
+
+def _is_stated(content: bytes) -> bool:
+    try:
+        return any(map(_says_something, fields(content).values()))
+    except (ValueError, struct.error):
+        return True  # a text
 
 
 # -- Protocol Buffers --------------------------------------------------------------------------------------------------

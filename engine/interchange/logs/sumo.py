@@ -18,7 +18,7 @@ from engine.interchange.xml import Limits, Node, read_xml
 from engine.vocabulary import ActorKind
 
 LIMITS = Limits(megabytes=300.0, elements=3_000_000, all_attributes=36_000_000)
-KEYS = ("time", "actor", "x", "y", "heading", "speed", "type")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "type")
 LAYOUT = Layout(
     name="SUMO's FCD output",
     known_by=(),
@@ -29,7 +29,7 @@ LAYOUT = Layout(
     kinds={"person": ActorKind.PEDESTRIAN, "container": ActorKind.OBSTACLE},
     sizes=SUMO_SIZES,
 )
-_ACTOR = ("id", "x", "y", "angle", "speed", "type")
+_ACTOR = ("id", "x", "y", "z", "angle", "speed", "type")
 READ = {"fcd-export": None, "timestep": ("time",), **dict.fromkeys(("vehicle", "person", "container"), _ACTOR)}
 """Elements that are read, with their attributes."""
 GEO_EXTENT = 1.0
@@ -62,6 +62,7 @@ def _rows(root: Node) -> Iterator[Row]:
                     "actor": node.text("id"),
                     "x": node.number("x"),
                     "y": node.number("y"),
+                    "z": node.number("z", 0.0),
                     "heading": math.radians(node.number("angle")),
                     "speed": node.number("speed"),
                     "type": node.tag if node.tag in LAYOUT.kinds else node.text("type", ""),

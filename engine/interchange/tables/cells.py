@@ -32,7 +32,7 @@ from engine.interchange.tables.columns import (
 )
 from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
 from engine.interchange.tables.layouts import Layout, layout_of
-from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, separator_of
+from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, begin_of, separator_of
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats
 
@@ -48,10 +48,8 @@ LATEST = 1e19
 WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
 """Largest whole number, of 64 bits."""
-MAY_BE_EMPTY = ("heading", "length", "width")
-"""Columns in which a known tool leaves a cell empty if its value is unknown."""
-PREAMBLE = "Version:"
-"""Beginning of the line that esmini writes above its column names."""
+MAY_BE_EMPTY = ("z", "heading", "length", "width")
+"""Columns in which an empty cell is an unknown value."""
 
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
@@ -77,12 +75,13 @@ def read_csv_cells(path: Path, rate: float | None = None, named: Mapping[str, st
 
 
 def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]) -> Cells:
-    name, lines = path.name, _short_lines(file, path.name)
-    first, skipped = next(lines, ""), 0
-    if first.startswith(PREAMBLE):
-        first, skipped = next(lines, ""), 1
-    separator = separator_of(first)
-    rows = csv.reader(chain([first], lines), strict=True, delimiter=separator)
+    name = path.name
+    lines, skipped = begin_of(_short_lines(file, name))
+    first = next(lines)
+    separator, lines = separator_of(first), chain([first], lines)
+    spaced = separator == " "
+    lines = map(str.strip, lines) if spaced else lines
+    rows = csv.reader(lines, strict=True, delimiter=separator, skipinitialspace=spaced)
     header = next(rows, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
@@ -111,9 +110,9 @@ def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout
         if len(lines) >= MOST_ROWS:
             raise InterchangeError(f"there are more than {MOST_ROWS:,} rows", "leave out actors or samples", place)
         if len(row) != len(header):
-            _wrong_length(row, header, place)
+            _wrong_length(row, header, rows.separator, place)
         for key, column in chosen.columns.items():
-            gathered[key].append(_value(row[column.index], key, column, chosen, place, layout))
+            gathered[key].append(_value(row[column.index], key, column, chosen, place))
         lines.append(rows.line_num + skipped)
     return _cells(name, chosen, gathered, lines)
 
@@ -183,16 +182,14 @@ def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
     return (times - first if first == 0.0 else np.round(times - first, digits)) * factor, first * factor
 
 
-def _value(
-    text: str, key: str, column: Column, chosen: Chosen, place: str, layout: Layout | None = None
-) -> float | int | str:
+def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> float | int | str:
     if chosen.omega_prime and key in OMEGA_WHOLE:
         if not WHOLE.fullmatch(text) or abs(int(text)) > LARGEST_WHOLE:
             raise _bad(text, "a whole number", column, place)
         return int(text)
     if key in TEXTS:
         return _text(text, key, column, place)
-    if layout is not None and key in MAY_BE_EMPTY and not text.strip():
+    if key in MAY_BE_EMPTY and not chosen.omega_prime and not text.strip():
         return math.nan
     try:
         value = float(text)
@@ -226,9 +223,10 @@ def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError
     return InterchangeError(f"it should hold {wanted}, and holds {said}", cure, f"{place}, column `{column.name}`")
 
 
-def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None:
-    more = len(row) > len(header)
-    cure = "write a point in numbers, not a comma" if more else "write all of its cells, or leave it out"
+def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str, place: str) -> None:
+    cure = "write all of its cells, or leave it out"
+    if len(row) > len(header):
+        cure = "quote names with spaces" if separator == " " else "write a point in numbers, not a comma"
     raise InterchangeError(f"{len(row)} cells stand under {len(header)} column names", cure, place)
 
 
@@ -265,12 +263,14 @@ def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Stor
         choices, numbers = file.texts(column.name)
         texts = [_text(text, key, column, f"{file.file}, row {row + 1}") for text, row in choices]
         return [texts[number] for number in numbers.tolist()]
-    values = file.column(column.name)
+    may_be_empty = key in MAY_BE_EMPTY and not chosen.omega_prime
+    values = file.column(column.name, may_be_empty=may_be_empty)
     if values.dtype.kind not in "iuf" or (storage.typecode == "q" and values.dtype.kind == "f"):
         wanted = "whole numbers" if storage.typecode == "q" else "numbers"
         raise InterchangeError(f"it should hold {wanted}, and holds {values.dtype}", "convert the column", place)
     largest = LARGEST_WHOLE if storage.typecode == "q" else _largest(key)
-    wrong = np.flatnonzero(~(np.abs(values.astype(np.float64)) <= largest))
+    possible = np.abs(values.astype(np.float64)) <= largest
+    wrong = np.flatnonzero(~(possible | np.isnan(values) if may_be_empty else possible))
     if len(wrong):
         message = f"it should hold a number that can be, and holds {values[wrong[0]]}"
         raise InterchangeError(

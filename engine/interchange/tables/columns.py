@@ -21,6 +21,7 @@ _PLAIN: Mapping[str, str] = {
     "actor": "id name track track_id trackid object object_id agent agent_id vehicle_id car_id idx entity",
     "x": "x_m pos_x position_x x_center xcenter center_x x_utm utm_x",
     "y": "y_m pos_y position_y y_center ycenter center_y y_utm utm_y",
+    "z": "z_m pos_z position_z z_center zcenter center_z z_utm utm_z altitude elevation",
     "heading": "yaw psi hdg theta orientation rotation angle",
     "speed": "v velocity vel speed_mps",
     "vel_x": "vx v_x velocity_x x_velocity xvelocity speed_x",
@@ -37,7 +38,7 @@ NEEDED = ("time", "actor", "x", "y")
 VELOCITY = ("vel_x", "vel_y")
 BOX = ("width", "height")
 """Size columns of a box in an image; its x and y are a corner."""
-OMEGA = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
+OMEGA = ("total_nanos", "idx", "x", "y", "z", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
 """Columns of omega-prime that motion is read from."""
 NAME = "name"
 """Column of names, an addition to those of omega-prime, whose readers ignore it."""
@@ -64,7 +65,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     }
 )
 """Factors to SI of the units of each dimension."""
-MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
+MEASURED_AS = MappingProxyType({"y": "x", "z": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
 DATES = "dates"
 """The unit of a time that is written as dates, ISO 8601."""
 FRAMES = "frames"

@@ -78,14 +78,14 @@ class ParquetFile:
         """Return True if a column holds instants."""
         return str(self._file.schema_arrow.field(name).type).startswith("timestamp")
 
-    def column(self, name: str) -> np.ndarray:
-        """Return one column of numbers; instants are nanoseconds since 1970.
+    def column(self, name: str, *, may_be_empty: bool = False) -> np.ndarray:
+        """Return one column of numbers; instants are nanoseconds since 1970, empty cells NaN.
 
         Raises:
             InterchangeError: it has empty cells, is too large, or the file is damaged.
         """
         try:
-            values = self._column(name).to_numpy(zero_copy_only=False)
+            values = self._column(name, may_be_empty=may_be_empty).to_numpy(zero_copy_only=False)
             return values.astype("datetime64[ns]").astype(np.int64) if values.dtype.kind == "M" else values
         except (OSError, ValueError) as error:
             raise _broken(self.file, error) from None
@@ -115,12 +115,12 @@ class ParquetFile:
             place = f"{self.file}, column `{name}`"
             raise InterchangeError(f"it should hold texts, and holds {kind}", "convert the column", place)
 
-    def _column(self, name: str) -> Any:
+    def _column(self, name: str, *, may_be_empty: bool = False) -> Any:
         place = f"{self.file}, column `{name}`"
         if (size := self._size(name)) > LARGEST_COLUMN:
             raise InterchangeError(f"it unpacks to {size / 1e6:,.0f} MB", "leave out actors or samples", place)
         column = self._file.read(columns=[name]).column(name)
-        if column.null_count:
+        if column.null_count and not may_be_empty:
             message = f"{column.null_count:,} cells are empty"
             raise InterchangeError(message, "fill them, or leave their rows out", place)
         return column

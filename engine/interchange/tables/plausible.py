@@ -77,7 +77,7 @@ def held_headings(
     `loose` (samples,): where the actor slides after an impact, in any direction; `unit_said`: the headings are known to
     be radians; `of_motion`: returns the headings of motion.
     """
-    direction = np.where(loose, math.nan, _directions(motion))
+    direction = np.where(loose, math.nan, directions_of(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return Held(heading)
@@ -102,7 +102,7 @@ def driven(time: Floats) -> int:
     return int(short[0]) + 2 if len(short) else len(time)
 
 
-def _directions(motion: Motion) -> Floats:
+def directions_of(motion: Motion) -> Floats:
     """Return (samples,) the direction of motion while it is driven; NaN where there is none."""
     away = motion.positions - motion.positions[0]
     if np.hypot(*away.T).max() < FAR:

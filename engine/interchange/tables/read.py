@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
-from engine.interchange.motion import gaps_between
+from engine.interchange.motion import LONGEST_STEP, gaps_between, unseen_steps
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
@@ -20,9 +20,10 @@ from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_
 from engine.interchange.tables.columns import NO_NAMES
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.facing import set_aside, with_assumed_headings
+from engine.interchange.tables.heights import on_one_level
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.interchange.tables.tracks import tracks_of
-from engine.tables import SLIDING, Floats
+from engine.tables import SLIDING, Bools, Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
 
@@ -95,6 +96,7 @@ def recording_of(
     ordered, chosen = _ego_first(tracks, ego)
     if window is not None:
         ordered = _within(ordered, window, tracks.file)
+    ordered, on_levels = on_one_level(ordered)
     kept, left_out = _whom_it_meets(ordered, tracks.file)
     time, remarks = _clock(kept, tracks)
     kept, aside = set_aside(kept, lambda pair: states_of(pair, time), tracks.file)
@@ -108,7 +110,7 @@ def recording_of(
         commands=False,
     )
     gaps = tuple(absences(kept))
-    return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
+    return Imported(recording, None, (*tracks.remarks, *chosen, *on_levels, *left_out, *aside, *remarks, *gaps))
 
 
 def _cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
@@ -239,6 +241,21 @@ def absences(tracks: Sequence[TableTrack]) -> Iterator[str]:
         yield f"{cited(track.name)} is missing from {begin:.6g} to {end:.6g} s{more}"
     if len(found) > MOST_NAMED:
         yield f"{len(found) - MOST_NAMED:,} more actors are missing for a while"
+    unseen = [(track, steps) for track in tracks if (steps := _unseen(track)).any()]
+    for track, steps in unseen[:1]:
+        first, number = int(np.argmax(steps)), sum(int(np.count_nonzero(each)) for _, each in unseen)
+        where = f"{cited(track.name)} moves between rows {np.diff(track.time)[first]:.4g} s apart"
+        yield (
+            f"{where}, at {track.time[first]:.6g} s ({number:,} such steps in all): its way is not known there, and no "
+            f"pair is judged; record a row every {LONGEST_STEP:g} s at least"
+        )
+
+
+def _unseen(track: TableTrack) -> Bools:
+    """Return the unseen steps (samples - 1,) of an actor that is not missing at them."""
+    found = unseen_steps(track.time, track.positions)
+    found[gaps_between(track.time)] = False
+    return found
 
 
 def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:

@@ -31,9 +31,11 @@ class TableTrack:
     slides: Bools | None = None
     """(samples,) True while it slides after an impact; None if unknown."""
     breaks: Bools | None = None
-    """(samples,) True before a jump, across which it is absent; None: it never jumps."""
+    """(samples,) True before a jump or an unseen step, across which it is absent; None if there is none."""
     ahead: float = 0.0
     """Distance of `positions` ahead of the centre where the heading is NaN [m]."""
+    height: Floats | None = None
+    """(samples,) z [m], NaN if unknown; None: all actors are in one plane."""
     assumed: Bools | None = None
     """(samples,) True where the heading is an assumption; None: nowhere."""
 
@@ -50,7 +52,7 @@ class TableTrack:
 
     def only(self, kept: slice | Bools) -> "TableTrack":
         """Return the track of some of its samples alone."""
-        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "assumed")
+        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "height", "assumed")
         cut = {name: values[kept] for name in columns if (values := getattr(self, name)) is not None}
         return replace(self, **cut)
 

@@ -1,12 +1,11 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
 from types import MappingProxyType
-from typing import NoReturn
 
 import numpy as np
 
@@ -22,9 +21,10 @@ from engine.interchange.motion import (
     without_jumps,
 )
 from engine.interchange.motion_headings import motion_headings
-from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
 from engine.interchange.tables.conventions import ahead
-from engine.interchange.tables.plausible import Held, along_heading, driven, held_headings, held_speeds, scale_remarks
+from engine.interchange.tables.headings import Headings, slides
+from engine.interchange.tables.plausible import Held, along_heading, driven, held_speeds, scale_remarks
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
@@ -34,8 +34,6 @@ TURNING = 1e-3
 """Yaw rate below which the turning point cannot be determined [rad/s]."""
 SAME_PLACE = 1e-3
 """Largest difference of samples in the distance of the centre ahead of the rear axle [m]."""
-DEGREES = 7.0
-"""Largest heading in radians, unless headings are unwrapped."""
 LONGEST = 100.0
 """Maximum length of an outline [m], as in cortexc."""
 MOST_TRACKS = 50_000
@@ -49,7 +47,7 @@ SI_UNITS: Mapping[str, str] = MappingProxyType(
         "heading": "rad",
         "speed": "m/s",
         **dict.fromkeys(VELOCITY, "m/s"),
-        **dict.fromkeys(("x", "y", "length", "width"), "m"),
+        **dict.fromkeys(("x", "y", "z", "length", "width"), "m"),
     }
 )
 KINDS: Mapping[str, ActorKind] = MappingProxyType(
@@ -72,12 +70,16 @@ def tracks_of(cells: Cells) -> Tracks:
     Raises:
         InterchangeError: too many actors, two rows of one actor at one time, an invalid size.
     """
-    gathered = _Gathered(cells, [*_read_as(cells), *_assumed_units(cells)])
+    remarks = [*_read_as(cells), *_assumed_units(cells)]
+    gathered = _Gathered(cells, remarks, Headings(cells, remarks))
     actors = _rows_by_actor(cells)
     if len(actors) > MOST_TRACKS:
         raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_TRACKS:,} in it", cells.file)
     time = _times(cells)
-    found = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
+    actors = {name: rows[np.argsort(time[rows], kind="stable")] for name, rows in actors.items()}
+    gathered.refuse_twice(actors, time)
+    gathered.headings.judge(actors.values(), time)
+    found = [gathered.track(name, rows, time) for name, rows in actors.items()]
     tracks = [track for track in found if track is not None]
     if not tracks:
         raise InterchangeError(
@@ -86,8 +88,8 @@ def tracks_of(cells: Cells) -> Tracks:
     if len({track.name for track in tracks}) < len(tracks):
         raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
     odd = scale_remarks([track.name for track in tracks], [(track.time, track.positions) for track in tracks])
-    remarks = tuple(dict.fromkeys([*odd, *gathered.remarks]))[:MOST_REMARKS]
-    return Tracks(tuple(tracks), remarks, cells.file, cells.begin, cells.omega_prime)
+    said = tuple(dict.fromkeys([*odd, *remarks]))[:MOST_REMARKS]
+    return Tracks(tuple(tracks), said, cells.file, cells.begin, cells.omega_prime)
 
 
 def _read_as(cells: Cells) -> Iterator[str]:
@@ -140,14 +142,19 @@ class _Gathered:
 
     cells: Cells
     remarks: list[str]
+    headings: Headings
+
+    def refuse_twice(self, actors: Mapping[str, Ints], time: Floats) -> None:
+        """Raise InterchangeError if an actor has two rows at one time; `actors`: rows of each, in the order of time."""
+        for label, rows in actors.items():
+            if len(same := np.flatnonzero(np.diff(time[rows]) <= 0.0)):
+                one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
+                message = f"{cited(label)} has two rows at one time, the other on line {self.cells.lines[one]}"
+                raise InterchangeError(message, "leave one of them out", self.cells.place(two))
 
     def track(self, label: str, rows: Ints, time: Floats) -> TableTrack | None:
         """Return the track of `rows` of one actor, in the order of time; None if it jumps at each of them."""
         cells, own = self.cells, time[rows]
-        if len(same := np.flatnonzero(np.diff(own) <= 0.0)):
-            one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
-            message = f"{cited(label)} has two rows at one time, the other on line {cells.lines[one]}"
-            raise InterchangeError(message, "leave one of them out", cells.place(two))
         name, kind = self._name(label, rows), self._kind(label, rows)
         places = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
         kept, breaks, jumps = without_jumps(own, places)
@@ -160,7 +167,8 @@ class _Gathered:
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
         point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
         lag, on_foot = behind and max(0.0, behind + point), kind == ActorKind.PEDESTRIAN
-        heading = self._heading(name, motion, velocity, rows, partial(motion_headings, lag=lag, on_foot=on_foot))
+        shown = partial(motion_headings, motion, lag=lag, on_foot=on_foot)
+        heading = self.headings.of(name, motion, velocity, rows, shown, on_foot=on_foot)
         speed, behind = self._speed(name, motion, velocity, heading, rows, behind)
         point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
         known = ~np.isnan(heading)
@@ -176,14 +184,11 @@ class _Gathered:
             length=length,
             width=width,
             rear_to_center=behind,
-            slides=self._slides(rows),
+            slides=slides(cells, rows),
             breaks=breaks[kept],
             ahead=point,
+            height=cells.numbers["z"][rows] if "z" in cells.numbers else None,
         )
-
-    def _slides(self, rows: Ints) -> Bools:
-        """Return (samples,) True while it slides after an impact, as a table of cortexc states."""
-        return self.cells.whole[SLIDES][rows] != 0 if SLIDES in self.cells.whole else np.zeros(len(rows), bool)
 
     def _is_ego(self, label: str, rows: Ints) -> bool:
         """Return True for the ego: by its key in omega-prime, where names have no meaning, else by its name."""
@@ -224,7 +229,10 @@ class _Gathered:
         if quantity not in self.cells.numbers:
             return self._usual_size(quantity, kind, f"the table has no {quantity}")
         sizes = self.cells.numbers[quantity][rows]
-        if self.cells.layout is not None and not (sizes > 0.0).any():  # a known tool's unknown size is 0, or empty
+        rows, sizes = rows[~np.isnan(sizes)], sizes[~np.isnan(sizes)]  # an empty cell is an unknown size
+        if not len(sizes) or (
+            self.cells.layout is not None and not (sizes > 0.0).any()
+        ):  # or 0, in a known tool's table
             return self._usual_size(quantity, kind, f"the table has no {quantity} of a {kind.name.casefold()}")
         if not (sizes > 0.0).all():
             row = int(rows[np.flatnonzero(~(sizes > 0.0))[0]])
@@ -256,35 +264,9 @@ class _Gathered:
         self._remark(held.remark)
         return held
 
-    def _heading(
-        self, name: str, motion: Motion, velocity: Held | None, rows: Ints, of_motion: Callable[..., Floats]
-    ) -> Floats:
-        """Return the headings of the table if they fit, else those of motion (`motion_headings`)."""
-        key = "yaw" if self.cells.omega_prime else "heading"
-        if key not in self.cells.numbers or not np.isfinite(self.cells.numbers[key][rows]).all():
-            believed = velocity is not None and not velocity.rejected
-            source = "velocities, or else of its motion" if believed else "motion"
-            self.remarks.append(f"an actor without headings has the directions of its {source}")
-            return of_motion(motion, velocity.values if velocity and believed else None)
-        column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
-        if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
-            self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
-        loose, unit_said = self._slides(rows), bool(column.unit)
-        trusted = partial(of_motion, motion)
-        held = held_headings(name, motion, np.unwrap(heading), loose, unit_said=unit_said, of_motion=trusted)
-        if held.in_degrees:
-            self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
-        self._remark(held.remark)
-        return held.values
-
     def _remark(self, remark: str) -> None:
         if remark:
             self.remarks.append(remark)
-
-    def _refuse_degrees(self, message: str, key: str, heading: Floats, rows: Ints) -> NoReturn:
-        column = self.cells.columns[key]
-        cure = "write radians" if column.unit else f"if they are degrees, call the column `{column.name}_deg`"
-        raise InterchangeError(message, cure, self.cells.place(int(rows[int(np.abs(heading).argmax())]), key))
 
     def _speed(
         self, name: str, motion: Motion, velocity: Held | None, heading: Floats, rows: Ints, behind: float
@@ -293,7 +275,7 @@ class _Gathered:
         numbers, columns = self.cells.numbers, self.cells.columns
         known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is not a speed
         if velocity is not None:
-            turning_point = _turning_point(motion, velocity.values, ahead, behind, self._slides(rows))
+            turning_point = _turning_point(motion, velocity.values, ahead, behind, slides(self.cells, rows))
             return along_heading(velocity.values, ahead) * known, turning_point
         if "speed" in numbers:
             speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0

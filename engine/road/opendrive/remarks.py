@@ -39,6 +39,7 @@ def remarks_on(
     """Yield all remarks; `links` belong to the lanes in `found`, `left_out` are the omitted lanes."""
     yield from network.remarks
     yield from on_lengths(links)
+    yield from on_sections(network)
     yield from on_lanes(left_out)
     yield from on_jumps([each.jump for each in found])
     yield from on_gaps(network)
@@ -94,6 +95,16 @@ def on_lengths(links: Links) -> Iterator[str]:
         yield f"road `{short[0][:40]}`{more} no length: it is left out"
 
 
+def on_sections(network: OdrNetwork) -> Iterator[str]:
+    """On sections that begin where their road has ended."""
+    roads = [road for road in network.roads.values() if road.length > 0.0]
+    late = [(road, each) for road in roads for each in road.sections if each.start >= road.length + WORTH_A_REMARK]
+    for road, section in late[:1]:
+        more = f" (so are {len(late) - 1} more)" if late[1:] else ""
+        where = f"begins at s = {section.start:g} m, beyond the end of the road at {road.length:g} m"
+        yield f"a section of road `{road.id[:40]}` {where}: it is left out{more}"
+
+
 def on_lanes(left_out: Sequence[FileLane]) -> Iterator[str]:
     """Yield a remark on lanes that cannot be driven."""
     for lane in left_out[:1]:
@@ -117,10 +128,29 @@ def on_links(network: OdrNetwork) -> Iterator[str]:
     lost = [each.junction for each in network.connections if not {each.incoming, each.connecting} <= there["road"]]
     if lost:
         yield f"junction `{lost[0][:40]}` joins roads that do not exist: these connections are not used"
+    yield from on_lane_links(network)
     for kind in dict.fromkeys(network.junction_types.values()):
         alike = [junction for junction, each in network.junction_types.items() if each == kind]
         more = f" and {len(alike) - 1} more" if alike[1:] else ""
         yield f"no lane leads through junction `{alike[0][:40]}`{more} of the type {cited(kind)}, which is not read"
+
+
+def on_lane_links(network: OdrNetwork) -> Iterator[str]:
+    """On connections that name lanes which their roads do not have."""
+    lost = [
+        (each.junction, lane, road)
+        for each in network.connections
+        for road, lanes in ((each.incoming, each.lanes), (each.connecting, each.lanes.values()))
+        if road in network.roads
+        for lane in lanes
+        if all(lane not in section.lanes for section in network.roads[road].sections)
+    ]
+    for junction, lane, road in lost[:1]:
+        more = f" (so do {len(lost) - 1} more)" if lost[1:] else ""
+        yield (
+            f"a connection of junction `{junction[:40]}` names lane {lane} of road `{road[:40]}`, which has no such "
+            f"lane: the link is not used{more}"
+        )
 
 
 def on_ends(links: Links) -> Iterator[str]:

@@ -1,8 +1,4 @@
-"""Textbook optimizers: simulated annealing, the cross-entropy method, differential evolution.
-
-Annealing: every place of a generation is a walker, and all walkers have one temperature. Kirkpatrick, Gelatt and Vecchi
-(1983), "Optimization by simulated annealing". A walker steps to a normally distributed neighbour; the width of the step
-shrinks with the temperature. It rejects a step with a loss with probability 1 - exp(-loss / temperature).
+"""Textbook optimizers: the cross-entropy method and differential evolution.
 
 Cross-entropy: a distribution over the box that moves towards the riskiest tenth of its draws. Rubinstein and Kroese
 (2004), "The Cross-Entropy Method". Continuous genes are normal on the unit interval, cut off at its ends; discrete
@@ -15,65 +11,13 @@ F = 0.5 and CR = 0.9 are their first suggestion.
 """
 
 from collections.abc import Sequence
-from math import exp
 
 import numpy as np
 from numpy.random import Generator
 
 from engine.search.methods.cube import InCube, reflected
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt
 from engine.tables import Floats
-
-HOT, COLD = 4.0, 0.1
-"""First and last temperature, in points of risk."""
-WIDE, NARROW = 0.3, 0.03
-"""First and last width of a step, of the unit interval."""
-CHANGED = 0.5
-"""Share of the genes that a step changes, at least one gene."""
-
-
-class Annealing(InCube):
-    """A walker never steps to an invalid or failed place; a walker without a valid place restarts at random."""
-
-    def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
-        super().__init__(box, population, streams)
-        self._cooling = max(1, generations - 1)
-        self._walkers: list[tuple[Genome, Birth, float] | None] = [None] * population
-
-    def _proposals(self) -> list[Proposal]:
-        return [self._proposal(slot) for slot in range(self._population)]
-
-    def _proposal(self, slot: int) -> Proposal:
-        stream = self._streams(self._generation, slot)
-        birth = Birth(self._generation, slot)
-        here = self._walkers[slot]
-        if here is None:
-            return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, birth)
-        genome, parent, _ = here
-        moved = stream.random(self._cube.size) < CHANGED
-        if self._cube.size:
-            moved[int(stream.random() * self._cube.size)] = True
-        steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
-        moved_to = self._cube.genome(reflected(self._cube.point(genome) + steps))
-        return Proposal(moved_to, Operator.MUTATION, birth, (parent,))
-
-    def _learn(self, results: Sequence[Result]) -> None:
-        temperature = self._between(HOT, COLD)
-        for slot, (proposal, result) in enumerate(zip(self._asked, results, strict=True)):
-            here = self._walkers[slot]
-            if not result.selectable:
-                continue
-            # A number of the walker's own stream, behind those that made the step.
-            chance = self._streams(self._generation, self._population + slot).random()
-            if here is None or chance < exp(min(0.0, (result.continuous - here[2]) / temperature)):
-                self._walkers[slot] = (proposal.genome, proposal.birth, result.continuous)
-
-    def _between(self, first: float, last: float) -> float:
-        """Return the value of this generation in a geometric series from the first value to the last."""
-        return first * (last / first) ** min(1.0, self._generation / self._cooling)
-
-
-# -- cross-entropy -----------------------------------------------------------------------------------------------------
 
 ELITE_SHARE = 0.1
 SMOOTHING = 0.7

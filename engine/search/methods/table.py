@@ -11,7 +11,7 @@ from engine.search.methods.external import CovarianceAdaptation, Illumination, N
 from engine.search.methods.failure_kinds import FailureKinds
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
-from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
+from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.trust_regions import TrustRegions
 from engine.search.protocol import Box, Searcher, StreamAt
@@ -47,8 +47,6 @@ class SearcherEntry:
     """Preset that a report names after the method; "" if there is none."""
     package: str = ""
     """Package that must be installed in addition to cortexc."""
-    paced: bool = False
-    """True if each step depends on the number of generations, so that a finished run cannot be extended."""
 
     @property
     def number(self) -> int:
@@ -71,10 +69,6 @@ def _grid(method: str) -> Build:
 
 def _ga(box: Box, config: Config, streams: StreamAt) -> Searcher:
     return GeneticAlgorithm(box, config.search.population, streams, config.ga)
-
-
-def _annealing(box: Box, config: Config, streams: StreamAt) -> Searcher:
-    return Annealing(box, config.search.population, config.search.generations, streams)
 
 
 def _preset(config: Config) -> str:
@@ -159,15 +153,6 @@ SEARCHERS: dict[str, SearcherEntry] = {
             alias="ce",
         ),
         SearcherEntry(
-            name="annealing",
-            summary="parallel walkers with one common temperature",
-            build=_annealing,
-            title="simulated annealing",
-            style="red",
-            alias="sa",
-            paced=True,
-        ),
-        SearcherEntry(
             name="differential_evolution",
             summary="mutation by differences of members, DE/rand/1/bin",
             build=_plain(DifferentialEvolution),
@@ -210,3 +195,5 @@ SEARCHERS: dict[str, SearcherEntry] = {
     )
 }
 """The methods of cortexc by name, in the order of lists."""
+REMOVED = {"annealing": "ga", "sa": "ga"}
+"""Names of methods that were removed, with the method that takes their place."""

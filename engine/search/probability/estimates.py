@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from engine.atomic import write_one
+from engine.checksums import is_unchanged, stamp, with_checksum
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.search.statistics import Interval
@@ -171,8 +172,8 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     row = {**content(found), **intervals, **named}
     rows[_place(row)] = row
     with store_errors(path):
-        text = json_text(list(rows.values()), indent=2)
-        write_one(path, f"{text}\n".encode())
+        text = json_text({**stamp(), "estimates": list(rows.values())}, indent=2)
+        write_one(path, with_checksum(f"{text}\n"))
     return path
 
 
@@ -198,16 +199,21 @@ def _rows(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        rows: object = json.loads(path.read_text(encoding="utf-8"))
+        file = path.read_bytes()
+        content: object = json.loads(file)
     except (OSError, ValueError) as error:
         raise _damaged(path) from error
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in cast("list[object]", rows)):
-        raise _damaged(path)
-    return cast("list[dict[str, Any]]", rows)
+    if isinstance(content, dict) and is_unchanged(file):
+        return cast("dict[str, list[dict[str, Any]]]", content)["estimates"]
+    if isinstance(content, list) and all(isinstance(row, dict) for row in cast("list[object]", content)):
+        return cast("list[dict[str, Any]]", content)  # of an earlier version, which wrote no checksum
+    raise _damaged(path)
 
 
 def _damaged(path: Path) -> StoreError:
-    return StoreError(f"`{path}` cannot be read", "remove it; `cortexc probability` of the run writes it again")
+    return StoreError(
+        f"`{path}` is not what `cortexc probability` wrote", "remove it, and estimate again by that command"
+    )
 
 
 def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:

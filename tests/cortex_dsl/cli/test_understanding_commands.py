@@ -257,7 +257,7 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     result = cortexc("probability", run, "--samples", 2000, "--json")
     assert "kept in" in result.said
     assert cortexc("probability", run, "--method", "subset", "--samples", 1000).code == 0
-    rows = json.loads((run / "probability.json").read_text())
+    rows = json.loads((run / "probability.json").read_text())["estimates"]
     assert [row["method"] for row in rows] == ["mc", "subset"]
     assert rows[0]["simulations"] == result.document["simulations"] == 2000
     assert cortexc("report", run, "--cases", 0).code == 0
@@ -272,7 +272,7 @@ def test_an_estimate_of_an_earlier_version_is_shown(cortexc: Command, run: Path)
     """It knows neither the condition nor what could have been avoided."""
     assert cortexc("probability", run, "--samples", 500).code == 0
     path = run / "probability.json"
-    (row,) = json.loads(path.read_text())
+    (row,) = json.loads(path.read_text())["estimates"]
     for name in ("condition", "max_attempts", "avoidable", "avoidable_interval", "driven"):
         del row[name]
     path.write_text(json.dumps([row]))

@@ -6,7 +6,7 @@ one grid of samples, with a check of their speeds. Every defect of a file is an 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
+from engine.interchange.road_levels import LEVEL, level_notes
 from engine.interchange.unread import unread_elements
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
@@ -216,7 +217,19 @@ def read_openscenario(
     on_motion = [*(remark for part in parts for remark in part.remarks), *filter(None, jumps)]
     recording, on_contact = _motion_alone(recording)
     unread = unread_elements(scenario, READ, (*REMARKED, *(timed.action.tag for timed in actions if not timed.is_read)))
-    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact, *unread))
+    flat = () if road is None else level_notes(road)
+    on_heights = (*flat, *_on_heights(scenario))
+    return Imported(
+        recording, road, (*remarks, *said, *on_heights, *on_motion, *times.remarks, *on_end, *on_contact, *unread)
+    )
+
+
+def _on_heights(scenario: Node) -> Iterator[str]:
+    """Yield the remark on world positions of different heights, but for those of actors that are not there."""
+    every = (node for node in scenario.walk() if node.tag == "WorldPosition" and node.has("z"))
+    heights = [z for node in every if (z := node.number("z")) >= -KEPT]
+    if heights and max(heights) - min(heights) >= LEVEL:
+        yield f"positions have heights from {min(heights):g} to {max(heights):g} m: all are judged in one plane"
 
 
 GOING = {"through": "go on through each other", "stop": "stand"}
