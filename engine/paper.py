@@ -1,5 +1,4 @@
-"""The printed numbers of the CORTEX-AVD paper, and a check of its arithmetic: each claim, the printed number, the
-number that follows from the paper's own numbers, and their agreement.
+"""The printed numbers of the CORTEX-AVD paper, and the agreement of each claim with the paper's own numbers.
 
 Source: "CORTEX-AVD: A Framework for CORner Case Testing and EXploration in Autonomous Vehicle Development", sections
 "Results" and "Discussion". One run of each method in each scenario: 30 generations of 100.

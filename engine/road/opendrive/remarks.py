@@ -98,7 +98,7 @@ def on_lengths(links: Links) -> Iterator[str]:
 
 
 def on_sections(network: OdrNetwork) -> Iterator[str]:
-    """On sections that begin where their road has ended."""
+    """Yield a remark on sections that begin after the end of their road."""
     roads = [road for road in network.roads.values() if road.length > 0.0]
     late = [(road, each) for road in roads for each in road.sections if each.start >= road.length + WORTH_A_REMARK]
     for road, section in late[:1]:
@@ -138,7 +138,7 @@ def on_links(network: OdrNetwork) -> Iterator[str]:
 
 
 def on_lane_links(network: OdrNetwork) -> Iterator[str]:
-    """On connections that name lanes which their roads do not have."""
+    """Yield a remark on connections that name lanes missing in their roads."""
     lost = [
         (each.junction, lane, road)
         for each in network.connections
