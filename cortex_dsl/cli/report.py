@@ -2,12 +2,13 @@
 
 import argparse
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.api.derived_files import PAGE
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_run
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, RUN, Command, Option
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
@@ -110,17 +111,6 @@ def _open(path: Path, terminal: Terminal) -> None:
         terminal.complain("no browser could be started", f"open {path} in one")
 
 
-def _options(parser: Parser) -> None:
-    add_run(parser, f"folder of a run or a study, such as {EXAMPLE_RUN}")
-    parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
-    parser.add_argument(
-        "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"
-    )
-    parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
-    add_ego(parser, batch=False)
-    parser.add_argument("--open", action="store_true", help="show the page in a browser")
-
-
 REPORT = Command(
     name="report",
     usage="RUN|STUDY [--out FILE.html] [--cases N] [options]",
@@ -128,8 +118,18 @@ REPORT = Command(
 Write a report of a run as one HTML file that needs no network: summary, course
 of the search, where in the space of params it found failures, and the worst
 cases, each with a replay. For a study: verdict, box plots, curves and tests.""",
-    options=_options,
+    options=(
+        replace(
+            RUN,
+            help=f"folder of a run or a study, such as {EXAMPLE_RUN}",
+            missing=("which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
+        ),
+        Option("--out", f"the page; by default {PAGE} in the run's folder", "FILE", Path),
+        Option("--cases", "cases with a replay", "N", whole_number(0, MOST_CASES), default=10),
+        Option("--figures", "figures for papers, as SVG, PNG and PDF, into DIR", "DIR", Path),
+        EGO,
+        Option("--open", "show the page in a browser"),
+    ),
     function=_report,
-    needs=("run", "which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
     json=False,
 )

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.cli.study_options import DESCRIPTION, OPTIONS, study_plan
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.plain_text import as_argument
 
@@ -34,7 +34,6 @@ class Job:
 
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
-    settle(options)
     if options.resume is not None:
         return resume_study(options.resume, terminal, study_workers(options), json=options.json, ego=options.ego)
     with _usage_errors():
@@ -70,7 +69,7 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
     size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
-        with closing(StudyStore.create(folder, plan, facts(plan, options.words))) as store:
+        with closing(StudyStore.create(folder, plan, facts(plan, options.command_line))) as store:
             stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
         return show_study(folder, terminal, json=options.json, stopped=stopped)
 
@@ -167,7 +166,7 @@ STUDY = Command(
     name="study",
     usage="[FILES] [--runs N] [--methods LIST] [options]",
     description=DESCRIPTION,
-    options=add_options,
+    options=OPTIONS,
     function=_study,
 )
 
@@ -187,15 +186,11 @@ def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
     return Exit.FINE
 
 
-def _paper_options(parser: Parser) -> None:
-    parser.add_argument("--all", action="store_true", help="also show what is correct")
-
-
 PAPER_CHECK = Command(
     name="paper-check",
     usage="[--all] [--json]",
     description="Recompute the figures of the paper from its own numbers, and show those that are wrong.",
-    options=_paper_options,
+    options=(Option("--all", "also show what is correct", default=False),),
     function=_check_paper,
-    wrapped=True,
+    layout=argparse.HelpFormatter,
 )

@@ -3,32 +3,25 @@ second opinion on its worst cases, by a better model of the car.
 """
 
 import argparse
+from dataclasses import replace
 
 from cortex_dsl.api.opinions import MODELS, keep, verify
 from cortex_dsl.api.proofs import SAMPLE, Proof, prove, prove_study
 from cortex_dsl.api.runs import WORST, OpenedRun
 from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, JOBS, RUN, Command, Condition, Option
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
 from engine.strict_json import plain
 from engine.study.database import is_study
 
-BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"
-
 
 def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
-    if options.model is None:
-        if options.worst is not None:
-            raise UsageError("--worst goes with --model dynamic", BELONGS)
-        return _journal(options, terminal)
-    if options.sample is not None:
-        raise UsageError("--sample goes without --model", BELONGS)
-    return _opinion(options, terminal)
+    return (_journal if options.model is None else _opinion)(options, terminal)
 
 
 def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -39,7 +32,7 @@ def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
     check_past(run, terminal)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
-        proof = prove(run, SAMPLE if options.sample is None else options.sample, jobs=options.jobs)
+        proof = prove(run, options.sample, jobs=options.jobs)
     for remark in proof.remarks:
         terminal.note(remark)
     if options.json:
@@ -52,8 +45,6 @@ def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """All runs of a study, and their evaluations, against its seal."""
-    if options.sample is not None:
-        raise UsageError("--sample goes with a run", "leave it out: of a study the seal is checked")
     with usage_errors():
         proof = prove_study(options.run)
     for remark in proof.remarks:
@@ -90,7 +81,7 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     run = checked_run(options.run, terminal, options.ego, json=options.json)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
-        found = verify(run, WORST if options.worst is None else options.worst, model=options.model, jobs=options.jobs)
+        found = verify(run, options.worst, model=options.model, jobs=options.jobs)
     program = run.scenario.program
     content = plain(verification_content(program, found.cases, found.answers))
     if options.json:
@@ -103,20 +94,7 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     return Exit.FINE if len(found) else Exit.NO_SCENE
 
 
-def _options(parser: Parser) -> None:
-    add_run(parser)
-    parser.add_argument(
-        "--sample", metavar="N", type=whole_number(0, 10**9), help=f"number of simulations to run again ({SAMPLE})"
-    )
-    parser.add_argument(
-        "--model", choices=MODELS, metavar="NAME", help="dynamic: repeat the worst cases with tyres that slip"
-    )
-    parser.add_argument(
-        "--worst", metavar="N", type=whole_number(1, 10**6), help=f"how many of the worst cases ({WORST})"
-    )
-    add_jobs(parser)
-    add_ego(parser, batch=False)
-
+_STUDY = Condition("a study, whose seal is checked", lambda options: is_study(options.run))
 
 VERIFY = Command(
     name="verify",
@@ -132,7 +110,27 @@ unless something is damaged.
 With --model dynamic, repeat the worst cases with a vehicle model whose tyres
 slip: which cases survive, which differ, and which are artefacts of the model
 or of the time step of the search.""",
-    options=_options,
+    options=(
+        replace(RUN, missing=("no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`")),
+        Option(
+            "--sample",
+            "number of simulations to run again",
+            "N",
+            whole_number(0, 10**9),
+            default=SAMPLE,
+            excludes=("model", _STUDY),
+        ),
+        Option("--model", "dynamic: repeat the worst cases with tyres that slip", "NAME", choices=MODELS),
+        Option(
+            "--worst",
+            "how many of the worst cases",
+            "N",
+            whole_number(1, 10**6),
+            default=WORST,
+            needs=("model",),
+        ),
+        JOBS,
+        EGO,
+    ),
     function=_verify,
-    needs=("run", "no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`"),
 )

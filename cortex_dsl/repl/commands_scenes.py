@@ -7,21 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
-from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
-from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
-from cortex_dsl.repl.state import Found, State, refuse
+from cortex_dsl.repl.state import Found, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
 from engine.errors import ArgumentError
-from engine.search.campaign import Campaign
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from engine.scenes import Scenes
+    from engine.search.campaign import Campaign
 
 
 SCENES = 10_000
@@ -164,6 +161,8 @@ def do_random(state: State, argument: str) -> None:
 
 def _search(state: State, method: str, argument: str) -> None:
     """Search, show what was found, and keep it for the commands on cases."""
+    from cortex_dsl.console.simulating import blame_of_search, mistake_of
+
     generations, aims = _asked(method, argument)
     scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
@@ -204,7 +203,7 @@ def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
     return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
 
 
-def _campaign(state: State, scenario: Scenario, method: str, generations: int, aims: tuple[str, ...]) -> Campaign:
+def _campaign(state: State, scenario: "Scenario", method: str, generations: int, aims: tuple[str, ...]) -> "Campaign":
     """The search; Ctrl-C ends it, and what was found until then stays."""
     from cortex_dsl.console.searching import watched
 

@@ -251,3 +251,17 @@ def refuse(state: State, source: Source, diagnostics: Sequence[Diagnostic]) -> N
     state.mistakes += 1
     state.terminal.out.file.flush()
     print_diagnostics(source, diagnostics, state.terminal.err)
+
+
+def whole_number(text: str, default: int, what: str, most: int) -> int:
+    """A count from 1 to `most`; without a text the default.
+
+    Raises:
+        UsageError: the text is no such count.
+    """
+    digits = text.replace(",", "").replace("_", "")
+    if not text:
+        return default
+    if not digits.isascii() or not digits.isdigit() or not 1 <= int(digits[:12]) <= most:
+        raise UsageError(f"{what} must be a whole number from 1 to {most:,}, not `{text}`")
+    return int(digits)
