@@ -169,7 +169,7 @@ def _make(folder: Path) -> list[Path]:
     return missing
 
 
-# -- what a killed process left behind --------------------------------------------------------------------------------
+# -- remains of a killed process --------------------------------------------------------------------------------------
 
 
 @contextmanager

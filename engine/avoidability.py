@@ -4,7 +4,7 @@ UN Regulation No. 157 (automated lane keeping), Annex 4, Appendix 3, describes a
 evaluated for 0.4 s, 0.75 s later braking starts, and 0.6 s after that it has reached 0.774 g. The regulation treats
 cut-ins on motorways, where a risk begins when an actor has left the middle of its lane by 0.375 m. Here, for crossing
 paths, it begins when contact is less than four seconds away if both continue their motion (`engine.kernels.avoidance`);
-four seconds separate drivers in control from drivers who are not, Hirst and Graham (1997), "The format and presentation
+four seconds separate drivers in control from others, Hirst and Graham (1997), "The format and presentation
 of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
 
 A leader nearer than that which brakes harder than 5 m/s^2 is a risk, too, as in the regulation.

@@ -68,9 +68,8 @@ class Handle:
 
     @property
     def handle_header(self) -> NDArray[np.int64]:
-        """(words,) Addresses and shapes of arrays, and numbers, floats bit by bit; before them `Layout.own_words`.
-
-        Raises TypeError for an array that is not contiguous in memory: kernels are compiled for one layout.
+        """Return (words,) the addresses and shapes of arrays, and numbers, floats bit by bit; before them
+        `Layout.own_words`.
         """
         return self._made[1]
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
-# -- what is printed, in the order of the scenarios A to F -------------------------------------------------------------
+# -- the printed values, in the order of the scenarios A to F ----------------------------------------------------------
 
 SCENARIOS = ("A", "B", "C", "D", "E", "F")
 FILES = (

@@ -60,7 +60,7 @@ class Result:
     parts: tuple[str, ...] = ()
     """Names of the k columns of an array (n, k)."""
     part_of: str = ""
-    """Name of the row whose parts they are."""
+    """Name of the row to which they belong."""
     when: str = ""
     """Name of the row with its instant, for a metric that has one."""
     of_risk: bool = False

@@ -17,9 +17,9 @@ that two processes share, our first line says as `memory` its `size` and from wh
 the `actions`, stand in it; `CORTEXC_MEMORY` is its number. A stack that adds `"memory": true` to its own first line is
 sent the number of each question alone, reads the rest there, leaves its actions there, and answers with one byte.
 
-A stack that dies, hangs up, takes longer than `LATE` and `EACH` over an answer, or answers more than it was asked is
-killed with all that it has started, but what has left its session, as a daemon does. One that only starts another, and
-ends with exit code 0, has not died.
+A stack is killed with all processes that it has started, if it dies, hangs up, takes longer than `LATE` and `EACH` over
+an answer, or answers more than it was asked; processes that have left its session, such as daemons, are not killed. A
+stack that only starts another, and ends with exit code 0, has not died.
 """
 
 import json

@@ -211,13 +211,13 @@ def negation(a: Interval) -> Interval:
 
 
 def both(a: Interval, b: Interval) -> Interval:
-    """NaN where one operand is, unless the other is zero."""
+    """Return the bounds of `a and b`; undefined if an operand may be, unless the other is surely false."""
     undefined = (a.undefined & ~surely_false(b)) | (b.undefined & ~surely_false(a))
     return truth(never_zero(a) & never_zero(b), always_zero(a) | always_zero(b), undefined)
 
 
 def one_of(a: Interval, b: Interval) -> Interval:
-    """NaN where one operand is, unless the other is true."""
+    """Return the bounds of `a or b`; undefined if an operand may be, unless the other is surely true."""
     undefined = (a.undefined & ~surely_true(b)) | (b.undefined & ~surely_true(a))
     return truth(never_zero(a) | never_zero(b), always_zero(a) & always_zero(b), undefined)
 

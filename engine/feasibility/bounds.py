@@ -261,7 +261,7 @@ def _one_of(count: Callable[[RoadTables], int]) -> Geometry:
 
 
 def _heading(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    """Of any path, at any of its points."""
+    """Return the interval of headings of all paths, at all of their points [rad]."""
     headings = np.abs(road.primitives[:, HEADING]) + np.abs(road.primitives[:, CURVATURE]) * road.primitives[:, LENGTH]
     most = float(headings.max(initial=0.0)) + SLACK
     return [between(-most, most, len(operands[0].low))._replace(undefined=either(*operands))]

@@ -25,7 +25,7 @@ from engine.portable import exp, log
 from engine.program import Program
 from engine.tables import Floats, Ints
 
-# -- what a result says about its operands -----------------------------------------------------------------------------
+# -- bounds of operands from a result ----------------------------------------------------------------------------------
 
 TINY, HUGE = 1e-300, 1e300
 """Range of magnitudes with full precision."""

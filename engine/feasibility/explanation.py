@@ -200,7 +200,7 @@ def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callab
     return boxes
 
 
-# -- proofs that are kept ----------------------------------------------------------------------------------------------
+# -- stored proofs -----------------------------------------------------------------------------------------------------
 
 FAMILY = "proof-*.json"
 _ENGINE = Path(__file__).parents[1]

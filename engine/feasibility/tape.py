@@ -47,7 +47,9 @@ class Leaves:
 
     @property
     def variables(self) -> range:
-        """Slots of the values that an attempt may vary: genes, then draws. Variable i is slot `variables[i]`."""
+        """Return the slots of the values that an attempt may vary: genes, then draws. Variable i is slot
+        `variables[i]`.
+        """
         return range(self.genes, self.temporaries)
 
     @property

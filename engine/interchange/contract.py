@@ -72,7 +72,7 @@ def name_cure(word: str, names: Iterable[str]) -> str:
     return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
 
 
-# -- what is asked for, and answered -----------------------------------------------------------------------------------
+# -- questions and answers ---------------------------------------------------------------------------------------------
 
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 """Versions of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""

@@ -169,7 +169,7 @@ def _fastest(states: Floats) -> float:
     return float(np.hypot(ways[:, 0], ways[:, 1]).max(initial=0.0))
 
 
-# -- who has rows between steps, as at contact in recordings of ours: they may touch between two steps -----------------
+# -- actors with rows between steps, as at contact in our recordings ---------------------------------------------------
 
 CLOSE = 1.0
 """Distance at all steps above which a pair cannot touch between two of them [m]."""

@@ -25,7 +25,7 @@ LARGEST = 1e9
 """Largest length, time or angle of a real file: beyond it, arithmetic loses the millimetre."""
 
 
-# -- an element of another tool's file, which says what is wrong with it -----------------------------------------------
+# -- elements of files of other tools, with error messages -------------------------------------------------------------
 
 
 @dataclass(eq=False, slots=True)
@@ -152,7 +152,7 @@ class Node:
         return int(text)
 
 
-# -- the one reader ----------------------------------------------------------------------------------------------------
+# -- the only reader ---------------------------------------------------------------------------------------------------
 
 CHUNK = 1 << 22
 """Bytes per chunk. A long attribute is scanned again with each chunk, so small chunks would cost minutes."""

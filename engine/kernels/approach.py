@@ -226,7 +226,7 @@ def _better(seen: Probe, best: float, at: float) -> tuple[float, float]:
 
 @kernel
 def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> tuple[float, float]:
-    """Lower bound of the distance between two instants [m], and where in between (0..1) it is attained."""
+    """Return a lower bound of the distance between two instants [m], and its fraction in between (0..1)."""
     square = (high.fraction - low.fraction) ** 2
     slack_low = square * _bend(a0, b0, motion, low.nearest.owner) / 8.0
     slack_high = square * _bend(a0, b0, motion, high.nearest.owner) / 8.0

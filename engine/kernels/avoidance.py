@@ -176,10 +176,7 @@ def avoidability_rows(
     driver: Driver,
     out: Ints,
 ) -> None:
-    """Write the `Blame` of each valid scene from row `first` to `last` (exclusive).
-
-    `reach` (n,) is the distance of sight of each ego [m].
-    """
+    """Write the `Blame` of each valid scene of rows `first` to `last` - 1; `reach` (n,): sight of each ego [m]."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])

@@ -163,7 +163,7 @@ def _overlap_after(axes: _Axes, phase: _Phase, time: float) -> bool:
 
 @kernel
 def time_to_brake(now: Snapshot, braking: float) -> float:
-    """TTB [s]: the latest instant at which braking by `braking` [m/s^2] to a stop still avoids contact.
+    """Return TTB [s]: the latest instant at which braking by `braking` [m/s^2] to a stop still avoids contact.
 
     Hillenbrand et al. (2006). Behind a vehicle at constant lower speed it is TTC - dv / (2 braking).
     """
@@ -172,7 +172,7 @@ def time_to_brake(now: Snapshot, braking: float) -> float:
 
 @kernel
 def time_to_kick_down(now: Snapshot, acceleration: float, top_speed: float) -> float:
-    """TTK [s]: the latest instant at which speeding up, to no more than `top_speed`, still avoids contact.
+    """Return TTK [s]: the latest instant at which accelerating, up to `top_speed` [m/s], still avoids contact.
 
     Hillenbrand et al. (2006).
     """
@@ -181,7 +181,7 @@ def time_to_kick_down(now: Snapshot, acceleration: float, top_speed: float) -> f
 
 @kernel
 def time_to_steer(now: Snapshot, grip: float) -> float:
-    """TTS [s]: the latest instant at which swerving by `grip` [m/s^2], to the better side, still avoids contact.
+    """Return TTS [s]: the latest instant at which swerving by `grip` [m/s^2], to the better side, avoids contact.
 
     Hillenbrand et al. (2006). Straight behind another it is TTC - sqrt(2 lateral distance / grip).
     """
@@ -225,7 +225,7 @@ def _lasts(now: Snapshot, along: float, aside: float, top_speed: float) -> float
 
 @kernel
 def braking_needed(now: Snapshot) -> float:
-    """a_req [m/s^2]: the least deceleration of the ego alone, from now on and to a stop, that avoids contact.
+    """Return a_req [m/s^2]: the least deceleration of the ego alone, from now to a stop, that avoids contact.
 
     Jansson (2005), "Collision avoidance theory", PhD thesis, Linkoping, section 5.3.5: behind a vehicle at constant
     lower speed it is dv^2 / (2 gap). DRAC is that of the relative motion instead, which on crossing paths is that of
@@ -236,7 +236,7 @@ def braking_needed(now: Snapshot) -> float:
 
 @kernel
 def swerving_needed(now: Snapshot) -> float:
-    """a_lat_req [m/s^2]: the least sideways acceleration of the ego alone, from now on, that avoids contact.
+    """Return a_lat_req [m/s^2]: the least lateral acceleration of the ego alone, from now on, that avoids contact.
 
     Jansson (2005), section 5.3.8: straight behind another it is 2 (lateral distance) / TTC^2. To the better side.
     """

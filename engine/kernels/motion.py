@@ -121,7 +121,7 @@ def _record(
     states[sample, actor, State.PRESENT] = 1.0
 
 
-# -- pedals: how far they are pressed in one step, and the acceleration that they ask for ------------------------------
+# -- pedals: positions in a step, and acceleration ---------------------------------------------------------------------
 
 
 @inlined

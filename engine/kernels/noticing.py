@@ -110,7 +110,7 @@ def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> 
     return False
 
 
-# -- what the ego saw of the others ------------------------------------------------------------------------------------
+# -- sightings by the ego ----------------------------------------------------------------------------------------------
 
 FIRST_SEEN, TTC_THEN, HIDDEN_TIME = (ROWS.index(name) for name in ("first_seen", "ttc_at_first_sight", "hidden_time"))
 

@@ -98,7 +98,7 @@ def start_slots(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
             suspend_run(its, slot, 0)
 
 
-# -- runs with what an objective asks beside their results: by how much others missed the ego --------------------------
+# -- runs with the gaps that an objective needs: PET of each pair ------------------------------------------------------
 
 
 @kernel

@@ -94,7 +94,7 @@ def _drift(speed: float, rules: Responsibility) -> float:
 
 @kernel
 def worst_time_to_collision(now: Snapshot, agility: float) -> float:
-    """WTTC [s]: the earliest contact if both may accelerate in any direction, by `agility` [m/s^2] in sum.
+    """Return WTTC [s]: the earliest contact if both accelerate in any direction, by `agility` [m/s^2] in sum.
 
     Wachenfeld, Junietz, Wenzel and Winner (2016), "The worst-time-to-collision metric for situation identification",
     IEEE Intelligent Vehicles Symposium: the first t with |p + v t| = r1 + r2 + agility t^2 / 2, where p and v are

@@ -94,7 +94,7 @@ def _delta_v(impact: "Impact", actor: int) -> float:
     return impact.delta_v[impact.actors.index(actor)] if actor in impact.actors else 0.0
 
 
-# -- what a file asks to be recorded: the values of each `record` over time, or at one end of it -----------------------
+# -- records of a file: values of each `record` over time, at the start or at the end ----------------------------------
 
 
 @dataclass(frozen=True)

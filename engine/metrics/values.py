@@ -102,7 +102,7 @@ def left_to_react(pair: Encounter) -> Floats:
     return np.maximum(np.maximum(left_to_brake(pair), left_to_steer(pair)), left_to_kick_down(pair))
 
 
-# -- who was where first -----------------------------------------------------------------------------------------------
+# -- order of arrival --------------------------------------------------------------------------------------------------
 
 
 def pet_by_shift(pair: Encounter) -> float:
@@ -127,7 +127,7 @@ def change_of_velocity(now: Snapshot, own: Body, other: Body) -> float:
     return relative_speed(now) / (1.0 + own.mass / other.mass)
 
 
-# -- how likely somebody dies of an impact, or is seriously injured; only from coefficients that are known exactly -----
+# -- probability of death or serious injury in an impact, from published coefficients only -----------------------------
 
 KM_H = 3.6
 """km/h per m/s."""

@@ -131,7 +131,7 @@ class Grid:
             is_stop |= np.hypot(*(middle - self.junction.stop * np.array([arm.x, arm.y])).T) < 1e-9
         return outline[~is_stop]
 
-    # -- what stands beside it
+    # -- buildings at the corners
 
     def buildings(self) -> Floats:
         """Return (n, 5) x, y, heading, length, width of blocks, one between each two arms that meet at a corner.

@@ -245,7 +245,7 @@ def _side(a: Floats, b: Floats, point: Floats) -> Floats:
     return ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]
 
 
-# -- who gives way to whom ---------------------------------------------------------------------------------------------
+# -- right of way ------------------------------------------------------------------------------------------------------
 
 CLEARANCE = 2.5
 """Distance of centre lines below which they cannot be driven at once [m]: a car's width and the usual lateral gap."""

@@ -26,7 +26,7 @@ def map_arrays(table: Table, function: Callable[[Any], Any]) -> Table:
 
 
 def take(table: Table, rows: Ints | Bools | slice | tuple[Ints, Ints]) -> Table:
-    """Rows of every array: an index array, a mask or a slice."""
+    """Return the selected rows of every array; `rows` is an index array, a mask or a slice."""
 
     def taken(value: Any) -> Any:
         return cast("NDArray[Any]", value)[rows] if isinstance(value, np.ndarray) else take(value, rows)
@@ -58,7 +58,7 @@ SCALARS: tuple[str, ...] = tuple(name for row in COLUMNS for name in row.columns
 
 
 def to_arrays(runs: Assessment) -> dict[str, NDArray[Any]]:
-    """Arrays (n,) of int64 or float64 by the names of `SCALARS`, from arrays (n, …)."""
+    """Return arrays (n,) of int64 or float64 by the names of `SCALARS`, from arrays (n, …)."""
     columns: dict[str, NDArray[Any]] = {}
     for row in COLUMNS:
         array = getattr(runs, row.name).astype(np.float64 if row.kind is float else np.int64)

@@ -42,7 +42,7 @@ class Progress:
 
     @property
     def remaining(self) -> float:
-        """Time left at the pace so far [s]."""
+        """Return the time left at the pace so far [s]."""
         done = self.generation + 1
         return self.elapsed / done * (self.generations - done)
 

@@ -43,13 +43,13 @@ def whole_numbers(column: Sequence[Any]) -> Array:
 
 
 def numbers(column: Sequence[Any]) -> Array:
-    """A column of numbers as float64; None is NaN."""
+    """Return a column of numbers as float64; None is NaN."""
     return np.array(column, dtype=np.float64)
 
 
 def link(before: bytes, figures: str, individuals: Sequence[Array], simulations: Sequence[Array]) -> bytes:
-    """The link of a generation: of its figures as they are stored, and of arrays with a row for each individual and for
-    each simulation.
+    """Return the link of a generation: the digest of its stored figures, and of arrays with a row per individual and
+    per simulation.
     """
     state = blake2b(before, digest_size=LINK)
     state.update(figures.encode())
@@ -71,7 +71,7 @@ def canonical(array: Array) -> Array:
 
 
 def last_link(connection: sqlite3.Connection) -> bytes:
-    """The link of the last generation that is written."""
+    """Return the link of the last generation in the file; `BEGINNING` if there is none."""
     row = connection.execute("SELECT link FROM generation ORDER BY generation DESC LIMIT 1").fetchone()
     return BEGINNING if row is None else row[0]
 
@@ -103,7 +103,7 @@ def actions_digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
 
 
 def either(first: bytes, second: bytes) -> bytes:
-    """The sum of two digests, in any order."""
+    """Return the bitwise sum of two digests, which does not depend on their order."""
     return bytes(a ^ b for a, b in zip(first, second, strict=True))
 
 
@@ -113,7 +113,7 @@ def _digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
 
 
 def broken_parts(connection: sqlite3.Connection, actions: bytes) -> list[str]:
-    """Tables under the seal that are not as they were sealed."""
+    """Return the tables under the seal that differ from their sealed state."""
     (kept,) = connection.execute("SELECT seal FROM status").fetchone()
     found = parts(connection, actions)
     if not isinstance(kept, bytes) or len(kept) != len(found):

@@ -87,7 +87,7 @@ class Evaluations:
 
     @cached_property
     def valid(self) -> Bools:
-        """(n,)"""
+        """Return (n,) True for individuals with a valid verdict."""
         return np.equal(self.verdict, Verdict.VALID)
 
     @cached_property
@@ -97,7 +97,7 @@ class Evaluations:
 
     @cached_property
     def failed(self) -> Bools:
-        """(n,) the engine failed: neither valid nor invalid, never scored."""
+        """Return (n,) True if the engine failed: neither valid nor invalid, never scored."""
         return np.equal(self.verdict, Verdict.ERROR)
 
     @cached_property
@@ -129,12 +129,12 @@ class Evaluations:
 
     @cached_property
     def score(self) -> Ints:
-        """(n,) integer risk of the worst rollout, -1 invalid."""
+        """Return (n,) the integer risk of the worst rollout; -1 if invalid."""
         return self.rollouts.score[np.arange(len(self)), self.worst_rollout]
 
     @cached_property
     def min_distance(self) -> Floats:
-        """(n,) least MD over the rollouts [m]; NaN where none is valid."""
+        """Return (n,) the least MD over the rollouts [m]; NaN if none is valid."""
         distances = np.where(self.rollouts.verdict == Verdict.VALID, self.rollouts.min_distance, np.inf).min(axis=1)
         return np.where(np.isinf(distances), np.nan, distances)
 
@@ -201,7 +201,7 @@ def _status(verdict: int, reused: bool, fitness: float) -> Status:
 
 
 def parent_rows(proposals: Sequence[Proposal]) -> Ints:
-    """(n, 2, 2) births of the parents, -1 where there is none."""
+    """Return (n, 2, 2) the births of the parents; -1 for a missing parent."""
     none = Birth(-1, -1)
     rows = [(*proposal.parents, none, none)[:2] for proposal in proposals]
     return np.array(rows, dtype=np.int32).reshape(len(rows), 2, 2)
@@ -246,12 +246,12 @@ class Figures:
 
     @property
     def collision_rate(self) -> float:
-        """Collisions of valid runs; NaN without any."""
+        """Return collisions / valid runs; NaN without valid runs."""
         return self.colliding_runs / self.valid_runs if self.valid_runs else float("nan")
 
 
 def figures(evaluations: Evaluations, chosen: Bools) -> Figures:
-    """The figures of the chosen rows (n,)."""
+    """Return the figures of the chosen rows (n,)."""
     verdict = evaluations.rollouts.verdict[chosen]
     valid_runs = verdict == Verdict.VALID
     collided = evaluations.rollouts.collided[chosen]
@@ -304,7 +304,7 @@ def generation_figures(evaluations: Evaluations, generation: int) -> GenerationF
 
 
 def distinct_collisions(evaluations: Evaluations) -> int:
-    """Different genomes that collided at least once: the yield of a search."""
+    """Return the number of different genomes that collided at least once: the yield of a search."""
     return _different_genomes(evaluations, evaluations.collided)
 
 

@@ -147,7 +147,7 @@ class Journal:
 
     @property
     def link(self) -> str:
-        """The last link of the chain in hexadecimal; empty without a chain."""
+        """Return the last link of the chain in hexadecimal; "" without a chain."""
         with store_errors(self.path):
             return last_link(self._connection).hex() if self._chained else ""
 
@@ -220,7 +220,7 @@ class Journal:
 
 
 def _open(path: Path) -> sqlite3.Connection:
-    """A journal that is there, in the mode in which no reader waits for its writer."""
+    """Return a connection to an existing journal, in the mode in which readers do not wait for its writer."""
     with store_errors(path):
         connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, isolation_level=None)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -246,13 +246,13 @@ def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection
 
 
 def figures_json(figures: GenerationFigures) -> str:
-    """Figures of a generation without its number; NaN is null."""
+    """Return the figures of a generation without its number as JSON; NaN is null."""
     document = {"by_individual": asdict(figures.by_individual), "by_simulation": asdict(figures.by_simulation)}
     return json_text(document)
 
 
 def _individuals(evaluations: Evaluations) -> tuple[Array, ...]:
-    """Integers (n, 11), fitness (n,) and genomes (n, d), in the order of the columns."""
+    """Return integers (n, 11), fitness (n,) and genomes (n, d), in the order of the columns."""
     integers = np.concatenate(
         [
             evaluations.places,

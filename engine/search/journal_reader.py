@@ -61,7 +61,7 @@ class Record:
         return self.links[-1] if self.links else ""
 
     def past(self) -> list[Evaluations]:
-        """The evaluations of each generation, as `run_campaign` takes them."""
+        """Return the evaluations of each generation, as input of `run_campaign`."""
         generation = self.evaluations.places[:, 0]
         return [take(self.evaluations, generation == number) for number in range(len(self.generations))]
 
@@ -284,7 +284,7 @@ def _table(blobs: Sequence[bytes], kind: str, wide: int) -> Array:
 
 
 def _runs(simulations: tuple[Array, ...], manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
-    """Row of each birth, and all simulations as arrays (births, k, …)."""
+    """Return the row of each birth, and all simulations as arrays (births, k, …)."""
     generation, place = simulations[:2]
     count, columns = len(generation), dict(zip(SCALARS, simulations[3:], strict=False))
     born = dict.fromkeys(zip(generation.tolist(), place.tolist(), strict=True))
@@ -308,7 +308,7 @@ def _nothing_sought(columns: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
-    """(n, k, 6) stream keys."""
+    """Return (n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
     keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]

@@ -224,7 +224,7 @@ def make_manifest(
     objective: Sequence[Sought] = SOUGHT,
     reproducible: bool = True,
 ) -> Manifest:
-    """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
+    """Return the manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
         name=program.name,
         file=file,

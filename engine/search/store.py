@@ -31,7 +31,7 @@ class StoreError(CortexError):
     """Results cannot be stored or read; the message has the reason and the cure."""
 
 
-# -- names of files in what is handed on -------------------------------------------------------------------------------
+# -- names of files in results that are passed on ----------------------------------------------------------------------
 
 
 def without_folders(word: str) -> str:

@@ -64,7 +64,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 
 
 def is_study(folder: Path) -> bool:
-    """Whether the folder holds a study (and not a single run)."""
+    """Return True if the folder contains a study (and not a single run)."""
     return (folder / STUDY).is_file()
 
 

@@ -27,7 +27,7 @@ MOST_RUNS = 1 << FIELD_BITS.run
 
 
 class Address(NamedTuple):
-    """Which run: row of the plan's scenarios, name of the method, number from 0."""
+    """Identity of a run: row of the plan's scenarios, name of the method, number from 0."""
 
     scenario: int
     method: str

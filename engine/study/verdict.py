@@ -30,7 +30,7 @@ from engine.study.comparisons import (
 from engine.study.plan import BASELINE, RUNS, Plan
 from engine.study.run_records import RunRecord
 
-# -- our numbers beside the paper's ------------------------------------------------------------------------------------
+# -- our numbers compared with the paper's -----------------------------------------------------------------------------
 
 METHODS = ("ga", "random")
 CENTIMETRES = 100.0
@@ -291,4 +291,4 @@ FAMILIES = (
     "(variety) were named first and are one family of tests; RL, MDG, MDEC and NIS are the second; everything else is "
     "exploratory, each way of counting is its own family, and picking one of them afterwards is not corrected for"
 )
-"""Which tests may carry a claim."""
+"""Tests that may support a claim."""

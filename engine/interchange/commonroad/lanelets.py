@@ -61,7 +61,7 @@ def lanelets(network: Network) -> tuple[Lanelet, ...]:
     return tuple(map(lanelet, network.lanes))
 
 
-# -- who lies beside whom
+# -- neighbours
 
 
 def _rows(network: Network) -> list[tuple[Lane, ...]]:

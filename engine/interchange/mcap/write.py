@@ -24,7 +24,7 @@ from engine.strict_json import json_text
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
-# -- scenes: boxes for those who take part, lines for the road, in one frame -------------------------------------------
+# -- scenes: boxes of participants, lines of the road, in one frame ----------------------------------------------------
 
 FRAME = "map"
 EGO, OTHERS, THINGS = (0.95, 0.45, 0.1), (0.25, 0.45, 0.75), (0.5, 0.5, 0.5)
@@ -121,7 +121,7 @@ def _colour(rgb: tuple[float, float, float]) -> dict[str, float]:
     return {**dict(zip("rgb", rgb, strict=True)), "a": 1.0}
 
 
-# -- what the messages hold, as JSON Schema; only fields that ever hold anything
+# -- contents of the messages, as JSON Schema; only fields with values
 
 
 def _object(**properties: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from engine.road import build_network
 NEAR = 1e-3
 """[m]"""
 BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Parts of a lane at which its middle is looked at."""
+"""Parts of a lane at which its middle is checked."""
 
 
 def check_opendrive(

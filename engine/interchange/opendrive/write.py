@@ -262,7 +262,8 @@ def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes:
 
 
 def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
-    """The light of a turn, on the turn's own road: some readers, Scenic among them, ask there whether it has one.
+    """Add a reference to the light of a turn on the turn's own road: some readers, Scenic among them, look for it
+    there.
 
     Only in right-hand traffic: those readers know no other, and netconvert takes left-hand roads for right-hand ones,
     misses the turns and then warns of their lights.
@@ -288,7 +289,7 @@ def _arm(junction: Intersection, lane: Lane) -> int:
 
 
 def add_controllers(document: Element, roads: RoadMap) -> None:
-    """The controllers of all junctions."""
+    """Add the controllers of all junctions."""
     for group in groups_of(roads):
         controller = child(document, "controller", id=group.controller, name=group.name, sequence=group.phase)
         for signal in group.signals:
@@ -296,7 +297,7 @@ def add_controllers(document: Element, roads: RoadMap) -> None:
 
 
 def add_controllers_of(element: Element, junction: Intersection) -> None:
-    """Which controllers a junction has."""
+    """Add the references of a junction to its controllers."""
     for phase in range(PHASES):
         child(element, "controller", id=_group(junction, phase).controller, type="0", sequence=phase)
 
@@ -309,12 +310,12 @@ REVISION = {"revMajor": 1, "revMinor": 7}
 def write_opendrive(
     spec: MapSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE, place: str = ""
 ) -> str:
-    """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan (their times stand in
-    OpenSCENARIO); `place` is the text of its <geoReference>.
+    """Return the road of a specification as OpenDRIVE 1.7, with lights if there is a plan (OpenSCENARIO has their
+    times); `place` is the text of its <geoReference>.
 
     Raises:
         RoadError: no road fits the specification.
-        InterchangeError: a name holds a character that XML cannot.
+        InterchangeError: a name contains a character that XML does not allow.
     """
     roads = road_map(spec)
     document = Element("OpenDRIVE")

@@ -205,7 +205,7 @@ def speed_action(private_action: Element, dynamics: Mapping[str, str], speed: st
     return child(child(action, "SpeedActionTarget"), "AbsoluteTargetSpeed", value=speed)
 
 
-# -- who takes part ----------------------------------------------------------------------------------------------------
+# -- participants ------------------------------------------------------------------------------------------------------
 
 UNBOUNDED_SPEED = 100.0
 """`maxSpeed` of an actor without a speed limit [m/s]; a faster run has its own top speed instead."""

@@ -104,7 +104,7 @@ def add_storyboard(root: Element, recording: Recording, names: Sequence[str], ve
     for actor, name in enumerate(names):
         add_replay(act, name, stretches(recording, actor), version)
     if not len(act):
-        add_group(act, names[0])  # nobody moves, but an act needs a group
+        add_group(act, names[0])  # no actor moves, but an act needs a group
     time_trigger(act, "StartTrigger", "replay_begins", 0.0, version)
     stop_trigger(storyboard, float(recording.time[-1]), version)
     return storyboard

@@ -164,7 +164,7 @@ def actor_of(track: TableTrack) -> RecordedActor:
     )
 
 
-# -- who is there with the ego ----------------------------------------------------------------------------------------
+# -- presence with the ego --------------------------------------------------------------------------------------------
 
 
 def _too_many(tracks: Sequence[TableTrack]) -> bool:

@@ -154,7 +154,7 @@ class _Builder:
         return math.remainder(heading, math.tau), road, lane.length, tuple(incoming), tuple(outgoing)
 
 
-# -- the signals of the file, as they stand beside its lanes -----------------------------------------------------------
+# -- signals of the file, at their lanes -------------------------------------------------------------------------------
 
 
 def signs_of(links: Links) -> Iterator[RoadSign]:

@@ -43,7 +43,7 @@ def file_network(spec: MapFile) -> Network:
     return unpacked(contents_of(spec.path, spec.digest), spec)
 
 
-# -- networks that are kept --------------------------------------------------------------------------------------------
+# -- stored networks ---------------------------------------------------------------------------------------------------
 
 FAMILY = "roads-*.bin"
 ENGINE = Path(__file__).parents[2]

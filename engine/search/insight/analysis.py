@@ -208,7 +208,7 @@ def fastest_contact(evaluations: Evaluations) -> float:
 
 
 def variant_labels(program: Program) -> list[str]:
-    """A label for each way of making the file's finite choices."""
+    """Return a label for each combination of the file's finite choices."""
     return [", ".join(choice.option for choice in variant.choices) or "the only one" for variant in program.variants]
 
 
@@ -241,20 +241,20 @@ def lane_grids(program: Program, evaluations: Evaluations, config: Config) -> tu
 
 
 def _drawn_by(label: VariantLabel) -> dict[str, int]:
-    """The scene value that holds each lane that is drawn, by the name of the choice."""
+    """Return the number of the scene value with each drawn lane, by the name of the choice."""
     lanes = drawn_lanes(label)
     return dict(zip(choice_names(label)[len(label.choices) :], (site.values[0] for site in lanes), strict=True))
 
 
 def _lane_of(program: Program, name: str, variants: Ints, values: Floats) -> Ints:
-    """(n,) the lane of each scene; -1 where it drew none."""
+    """Return (n,) the lane of each scene; -1 if it drew none."""
     places = np.array([_drawn_by(label).get(name, -1) for label in program.variants])[variants]
     numbers = values[np.arange(len(values)), np.maximum(places, 0)]
     return np.where((places >= 0) & np.isfinite(numbers), np.nan_to_num(numbers), -1.0).astype(np.int64)
 
 
 def _rows(lanes: list[str], number: Ints, collided: Bools) -> tuple[tuple[str, ...], Ints]:
-    """The names of rows, and the row of each scene."""
+    """Return the names of rows, and the row of each scene (n,)."""
     seen, row = np.unique(number, return_inverse=True)
     failures = np.bincount(row, weights=collided, minlength=len(seen))
     kept = np.sort(np.argsort(-failures, kind="stable")[:MOST_LANES])

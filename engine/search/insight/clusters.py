@@ -66,7 +66,7 @@ class Condition:
     high: float
 
     def holds(self, genomes: Floats) -> Bools:
-        """(n,) for genomes (n, d)."""
+        """Return (n,) True for genomes (n, d) within the bounds."""
         return (genomes[:, self.gene] >= self.low) & (genomes[:, self.gene] <= self.high)
 
 
@@ -85,7 +85,7 @@ class Rate:
 
     @cached_property
     def interval(self) -> Interval:
-        """95 %, of Clopper and Pearson."""
+        """Return the 95 % interval of Clopper and Pearson."""
         return clopper_pearson(self.failed, self.valid)
 
 
@@ -139,7 +139,7 @@ def _units(genomes: Floats, box: Box) -> Floats:
 
 
 def _grouped(units: Floats) -> Ints:
-    """A label for each failure (n, d)."""
+    """Return (n,) the group of each failure in `units` (n, d)."""
     if len(units) < LEAST_FAILURES:
         return np.zeros(len(units), dtype=np.int64)
     from scipy.cluster.hierarchy import fcluster, ward
@@ -229,7 +229,7 @@ def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, f
 
 
 def _judged(rule: tuple[Condition, ...], base: Rate, fresh: FreshDraws) -> tuple[tuple[Condition, ...], Rate]:
-    """The rule and how often it fails, from draws of which none decided that; no rule where it has no lift."""
+    """Return the rule and its failure rate, from draws that did not influence its acceptance; no rule without lift."""
     _, runs = fresh.draws(1, JUDGES, rule) if rule else ((), None)
     if runs is None or len(runs) < LEAST_JUDGES:
         return (), NOTHING
@@ -244,7 +244,7 @@ def _mean(values: Bools) -> float:
 
 
 def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:
-    """Bounds added while each makes the rule better."""
+    """Return a rule of bounds, added as long as each improves the rule."""
     rule: tuple[Condition, ...] = ()
     best = 0.0
     while len(rule) < MOST_CONDITIONS:
@@ -258,7 +258,7 @@ def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:
 
 
 def _candidates(genomes: Floats, box: Box) -> list[Condition]:
-    """Bounds from below and from above at quantiles of the wanted, and single options."""
+    """Return bounds from below and above at quantiles of the wanted genomes, and single options."""
     candidates: list[Condition] = []
     for gene, kind in enumerate(box.kinds):
         values = genomes[:, gene]
@@ -288,7 +288,7 @@ def _meet(genomes: Floats, rule: tuple[Condition, ...]) -> Bools:
 
 
 def _accuracy(met: Bools, wanted: Bools) -> float:
-    """Weighted relative accuracy."""
+    """Return the weighted relative accuracy."""
     covered = int(met.sum())
     if not covered:
         return 0.0

@@ -47,17 +47,17 @@ class Grid:
 
     @property
     def covered(self) -> int:
-        """Cells with a valid simulation."""
+        """Return the number of cells with a valid simulation."""
         return int((self.runs > 0).sum())
 
     @property
     def failing(self) -> int:
-        """Cells with a collision."""
+        """Return the number of cells with a collision."""
         return int((self.failures > 0).sum())
 
     @property
     def qd_score(self) -> float:
-        """Sum of the best quality, here the continuous risk, over all covered cells.
+        """Return the sum of the best quality, here the continuous risk, over all covered cells.
 
         Pugh, Soros and Stanley (2016), "Quality diversity: a new frontier for evolutionary computation".
         """
@@ -108,14 +108,14 @@ def _places(genomes: Floats, box: Box) -> Floats:
 
 
 def _mean_difference(places: Floats) -> float:
-    """Mean L1 distance of all pairs: in each column, sorted, the i-th of n is counted 2 i - n + 1 times."""
+    """Return the mean L1 distance of all pairs: in each sorted column, the i-th of n has the weight 2 i - n + 1."""
     count = len(places)
     weights = 2.0 * np.arange(count) - count + 1.0
     return float((weights[:, np.newaxis] * np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
 
 
 def _units(genomes: Floats, box: Box) -> Floats:
-    """Genes as shares of their ranges; two different options are further apart than any share."""
+    """Return genes as shares of their ranges; two different options are further apart than any share."""
     low, high = np.array(box.low), np.array(box.high)
     width = np.where(high > low, high - low, 1.0)
     options = np.array([kind is GeneKind.INDEX for kind in box.kinds], dtype=bool)
@@ -123,10 +123,7 @@ def _units(genomes: Floats, box: Box) -> Floats:
 
 
 def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid, ...]:
-    """The descriptor grids of a search: speeds, angle and closing speed, side and variant.
-
-    `variants`: a label for each variant of the program; equal labels share a column. Without, variants are numbered.
-    """
+    """Return the descriptor grids of a search: speeds, angle and closing speed, side and variant."""
     runs, chosen = evaluations.rollouts, worst_valid(evaluations)
     if not len(variants):
         variants = [str(number) for number in range(int(runs.variant.max(initial=0)) + 1)]
@@ -146,13 +143,13 @@ def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid,
 
 
 def worst_valid(evaluations: Evaluations) -> tuple[Ints, Ints]:
-    """(row, rollout) of each valid simulated individual's worst rollout."""
+    """Return (row, rollout) of each valid simulated individual's worst rollout."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.valid)
     return rows, evaluations.worst_rollout[rows]
 
 
 def sector(angle: Floats) -> Ints:
-    """Number of the sector of `SECTORS` that holds each angle [rad]; a head-on angle may have either sign."""
+    """Return the index in `SECTORS` of each angle [rad]; a head-on angle may have either sign."""
     turned = np.nan_to_num(angle) / (2.0 * math.pi / len(SECTORS)) + 0.5
     return np.floor(turned).astype(np.int64) % len(SECTORS)
 
@@ -171,7 +168,7 @@ def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
 def counted(
     name: str, first: tuple[str, ...], second: tuple[str, ...], i: Ints, j: Ints, risk: Floats, failed: Bools
 ) -> Grid:
-    """Simulations by their cells `i` and `j`."""
+    """Return the simulations counted by their cells `i` and `j`."""
     shape = len(first), len(second)
     runs, failures = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
     best = np.full(shape, -np.inf)

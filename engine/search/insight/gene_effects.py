@@ -132,7 +132,7 @@ def probe_genes(box: Box, evaluations: Evaluations, evaluate: Evaluate, count: i
 def _same_choices(
     before: Assessment, after: Assessment, moved: Floats, keys: Ints, free: Bools, evaluate: Evaluate
 ) -> tuple[Assessment, Bools]:
-    """The probes, some of them under a further stream, and which of them are valid with the choices of their case."""
+    """Return the probes, some of them under a further stream, and (n,) True if valid with the choices of their case."""
 
     def same(found: Assessment, rows: Ints) -> Bools:
         return (found.verdict == Verdict.VALID) & ((found.variant == before.variant[rows]) | free[rows])
@@ -173,7 +173,7 @@ def _effect(before: Assessment, after: Assessment, same: Bools, shape: tuple[int
 
 
 def _differs(before: Assessment, after: Assessment) -> Bools:
-    """(n,) whether any outcome differs, bit for bit; NaN equals NaN."""
+    """Return (n,) True if any outcome differs, bit for bit; NaN equals NaN."""
     differs = np.zeros(len(before), dtype=bool)
     for field in fields(Assessment):
         if field.name not in NOT_OUTCOMES:

@@ -113,7 +113,7 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
 
 
 def codes(evaluations: Evaluations, blame: Ints) -> Ints:
-    """(n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
+    """Return (n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
     runs = evaluations.rollouts
     ego, other = (
         np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
@@ -123,7 +123,7 @@ def codes(evaluations: Evaluations, blame: Ints) -> Ints:
 
 
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
-    """The kinds of a search's collisions: those that can be avoided first, then the most frequent."""
+    """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(_collisions(evaluations))
     every = codes(evaluations, blame)[rows, rollouts]
     found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
@@ -139,7 +139,7 @@ def _kind(pair: int, side: int, direction: int, ego: int, other: int, blame: int
 
 
 def failures(evaluations: Evaluations, blame: Ints) -> Failures:
-    """The counts of a search."""
+    """Return the counts of failures in a search."""
     hit, new = _collisions(evaluations), evaluations.simulated
     said = blame[hit]
     found = kinds(evaluations, blame)
@@ -157,5 +157,5 @@ def failures(evaluations: Evaluations, blame: Ints) -> Failures:
 
 
 def _collisions(evaluations: Evaluations) -> Bools:
-    """(n, k) distinct simulations in which the ego collided."""
+    """Return (n, k) True for distinct simulations in which the ego collided."""
     return np.asarray(evaluations.rollouts.collided & evaluations.simulated[:, np.newaxis])

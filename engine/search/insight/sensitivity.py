@@ -125,7 +125,7 @@ def sensitivity(
 
 
 def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
-    """Uniform numbers (m, d) and stream keys (m, 6) of A, B, and A with each gene in turn from B; each twice."""
+    """Return uniform numbers (m, d) and stream keys (m, 6) of A, B, and A with each gene in turn from B; each twice."""
     from scipy.stats.qmc import Sobol
 
     d = len(space)
@@ -154,7 +154,7 @@ def _run(space: ParamSpace, evaluate: Evaluate, uniforms: Floats, keys: Ints) ->
 
 
 def _resampled(rows: int, seed: int) -> Floats:
-    """(resamples + 1, n): how often each row counts; once each at first, then as the bootstrap draws them."""
+    """Return (resamples + 1, n) the weight of each row: 1 in the first resample, then its bootstrap count."""
     resamples = max(100, min(RESAMPLES, MOST_NUMBERS // rows))
     cells = Generator(Philox(seed)).integers(rows, size=(resamples, rows)) + rows * np.arange(resamples)[:, np.newaxis]
     drawn = np.bincount(cells.ravel(), minlength=resamples * rows).reshape(resamples, rows)
@@ -186,7 +186,7 @@ Mean = tuple[Floats, Floats]
 
 
 def _moments(values: Floats, counts: Floats) -> tuple[Mean, Mean]:
-    """The mean and the mean square of A and B together."""
+    """Return the mean and the mean square of A and B together."""
     known = counts.sum(axis=(0, 1))
     return (values.sum(axis=(0, 1)), known), ((values**2).sum(axis=(0, 1)), known)
 

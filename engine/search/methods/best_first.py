@@ -101,7 +101,9 @@ class BestFirst(InCube):
         return rows
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
-        """(n, d) a child of each row that is stepped from, and (n,) steps: near them its own children draw theirs."""
+        """Return (n, d) a child of each row in `_stepped_from`, and (n,) its steps, from which its own children draw
+        theirs.
+        """
         rows, size = self._stepped_from, self._cube.size
         varied = self._archived_steps[rows] * exp(VARIED * stream.standard_normal(len(rows)))
         steps = np.clip(varied, NARROWEST, WIDEST)
@@ -133,7 +135,7 @@ def rarity(values: Floats | Ints) -> Floats:
 
 
 def log_tries(tries: Ints) -> Floats:
-    """(n,) log(1 + tries)."""
+    """Return (n,) log(1 + tries)."""
     return _logarithms(int(tries.max(initial=0)).bit_length())[tries]
 
 

@@ -25,7 +25,7 @@ class Cube:
 
     @property
     def discrete(self) -> np.ndarray:
-        """(d,) which genes take whole numbers only."""
+        """Return (d,) True for genes with whole numbers only."""
         return self._discrete
 
     def values(self, gene: int) -> int:
@@ -33,7 +33,7 @@ class Cube:
         return int(self._values[gene])
 
     def genome(self, point: Floats) -> Genome:
-        """The genome at a point (d,); points outside count as the nearest inside."""
+        """Return the genome at a point (d,); points outside count as the nearest inside."""
         inside = np.clip(point, 0.0, 1.0)
         slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
         steps = np.where(self._discrete, slices, inside * self._span)
@@ -67,7 +67,7 @@ class InCube(GenerationSearcher):
 
 
 def pick(stream: Generator, count: int) -> int:
-    """A whole number, uniform in 0 .. count - 1."""
+    """Return a whole number, uniform in 0 .. count - 1."""
     return int(stream.random() * count)
 
 
@@ -80,11 +80,11 @@ def draw_gene(stream: Generator, box: Box, gene: int) -> float:
 
 
 def draw_genome(stream: Generator, box: Box) -> Genome:
-    """A genome, uniform over the box."""
+    """Return a genome, uniform over the box."""
     return tuple(draw_gene(stream, box, gene) for gene in range(len(box)))
 
 
 def reflected(point: np.ndarray) -> np.ndarray:
-    """A point brought back into the unit cube by mirrors at its faces."""
+    """Return a point reflected into the unit cube at its faces."""
     folded = np.mod(point, 2.0)
     return np.where(folded > 1.0, 2.0 - folded, folded)

@@ -150,7 +150,7 @@ class FailureKinds(BestFirst):
         return Candidates(parents, np.where(lined, others, NONE), reflected(points))
 
     def _ways(self, lines: Floats, lined: Bools, stream: Generator) -> Floats:
-        """(n, d) from each parent to its child: along the line to another, or a step in some genes."""
+        """Return (n, d) the step from each parent to its child: along the line to another parent, or in some genes."""
         count, size = lines.shape
         moved = stream.random((count, size)) < MOVED / size
         moved[np.arange(count), stream.integers(size, size=count)] = True
@@ -159,7 +159,7 @@ class FailureKinds(BestFirst):
         return np.where(lined[:, np.newaxis], STRETCH * along * lines + ASIDE * aside, step * aside * moved)
 
     def _best_of_each_kind(self, promise: Floats) -> Ints:
-        """Rows of the best runs of every kind."""
+        """Return the rows of the best runs of every kind."""
         of_each = (np.flatnonzero(self._failure_kind == kind) for kind in range(len(self._places_given)))
         return np.concatenate([rows[_first(promise[rows], BEST)] for rows in of_each])
 
@@ -168,7 +168,7 @@ class FailureKinds(BestFirst):
         kinds, kind, number = np.unique(self._failure_kind[rows], return_inverse=True, return_counts=True)
         return stream.choice(rows, size=count, p=1.0 / (len(kinds) * number[kind]))
 
-    # -- what is chosen
+    # -- choice
 
     def _foresee(self, candidates: Candidates, promise: Floats, stream: Generator) -> Foreseen:
         from scipy.spatial import KDTree
@@ -185,7 +185,7 @@ class FailureKinds(BestFirst):
         return Foreseen(worth, self._failure_kind[nearest], self._kind[nearest])
 
     def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
-        """(count,) rows of the candidates that are run."""
+        """Return (count,) the rows of the candidates to run."""
         worth, kind, fine = foreseen.worth.copy(), foreseen.kind, foreseen.fine
         failing = np.unique(self._failure_kind[self._fails])
         runs = np.bincount(self._failure_kind, minlength=len(self._places_given))[failing]

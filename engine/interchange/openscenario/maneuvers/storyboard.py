@@ -196,7 +196,7 @@ def add_storyboard(root: Element, recording: Recording, plan: ManeuverPlan, nota
             maneuver = child(add_group(act, actor.name), "Maneuver", name=f"{actor.name}_maneuver")
             _events(maneuver, actor, notation)
     if not len(act):
-        add_group(act, plan.actors[0].name)  # nobody moves, but an act needs a group
+        add_group(act, plan.actors[0].name)  # no actor moves, but an act needs a group
     time_trigger(act, START, "maneuver_begins", 0.0, notation.version)
     # two ends may have equal names, which readers take for one condition
     ends = [(f"end {number}, {end.name}:", steady(end.when)) for number, end in enumerate(plan.ends, 1)]

@@ -37,7 +37,7 @@ from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
 from engine.vocabulary import State
 
-# -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------
+# -- actions in order of time: a track for each entity, and remarks on omissions of a replay ---------------------------
 
 
 @dataclass

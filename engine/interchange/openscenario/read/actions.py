@@ -126,11 +126,7 @@ class _Start:
 
     @cached_property
     def time(self) -> float:
-        """Time in seconds.
-
-        Raises:
-            InterchangeError: a condition depends on the run.
-        """
+        """Return the time [s]."""
         earliest = self._after.time if self._after else 0.0
         groups = self._trigger.every("ConditionGroup") if self._trigger else []
         if not groups:

@@ -151,7 +151,7 @@ def _evaluated(tree: ast.expr, values: Mapping[str, float]) -> float:
             raise ValueError(tree)
 
 
-# -- entries of catalogs that stand beside a scenario, with their parameters put in ------------------------------------
+# -- entries of a scenario's catalogs, with their parameters -----------------------------------------------------------
 
 MOST_FILES = 100
 """Maximum number of files in one catalog folder."""
