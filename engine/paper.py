@@ -252,9 +252,8 @@ def _invalid() -> Iterator[Claim]:
         )
     change = -_gain(sum(GA.nis), sum(RANDOM.nis))
     yield _share("NIS", "decrease of invalid runs by the GA (discussion)", 15, change)
-    yield _share(
-        "NIS", "decrease of invalid runs by the GA (abstract, conclusion)", 25, change, "the discussion has 15 %"
-    )
+    says = "decrease of invalid runs by the GA (abstract, conclusion)"
+    yield _share("NIS", says, 25, change, "the discussion has 15 %")
     yield from _fewer(NIS_IMPROVED)
     yield from _infer("fewer invalid runs holds in every scenario", _fewer(NIS_UNFAVOURABLE))
     for scenario in NIS_UNFAVOURABLE:
