@@ -1,14 +1,14 @@
-"""Files that contain a checksum of themselves, and name the journal that they were made from.
+"""Files that contain their own checksum and the link of the journal from which they were written.
 
 A JSON document begins with the fields of `stamp`; a page has them as `<meta>`. The checksum is the BLAKE2b digest of
-the whole file with zeros in its place, so that every changed byte shows, wherever the file lies.
+the whole file with zeros in its place, so that every changed byte shows, in every folder.
 """
 
 import re
 from hashlib import blake2b
 
 NO_CHECKSUM = "0" * 32
-"""In the place of a checksum that is not known yet."""
+"""Placeholder of an unknown checksum."""
 _CHECKSUM = re.compile(rb'\bchecksum"(?:: | content=)"([0-9a-f]{32})"')
 _JOURNAL = re.compile(rb'\bjournal"(?:: | content=)"([0-9a-f]*)"')
 
@@ -43,7 +43,7 @@ def is_unchanged(file: bytes) -> bool:
 
 
 def journal_of(file: bytes) -> str:
-    """Return the link of the journal that a file was made from; empty where the file names none."""
+    """Return the link of the journal from which a file was written; "" if the file names none."""
     found = _JOURNAL.search(file)
     return "" if found is None else found[1].decode()
 

@@ -95,10 +95,13 @@ def _sample(demand: KernelDemand) -> None:
     sample(program, np.array([program.space.low]), keys, demand.config.simulation)
 
 
-def _weighing_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+def _weighing_kernels(demand: KernelDemand) -> Iterator[Kernel]:
     from engine.kernels.attempts import weigh_rows
+    from engine.kernels.evaluate import geometry_kernels
 
     yield weigh_rows
+    if demand.program is not None:
+        yield from geometry_kernels(demand.program.code.scene_code)
 
 
 def _weigh(demand: KernelDemand) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import PICTURES, known_formats, pace, picture, play_case, write_cases
+from cortex_dsl.console.kernels import SEARCH
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.console.user_files import Asked, is_folder, place_files, user_path
 from cortex_dsl.interchange.formats import FORMATS
@@ -24,7 +25,7 @@ IN_SESSION = Asked(":export N", ":export!")
 def do_worst(state: State, _argument: str) -> None:
     """What each case is; the drive of the reference driver is asked for once."""
     found = _last(state)
-    state.kernels.wait(state.terminal)
+    _wait_for(state, found)
     from cortex_dsl.report.findings.cases_found import cases_found
     from cortex_dsl.report.findings.readable import speed_unit
     from cortex_dsl.report.terminal.worst_view import found_view
@@ -48,7 +49,7 @@ def do_watch(state: State, argument: str) -> None:
 
 
 def _replayed(state: State, case: "Case") -> "CaseReplay":
-    state.kernels.wait(state.terminal)
+    _wait_for(state, _last(state))
     from cortex_dsl.report.findings.case_replay import replay_case
 
     scenario = _last(state).scenario
@@ -67,6 +68,10 @@ def _last(state: State) -> Found:
     if not state.found.campaign.worst:
         raise UsageError("the last search has no case: none of its simulations was valid", "`:sample` says why")
     return state.found
+
+
+def _wait_for(state: State, found: Found) -> None:
+    state.kernels.wait(state.terminal, SEARCH, found.scenario.program, found.scenario.config)
 
 
 def _case(state: State, number: str) -> "Case":
@@ -117,7 +122,7 @@ def _unknown_suffix(path: Path) -> UsageError:
 
 
 def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequence[str], *, force: bool) -> None:
-    state.kernels.wait(state.terminal)
+    _wait_for(state, _last(state))
     from cortex_dsl.interchange.cases import case_of_search
     from cortex_dsl.report.terminal.interchange_view import export_view
     from engine.interchange.contract import ExportOptions

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.terminal import Exit, UsageError
-from cortex_dsl.repl.instant import draw, is_undefined
+from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
 from cortex_dsl.repl.state import Found, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
 from engine.errors import ArgumentError
@@ -30,7 +31,7 @@ TRIES = 200
 
 def do_sample(state: State, argument: str) -> None:
     count = whole_number(argument, SCENES, "the number of scenes", MOST_SCENES)
-    scenario = state.scenario()
+    scenario = state.scenario(SAMPLE)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
         for first in range(0, count, CHUNK):
@@ -57,7 +58,7 @@ def _show_tally(state: State, scenario: "Scenario", tally: Tally, seconds: float
 
 
 def do_scene(state: State, _argument: str) -> None:
-    scenario = state.scenario()
+    scenario = state.scenario(INSTANT)
     scenes = _next_scene(state, scenario)
     if scenes is None:
         return
@@ -106,7 +107,7 @@ def do_relax(state: State, argument: str) -> None:
         target = share(argument) if argument else None
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
-    state.kernels.wait(state.terminal)
+    state.kernels.wait(state.terminal, ("weigh",), program)
     from cortex_dsl.report.findings.tally import blame_note
     from cortex_dsl.report.terminal.requirements_view import blame_view
     from cortex_dsl.report.terminal.theme import section
@@ -143,7 +144,7 @@ def do_run(state: State, argument: str) -> None:
     from cortex_dsl.console.simulating import perform_run
 
     seed = seed_of(argument, state.seed)
-    scenario = state.scenario()
+    scenario = state.scenario(RUN)
     request = CompileRequest(Path(state.name), overrides=state.overrides)
     code = perform_run(request, RunRequest(seed=seed), scenario, state.terminal, reproduce=f":run {seed}")
     state.no_scene = code == Exit.NO_SCENE
@@ -163,7 +164,7 @@ def _search(state: State, method: str, argument: str) -> None:
     from cortex_dsl.console.simulating import blame_of_search, mistake_of
 
     generations, aims = _asked(method, argument)
-    scenario = state.scenario()
+    scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     campaign = _campaign(state, scenario, method, generations, aims)

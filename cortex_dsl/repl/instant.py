@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from engine.scenes import Scenes
     from engine.tables import Ints
 
+INSTANT = ("sample", "simulate")
+"""Parts of `engine.compiling_apart.PARTS` that instant runs call."""
 RUNS = 400
 """Enough to tell a tenth from a fifth; a run takes less than a millisecond."""
 MOST_ATTEMPTS = 2_000_000

@@ -9,7 +9,7 @@ LEVEL = 2.5
 
 
 def level_notes(road: OdrNetwork) -> tuple[str, ...]:
-    """Return the notes on pairs of roads that cross at different heights; none where that cannot be told."""
+    """Return the notes on pairs of roads that cross at different heights; () if heights are unknown."""
     from engine.road.opendrive.network import contents_of
 
     heights = [row.a for each in road.roads.values() for row in each.heights]

@@ -43,7 +43,7 @@ NOT_OF_MOTION = ("first_seen", "ttc_at_first_sight", "hidden_time", "fault")
 if TYPE_CHECKING:
 
     class PairMetrics(Any):
-        """What motion tells of one pair, by the table in `engine.outcomes`: floats. Times count from its start."""
+        """Metrics of a pair's motion, by the table in `engine.outcomes`: floats. Times count from its start."""
 
 else:
     PairMetrics = namedtuple("PairMetrics", [name for name in ROWS if name not in NOT_OF_MOTION])

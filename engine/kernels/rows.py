@@ -40,8 +40,9 @@ class Requested(NamedTuple):
 if TYPE_CHECKING:
 
     class Results(Any):
-        """Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result;
-        those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
+        """The arrays of `engine.outcomes.Outcomes` under the same names, with the values of a run without a result.
+
+        Those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
         """
 
 else:

@@ -35,11 +35,13 @@ MOST_LANES = 100
 NARROWEST = -0.01
 """A width below this gets a remark [m]; files round those of lanes that end."""
 METADATA = frozenset(
-    {"header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"}
+    {
+        *("header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"),
+        *(f"signal {name}" for name in ("zOffset", "hOffset", "height", "width", "pitch", "roll", "text")),
+    }
 )
-"""Elements and attributes that change no result: authors, dates, tools, labels, paint. A lane's `level` qualifies the
-superelevation, which is not read.
-"""
+"""Elements and attributes that change no result: authors, dates, tools, labels, paint, the shape of signals. A lane's
+`level` qualifies the superelevation, which is not read."""
 SHORT = 0.1
 """Difference of lengths above which a reference line ends before its road [m]: files round lengths."""
 SINGLE: Mapping[str, bool] = MappingProxyType({"true": True, "1": True, "false": False, "0": False, "": False})

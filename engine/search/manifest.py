@@ -88,7 +88,7 @@ class Text:
 
 
 DIGEST = "digest"
-"""In the place of an import: what the file of a map held."""
+"""Value of `Link.path` for a map, which no statement imports; `Link.name` is then the digest of its file."""
 
 
 @dataclass(frozen=True)

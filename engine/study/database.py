@@ -118,10 +118,9 @@ class StudyStore:
         figures = json_text(flat(record.figures))
         course, where, seconds = record.course.astype("<f8").tobytes(), tuple(record.address), float(record.seconds)
         with store_errors(self.path), self._connection as connection:
-            sealed = has_seal(connection)
             connection.execute("INSERT INTO run VALUES (?, ?, ?, ?, ?)", (*where, figures, course))
             connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*where, seconds))
-            if sealed:
+            if has_seal(connection):
                 digest = digest_of(finished.block)
                 connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?, ?)", (*where, finished.block, digest))
                 add_to_seal(connection, (*where, figures, course, seconds, digest))
@@ -223,8 +222,7 @@ class Study:
 
     @property
     def complete(self) -> bool:
-        plan = self.plan
-        return len(self.records) == plan.runs * len(plan.subjects) * len(plan.methods)
+        return len(self.records) == sum(1 for _ in self.plan.addresses())
 
 
 def read_study(folder: Path) -> Study:
@@ -271,8 +269,7 @@ def read_evaluations(study: Study, address: Address) -> Evaluations:
         )
     block = row[len(address)]
     if study.proved and digest_of(block) != row[-1]:
-        which = f"run {address.run} of {address.method}"
-        raise _damaged(study.folder, f"the evaluations of {which} are not what was written")
+        raise _damaged(study.folder, f"evaluations of run {address.run} of {address.method} are not what was written")
     search = study.plan.subjects[address.scenario].config.search
     try:
         return unpack(block, search.seed, _number(study, address.method), address.run, search.aggregate)
@@ -340,16 +337,14 @@ def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
 
 def _edited(folder: Path, plan: Plan) -> Sequence[str]:
     """Return the files of the study that exist and differ."""
-    texts: dict[str, str] = {}
+    texts = {subject.file: subject.program.source_text for subject in plan.subjects}
     for subject in plan.subjects:
         beside = PurePath(subject.file).parent
         texts |= {os.path.normpath(beside / file.name): file.text for file in subject.program.imported}
-        texts[subject.file] = subject.program.source_text
     return [name for name, text in texts.items() if _differs(Path(located(folder, name)), text)]
 
 
 def _differs(path: Path, text: str) -> bool:
-    try:
+    with suppress(OSError, ValueError):
         return path.is_file() and path.read_bytes().decode() != text
-    except (OSError, ValueError):
-        return False
+    return False

@@ -128,9 +128,9 @@ class OwnTotals:
 
     simulations: int
     seconds_per_simulation: float
-    """Of one worker; NaN without a simulation."""
+    """Seconds per simulation of one worker; NaN without a simulation."""
     methods: tuple[Totals, ...]
-    """That of the paper's own method first, as in the paper."""
+    """Totals of each method, the paper's own method first, as in the paper."""
 
 
 def own_totals(plan: Plan, records: Sequence[RunRecord]) -> OwnTotals:

@@ -262,8 +262,7 @@ def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes:
 
 
 def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
-    """Add a reference to the light of a turn on the turn's own road: some readers, Scenic among them, look for it
-    there.
+    """Add a reference to a turn's light on the turn's road: some readers, such as Scenic, look for it there.
 
     Only in right-hand traffic: those readers know no other, and netconvert takes left-hand roads for right-hand ones,
     misses the turns and then warns of their lights.

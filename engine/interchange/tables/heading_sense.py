@@ -1,7 +1,7 @@
-"""Whether a column of headings has the zero and the sense that it is read with: anticlockwise from the x axis.
+"""Check of zero and sense of a column of headings, which is read as anticlockwise from the x axis.
 
-The motion of all actors tells: on a straight way a vehicle moves along its heading. One that is off its motion by the
-same angle at nearly every sample has headings from another zero, however small the angle is.
+The motion of all actors is the evidence: on a straight way a vehicle moves along its heading. If headings differ from
+motion by the same angle at nearly every sample, they count from another zero, for any size of the angle.
 """
 
 import math
@@ -21,17 +21,17 @@ less than 1 degree of slip (Pacejka, "Tire and Vehicle Dynamics", chapter 1: the
 NEARLY_ALL, MOST = 0.9, 0.75
 """Shares of samples."""
 BETTER = 0.25
-"""By this share more samples must fit another zero or sense than that with which headings are read."""
+"""Least excess of the share of samples that fit another zero or sense over the share that fits the assumed one."""
 FASTEST_REVERSE = 6.0
-"""Nobody drives backwards faster [m/s]: gears and electric drives limit it to some 20 km/h."""
+"""Largest speed in reverse [m/s]: gears and electric drives limit it to about 20 km/h."""
 ROUND = math.radians(2.0)
-"""How near a zero must be to that of a compass to be taken for it [rad]."""
+"""Largest difference of a zero from that of a compass or the x axis to be named as that [rad]."""
 
 
 def straight_offsets(motion: Motion, heading: Floats, loose: Bools) -> tuple[Floats, Floats]:
-    """Return heading and direction of motion (both (rows,)) at the samples of straight ways at which both are known.
+    """Return heading and direction of motion (both (rows,)) [rad] at the samples of straight ways with both known.
 
-    The direction is turned about where an actor drives backwards, which it does slowly.
+    The direction is reversed where an actor drives backwards, which it does slowly.
     """
     direction = np.where(loose, math.nan, directions_of(motion))
     velocity = motion.rates(motion.positions)
@@ -43,9 +43,10 @@ def straight_offsets(motion: Motion, heading: Floats, loose: Bools) -> tuple[Flo
 
 
 def offset_of(heading: Floats, direction: Floats) -> float:
-    """Return the angle [rad] by which an actor's headings lie left of its motion throughout; 0 where they do not.
+    """Return the angle from an actor's motion to its headings [rad], positive to the left; 0 if it is not the same
+    throughout.
 
-    Forwards or backwards: the angle lies between -pi/2 and pi/2.
+    Forwards or backwards: the angle is between -pi/2 and pi/2.
     """
     off = np.remainder(heading - direction + math.pi / 2.0, math.pi) - math.pi / 2.0
     if len(off) < FEWEST:
@@ -62,10 +63,10 @@ def aside(offset: float) -> str:
 
 
 def misread(every: Iterable[tuple[Floats, Floats]], *, in_radians: bool) -> str:
-    """Return what is wrong with the headings of a recording as a whole; "" if most fit, or nothing is known of them.
+    """Return the fault of a recording's headings as a whole, in words; "" if most fit, or too few are known.
 
-    `every`: heading and direction of motion (see `straight_offsets`) of each actor; `in_radians`: whether the column
-    says so. Headings in degrees are refused elsewhere.
+    `every`: heading and direction of motion (see `straight_offsets`) of each actor; `in_radians`: True if the column
+    declares radians. Headings in degrees are refused elsewhere.
     """
     pairs = list(every)
     heading, direction = (np.concatenate([np.zeros(0), *(pair[side] for pair in pairs)]) for side in (0, 1))
@@ -96,5 +97,5 @@ def _fits(angles: Floats, least: float) -> bool:
 
 
 def _share(angles: Floats) -> float:
-    """Return the share of angles that are 0, but for `SLIP`."""
+    """Return the share of angles that are 0 within `SLIP`."""
     return float(np.mean(np.abs(np.remainder(angles + math.pi, math.tau) - math.pi) < SLIP))

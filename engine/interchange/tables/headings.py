@@ -1,4 +1,4 @@
-"""The headings of a table, as far as they are believed: those of motion where they are unknown or do not fit it."""
+"""Headings of a table, replaced by those of motion where they are unknown or do not fit it."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -16,30 +16,32 @@ from engine.interchange.tables.plausible import Held, held_headings
 from engine.tables import Bools, Floats, Ints
 
 DEGREES = 7.0
-"""No heading in radians is larger, unless it runs on."""
+"""Largest heading in radians, except for one that is unwrapped."""
 
 
 def slides(cells: Cells, rows: Ints) -> Bools:
-    """Return where an actor is loose after an impact (samples,), as a table of ours says."""
+    """Return (samples,) True if an actor slides after an impact, according to a table of cortexc."""
     return cells.whole[SLIDES][rows] != 0 if SLIDES in cells.whole else np.zeros(len(rows), bool)
 
 
 @dataclass
 class Headings:
-    """The column of headings, and what motion says against it."""
+    """The column of headings, and the result of its comparison with motion."""
 
     cells: Cells
     remarks: list[str]
-    """Remarks on the table, which grow here."""
+    """Remarks on the table; the methods add theirs."""
     misread: bool = False
-    """Whether the column counts from another zero or in another sense: none of its headings is used."""
+    """True if the column counts from another zero or in another sense: none of its headings is used."""
     key: str = field(init=False)
 
     def __post_init__(self) -> None:
         self.key = "yaw" if self.cells.omega_prime else "heading"
 
     def judge(self, actors: Iterable[Ints], time: Floats) -> None:
-        """Decide whether the column as a whole is believed; `actors`: rows of each, in the order of time [s]."""
+        """Set `misread` by comparison of the whole column with motion; `actors`: rows of each, in the order of time
+        [s].
+        """
         if self.key not in self.cells.numbers:
             return
         column, heading = self.cells.columns[self.key], self.cells.numbers[self.key]
@@ -63,9 +65,10 @@ class Headings:
         *,
         on_foot: bool,
     ) -> Floats:
-        """Return the headings of one actor as they are believed (samples,) [rad], or else those of its motion.
+        """Return the headings of an actor (samples,) [rad]: those of the column if they fit its motion, else those of
+        motion.
 
-        `motion_headings`: returns those of motion, of velocities (samples, 2) if they are given.
+        `motion_headings` returns those of motion, or of velocities (samples, 2) if they are given.
         """
         believed = velocity is not None and not velocity.rejected
         shown = partial(motion_headings, velocity.values if velocity and believed else None)
@@ -113,7 +116,9 @@ class Headings:
 
 
 def _filled(heading: Floats, shown: Floats) -> Floats:
-    """Return headings (samples,) with those of motion where they are unknown, or else those of the samples around."""
+    """Return headings (samples,) [rad], unknown ones replaced by those of motion, or interpolated between known
+    samples.
+    """
     heading = np.where(np.isfinite(heading), heading, shown)
     known = np.flatnonzero(np.isfinite(heading))
     return np.interp(np.arange(len(heading)), known, np.unwrap(heading[known]))

@@ -1,6 +1,6 @@
-"""Actors of a recording at different heights: on a bridge and below it. All else is judged in one plane.
+"""Actors of a recording at different heights: on a bridge and below it. All others are judged in a plane.
 
-Two that are at different heights wherever they are near one another are no pair.
+Two actors that are at different heights at all places at which they are near one another are no pair.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,20 +13,20 @@ from engine.interchange.tables.track import TableTrack
 from engine.tables import Floats
 
 SLOPE = 0.15
-"""Steepest road: so much may two on one level differ in height per metre between them."""
+"""Largest slope of a road [m/m]: largest difference of height per distance of two actors on one level."""
 AROUND = 2.0
-"""Two are near one another where they are at most so much farther apart than at their nearest [m]."""
+"""Largest excess over the least distance of two actors at which they count as near [m]."""
 MOST_NAMED = 3
-"""Pairs that a remark names."""
+"""Maximum number of pairs that a remark names."""
 
 
 def height_between(
     one: TableTrack, other: TableTrack, begin: float = -np.inf, end: float = np.inf
 ) -> tuple[float, bool]:
-    """Return the height of `other` above `one` at the nearest place where levels differ [m], 0 without any, and whether
-    they differ wherever the two are near one another.
+    """Return the height of `other` above `one` at the nearest place with different levels [m], 0 without any, and True
+    if levels differ at all places at which the two are near one another.
 
-    begin, end [s]: when they are looked at.
+    begin, end [s]: the interval that is compared.
     """
     heights = (one.height, other.height)
     time = np.union1d(one.time, other.time)
@@ -49,7 +49,7 @@ def height_between(
 
 
 def may_be_apart(tracks: Sequence[TableTrack]) -> bool:
-    """Return True if two of these may be on different levels."""
+    """Return True if two of the tracks may be on different levels."""
     heights = [track.height for track in tracks if track.height is not None]
     known = np.concatenate([np.zeros(0), *heights])
     known = known[np.isfinite(known)]
@@ -57,7 +57,7 @@ def may_be_apart(tracks: Sequence[TableTrack]) -> bool:
 
 
 def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str, ...]]:
-    """Return the tracks, the ego's first, without those on other levels than it, and remarks on them."""
+    """Return the tracks, the ego's first, without those on another level than the ego, and remarks on them."""
     if not may_be_apart(tracks):
         return tracks, ()
     found = [(track, *height_between(tracks[0], track)) for track in tracks[1:]]
@@ -75,7 +75,9 @@ def on_one_level(tracks: list[TableTrack]) -> tuple[list[TableTrack], tuple[str,
 
 
 def level_remarks(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
-    """Yield the remark on pairs on different levels: both names, and how far the second is above the first [m]."""
+    """Yield the remark on pairs on different levels; a pair is both names, and the height of the second above the first
+    [m].
+    """
     said = [
         f"{cited(other)} is {abs(above):.1f} m {'above' if above > 0.0 else 'below'} {cited(one)}"
         for one, other, above in pairs[:MOST_NAMED]

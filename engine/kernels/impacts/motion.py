@@ -580,10 +580,7 @@ def _let_tyres_roll(memory: Floats, segment: Floats, ahead: float, aside: float)
 
 @inlined
 def _is_drivable(plan: Plan, segment: Floats, actor: int, speed: float) -> bool:
-    """Return True if the driver can control the body again: its wheels roll, or it stands.
-
-    The model of tyre slip covers forward motion only.
-    """
+    """Return True if the driver can control the body again: its wheels roll forwards, or it stands."""
     if plan.slides[actor] != 0 and speed < -STILL:
         return False
     stands = segment[MotionSegment.VX1] == 0.0 and segment[MotionSegment.VY1] == 0.0
@@ -604,10 +601,7 @@ UNKNOWN = -1.0
 
 
 class FirstContact(NamedTuple):
-    """First contact in a step: its part of the step and the two bodies, the lower first; -1 if there is none.
-
-    The other body may be a building.
-    """
+    """First contact in a step: its part of the step and two bodies, the second may be a building; -1 if none."""
 
     part: float
     one: int

@@ -24,6 +24,8 @@ UNROUNDED = 0.01
 """Largest rounding error of lengths in files [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
 """Largest distance and angle between the end of a lane and the start of the next one [m, rad]."""
+FOR_NOBODY = frozenset({"none", "border", "curb", "median", "restricted"})
+"""Types of lanes on which there is no traffic."""
 OVERLAP = 5.0
 """Least common area of two junctions that is reported [m^2]; neighbours touch."""
 
@@ -51,11 +53,11 @@ def remarks_on(
 
 
 def unread_lanes(network: OdrNetwork) -> Iterator[Kind]:
-    """Yield the types of lanes that are not drivable."""
+    """Yield the types of lanes whose traffic is not simulated here."""
     every = (lane for road in network.roads.values() for section in road.sections for lane in section.lanes.values())
     lines: dict[str, set[int]] = defaultdict(set)
     for lane in every:
-        if lane.id and lane.type not in {"none", *DRIVABLE}:
+        if lane.id and lane.type not in FOR_NOBODY | DRIVABLE:
             lines[lane.type].add(lane.line)
     yield from (Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), f"line {min(of)}") for kind, of in lines.items())
 
@@ -96,7 +98,7 @@ def on_lengths(links: Links) -> Iterator[str]:
 
 
 def on_sections(network: OdrNetwork) -> Iterator[str]:
-    """On sections that begin where their road has ended."""
+    """Yield a remark on sections that begin after the end of their road."""
     roads = [road for road in network.roads.values() if road.length > 0.0]
     late = [(road, each) for road in roads for each in road.sections if each.start >= road.length + WORTH_A_REMARK]
     for road, section in late[:1]:
@@ -136,7 +138,7 @@ def on_links(network: OdrNetwork) -> Iterator[str]:
 
 
 def on_lane_links(network: OdrNetwork) -> Iterator[str]:
-    """On connections that name lanes which their roads do not have."""
+    """Yield a remark on connections that name lanes missing in their roads."""
     lost = [
         (each.junction, lane, road)
         for each in network.connections

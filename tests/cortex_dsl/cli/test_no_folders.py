@@ -86,7 +86,7 @@ def test_no_file_of_a_study_names_the_folder(of_a_map: bool, cortexc: Command, l
     scenarios[1].write_text(scenarios[1].read_text() + "\n")
     (home / "beside.scn").write_text("LIMIT = 4 s\n")
     notes = cortexc("resume", study, "--json").document["notes"]
-    assert [note.partition(" ")[0] for note in notes] == ["`../beside.scn`", "`../other/left_turn.scn`"]
+    assert [note.partition(" ")[0] for note in notes] == ["`../other/left_turn.scn`", "`../beside.scn`"]
 
 
 @pytest.mark.parametrize("of_a_map", [False, True])

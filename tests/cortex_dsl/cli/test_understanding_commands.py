@@ -230,13 +230,10 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
     assert "--case" in result.said
 
 
-def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_study_is_no_run(cortexc: Command, small_study: Path) -> None:
     """The command for it is shown."""
-    folder = tmp_path / "study"
-    small = ("--runs", "1", "--generations", "1", "--population", "4")
-    assert cortexc("study", left_turn, *small, "--out", folder).code == 0
     for name in ("analyse", "replay"):
-        result = cortexc(name, folder)
+        result = cortexc(name, small_study)
         assert result.code == 2
         assert "`cortexc report" in result.said
 

@@ -4,11 +4,19 @@ steps.
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pyarrow import string
+from pyarrow.csv import ConvertOptions, ParseOptions, read_csv
 
 from engine.interchange.every_pair import rank_pairs
 from engine.interchange.measuring import measure
 from engine.interchange.sources import read_recording, read_traffic
+from engine.interchange.tables.cells import read_csv_cells
+
+TEXTS = ConvertOptions(column_types={"id": string()}, strings_can_be_null=False)
 
 COLUMNS = "time,actor,x,y,heading,speed"
 ROWS = [row for k in range(21) for row in (f"{k / 10},ego,{k},0,0,10", f"{k / 10},c,{40 - k},3.5,3.1416,10")]
@@ -106,3 +114,24 @@ def test_rows_between_two_steps_are_named(tmp_path: Path) -> None:
         for remark in rank_pairs(read_traffic(saved(tmp_path, [COLUMNS, *ROWS]))).remarks
         if "two steps" in remark
     ]
+
+
+finite = st.floats(-1e6, 1e6, allow_subnormal=False)
+rows = st.lists(st.tuples(st.text("abc #;", min_size=1, max_size=4), finite, finite), min_size=1, max_size=20)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(rows=rows, separator=st.sampled_from([",", ";", "\t", "|"]), quoted=st.booleans())
+def test_cells_are_those_of_another_reader(
+    rows: list[tuple[str, float, float]], separator: str, quoted: bool, tmp_path: Path
+) -> None:
+    """Names and numbers are bit for bit those that pyarrow reads, whatever separates them."""
+    mark = '"' if quoted or separator == ";" else ""
+    named = [(f"n{name}{row}", x, y) for row, (name, x, y) in enumerate(rows)]
+    lines = [separator.join([f"{mark}{name}{mark}", "0.0", repr(x), repr(y)]) for name, x, y in named]
+    path = saved(tmp_path, [separator.join(["id", "time", "x", "y"]), *lines])
+    theirs = read_csv(path, parse_options=ParseOptions(delimiter=separator), convert_options=TEXTS)
+    ours = read_csv_cells(path)
+    assert list(ours.texts["actor"]) == [name.strip() for name in theirs["id"].to_pylist()]
+    for column in ("x", "y"):
+        assert np.array_equal(ours.numbers[column], theirs[column].to_numpy())
