@@ -173,7 +173,7 @@ def state_of(state: State) -> str:
 def _accepted(state: State) -> str:
     share = state.acceptance
     if share is None:
-        return "compiling kernels …" if state.kernels.cold else "loading kernels …"
+        return "compiling kernels …" if state.kernels.missing else "loading kernels …"
     return f"{percent(share, 2 if 0 < share < 0.1 else 1)} accepted"
 
 
