@@ -1,13 +1,13 @@
 """Forward evaluation and backward contraction of a tape over many boxes at once.
 
-A *box* is an interval for each variable of one variant. A box dies when a requirement surely fails in it; `killer` says
-which one. A slot is *demanded* in a box where every attempt that may still pass has a number in its interval there:
-only such a slot may narrow its operands, and only such a one, found empty, kills.
+A *box* is an interval for each variable of one variant. A box dies when a requirement surely fails in it; `killer` is
+that requirement. A slot is *demanded* in a box if every attempt that may still pass has a number in the slot's
+interval: only a demanded slot may narrow its operands, and only an empty demanded slot kills the box.
 
-Each function of `BACKWARD` takes the interval that a result must lie in and the operands' intervals, and gives narrower
-ends for each operand. It is only asked about results that are numbers in every attempt that may still pass: the demands
-start at comparisons that hold, and no comparison with NaN does.
-Source: Benhamou, Goualard, Granvilliers and Puget (1999), "Revising hull and box consistency", ICLP'99 (HC4).
+Each function of `BACKWARD` takes the interval of a result and those of its operands, and returns narrower ends for each
+operand. It is called only for results that are numbers in every attempt that may still pass: demands start at
+comparisons that hold, and no comparison with NaN holds. Source: Benhamou, Goualard, Granvilliers and Puget (1999),
+"Revising hull and box consistency", ICLP'99 (HC4).
 """
 
 import math
@@ -25,18 +25,18 @@ from engine.portable import exp, log
 from engine.program import Program
 from engine.tables import Floats, Ints
 
-# -- what a result says about its operands -----------------------------------------------------------------------------
+# -- bounds of operands from a result ----------------------------------------------------------------------------------
 
 TINY, HUGE = 1e-300, 1e300
-"""Numbers between these have all their digits."""
+"""Range of magnitudes with full precision."""
 Ends = tuple[Floats, Floats]
-"""Least and greatest, to be intersected with what is known; arrays (n,)."""
+"""Least and greatest value, to be intersected with the known interval; arrays (n,)."""
 Backward = Callable[..., Sequence[Ends | None]]
-"""None for an operand of which nothing follows."""
+"""Backward function; its result is None for an operand without a bound."""
 
 
 def _outward(low: Floats, high: Floats, *scale: Interval) -> Ends:
-    """Ends moved outward by more than rounding in the instruction and here may amount to."""
+    """Return the ends moved outward by more than the rounding errors of the instruction and of this code."""
     size = sum((_size(interval) for interval in scale), start=np.zeros(len(low)))
     low, high = low - RELATIVE * size, high + RELATIVE * size
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
@@ -66,12 +66,13 @@ def _sub(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
 
 
 def _factor(z: Interval, b: Interval) -> Ends:
-    """The factor a of a * b = z."""
+    """Return bounds of the factor a of a * b = z."""
     quotients = np.stack([z.low / b.low, z.low / b.high, z.high / b.low, z.high / b.high])
     low, high = quotients.min(axis=0), quotients.max(axis=0)
     known = ((b.low > 0.0) | (b.high < 0.0)) & np.isfinite(low) & np.isfinite(high)
     margin = RELATIVE * np.maximum(np.abs(low), np.abs(high)) + 1e-300
-    # A product may round to zero or below the smallest number: a factor that small cannot be distinguished from zero.
+    # A product may round to zero or below the smallest number, so such a small factor cannot be distinguished from
+    # zero.
     tiny = np.maximum(np.abs(z.low), np.abs(z.high)) < 1e-200
     return _only(known & ~tiny, (low - margin, high + margin))
 
@@ -99,7 +100,7 @@ def _abs(z: Interval, a: Interval) -> Sequence[Ends]:
 
 
 def _min(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
-    """`b if b < a else a`. Of a b that may be NaN nothing is said."""
+    """Return the bounds for `b if b < a else a`; none for a b that may be NaN."""
     unbounded = np.full(len(z.low), np.inf)
     defined = ~b.undefined
     a_high = np.where(b.low > z.high, z.high, unbounded)
@@ -135,7 +136,7 @@ def _leg(z: Interval, other: Interval) -> Ends:
 
 
 def _exp(z: Interval, _a: Interval) -> Sequence[Ends]:
-    """Beyond `TINY` and `HUGE` an exponential has lost its digits, or is no number."""
+    """Return the bounds; beyond `TINY` and `HUGE` an exponential has lost its digits, or is not a number."""
     low, high = log(np.clip(z.low, TINY, HUGE)), log(np.clip(z.high, TINY, HUGE))
     low, high = low - RELATIVE * (1.0 + np.abs(low)), high + RELATIVE * (1.0 + np.abs(high))
     return ((np.where(z.low > TINY, low, -np.inf), np.where(z.high < HUGE, high, np.inf)),)
@@ -165,7 +166,7 @@ def _round(z: Interval, _a: Interval) -> Sequence[Ends]:
 
 
 def _order(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
-    """Less, or less or equal; where that surely fails and neither is NaN, the other way round."""
+    """Return the bounds for less, or less or equal; reversed where it surely fails and neither operand is NaN."""
     holds, fails = z.low > 0.0, (z.high == 0.0) & ~a.undefined & ~b.undefined
     low, high = np.full(len(z.low), -np.inf), np.full(len(z.low), np.inf)
     return (
@@ -185,7 +186,7 @@ def _unequal(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
 
 
 def _one_of(true: np.ndarray, false: np.ndarray, boolean: bool) -> Ends:
-    """What is not zero may be anything else, unless it is a truth; what is zero is zero from both sides."""
+    """Return the ends of a logical operand: 1 for a true truth value, any value for a true number, 0 for false."""
     low = np.where(false, 0.0, np.where(true & boolean, 1.0, -np.inf))
     return low, np.where(false, 0.0, np.inf)
 
@@ -245,7 +246,7 @@ LOGIC: Mapping[Op, Backward] = {Op.AND: _and, Op.OR: _or, Op.NOT: _not}
 def narrowed(
     op: Op, result: Interval, operands: Sequence[Interval], makers: Sequence[Op | None]
 ) -> Sequence[Ends | None]:
-    """Narrower ends for the operands; `makers` are the instructions that made them, where one did."""
+    """Return narrower ends for the operands; `makers` are the instructions that made them, or None."""
     if op in LOGIC:
         return LOGIC[op](result, *operands, boolean=tuple(maker in TRUTHS for maker in makers))
     return BACKWARD[op](result, *operands) if op in BACKWARD else [None] * len(operands)
@@ -258,7 +259,7 @@ ALIVE = -1
 
 @frozen
 class Boxes:
-    """What is known of every slot in n boxes; the arrays are worked on in place."""
+    """Known bounds of every slot in n boxes; the arrays are modified in place."""
 
     program: Program
     tape: Tape
@@ -268,7 +269,7 @@ class Boxes:
     undefined: Bools
     demanded: Bools
     killer: Ints
-    """(n,): the requirement that surely fails, `ALIVE` where none is known to."""
+    """(n,) Requirement that surely fails; `ALIVE` if none is known."""
 
     @property
     def alive(self) -> Bools:
@@ -278,7 +279,7 @@ class Boxes:
         return Interval(self.low[slot], self.high[slot], self.undefined[slot])
 
     def forward(self, instructions: Sequence[Instruction], requirement: int) -> None:
-        """Evaluate; what was known before is kept. A contradiction is put down to the requirement."""
+        """Evaluate the instructions within known bounds; a contradiction is attributed to the requirement."""
         for instruction in instructions:
             operands = [self[slot] for slot in instruction.operands]
             for n, result in enumerate(self._results(instruction, operands)):
@@ -294,8 +295,9 @@ class Boxes:
         return [FORWARD[instruction.op](*operands)]
 
     def demand(self, requirement: int) -> None:
-        """The requirement holds: its result is not zero. Nothing follows where it may be NaN, for that ends an attempt
-        as an error, and an error must not be passed over.
+        """Demand that the requirement holds: its result is not zero.
+
+        Nothing follows where it may be NaN, which ends an attempt as an error that must not be skipped.
         """
         root = self.tape.roots[requirement]
         maker = self.tape.maker.get(root)
@@ -307,7 +309,7 @@ class Boxes:
             self.kill(surely_false(self[root]), requirement)
 
     def backward(self, instructions: Sequence[Instruction], requirement: int) -> None:
-        """Narrow what the demanded slots were made of."""
+        """Narrow the operands of the demanded slots."""
         for instruction in reversed(instructions):
             demanded = self.demanded[instruction.first]
             if instruction.results > 1 or instruction.op in GEOMETRY or not demanded.any():
@@ -335,7 +337,7 @@ class Boxes:
 
 
 def empty_boxes(program: Program, tape: Tape, count: int) -> Boxes:
-    """Boxes of which nothing is known."""
+    """Return boxes without any known bound."""
     shape = tape.slots, count
     return Boxes(
         program,

@@ -1,6 +1,6 @@
-"""The interval version of every scalar instruction: one that holds every value it can have on operands in theirs.
+"""The interval version of every scalar instruction: it contains every value on operands in the given intervals.
 
-What is not correctly rounded gets a slack far above its error.
+Functions without correct rounding have a slack far above their error.
 """
 
 import math
@@ -17,7 +17,7 @@ from engine.tables import Floats
 # -- functions ---------------------------------------------------------------------------------------------------------
 
 NEAR_POLE = 1e-9
-"""How far from a jump or pole of a periodic function a branch is still taken for sure [rad]."""
+"""Distance from a jump or pole of a periodic function at which the branch is still certain [rad]."""
 FULL_TURN = 2.0 * math.pi
 
 
@@ -35,7 +35,7 @@ def root(a: Interval) -> Interval:
 
 
 def wave(function: Callable[[Floats], Floats]) -> Forward:
-    """Sine and cosine never rise faster than their argument, and never leave [-1, 1]."""
+    """Return the interval version of sine or cosine, which is 1-Lipschitz and within [-1, 1]."""
 
     def forward(a: Interval) -> Interval:
         known = ~infinite(a)
@@ -58,7 +58,7 @@ def tangent(a: Interval) -> Interval:
 
 
 def rising(function: Callable[[Floats], Floats], least: float = -np.inf, greatest: float = np.inf) -> Forward:
-    """A function that never falls, defined on [least, greatest]."""
+    """Return the interval version of a function that never falls, defined on [least, greatest]."""
 
     def forward(a: Interval) -> Interval:
         low, high = function(np.clip(a.low, least, greatest)), function(np.clip(a.high, least, greatest))
@@ -93,7 +93,7 @@ def length(a: Interval, b: Interval) -> Interval:
 
 
 def wrapped(a: Interval) -> Interval:
-    """One turn: where both ends lie on the same one, they are moved back by it."""
+    """Return the angle wrapped to one turn: if both ends are on the same turn, they are shifted by it."""
     known = ~infinite(a) & (np.abs(a.low) < 1e6) & (np.abs(a.high) < 1e6)
     low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
     inside = known & (low >= -math.pi) & (high < math.pi)
@@ -115,7 +115,7 @@ def normal_quantile(a: Interval) -> Interval:
 def _quantile(p: float) -> float:
     if not 0.0 < p < 1.0:
         return -math.inf if p <= 0.0 else math.inf
-    from statistics import NormalDist  # slow to import, and rarely asked
+    from statistics import NormalDist  # slow to import, rarely used
 
     return NormalDist().inv_cdf(p)
 
@@ -170,11 +170,11 @@ FORWARD: Mapping[Op, Forward] = {
 
 TRUTHS = frozenset({Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR, Op.NOT, Op.REGION_CONTAINS, Op.REGION_CONTAINS_BOX,
                     Op.CAN_SEE})  # fmt: skip
-"""Instructions that give 1 or 0 and nothing else."""
+"""Instructions with the results 1 and 0 only."""
 
 
 def table(pool: Floats, first: int, index: Interval) -> Interval:
-    """`Op.TABLE`: the least and greatest of the options that the index may name; held inside the pool."""
+    """Return the least and greatest of the options that the index of `Op.TABLE` may name, clipped to the pool."""
     last = len(pool) - 1
     start = np.clip(np.nan_to_num(first + np.floor(index.low)), 0, last).astype(np.int64)
     end = np.clip(np.nan_to_num(first + np.floor(index.high)), 0, last).astype(np.int64)

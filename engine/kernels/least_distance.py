@@ -1,6 +1,6 @@
-"""The least distance between the outlines of a pair over a run, and the first instant that has it.
+"""The least distance between the outlines of a pair over a run, and its first instant.
 
-Both are searched in continuous time: within a step, outlines move as `kernels.approach` has it.
+Both are searched in continuous time: within a step, outlines move as in `kernels.approach`.
 """
 
 import math
@@ -11,16 +11,18 @@ from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats
 
 SAME_DISTANCE = 1e-6
-"""Distances that differ by less are equal [m]: which of them is the least is decided by rounding."""
+"""Distances that differ by less are equal [m]: rounding decides which of them is the least."""
 ROUNDING = 1e-13
 """Distances [m] and parts of a step that differ by less differ by rounding."""
 MAX_ROUNDS = 60
-"""Bound on the work of the search for the instant of MD; 5 to 15 rounds are usual."""
+"""Maximum number of rounds of the search for the instant of MD; 5 to 15 are usual."""
 
 
 @kernel
 def least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
-    """MD over whole steps [m] and when, in steps. A good first value (at `seed`) lets nearly all steps be skipped."""
+    """Return MD over whole steps [m] and its time in steps. A good first value (at `seed`) lets nearly all steps be
+    skipped.
+    """
     first, second = outline_at(states, seed, 0, outlines), outline_at(states, seed, other, outlines)
     best, at = box_distance(first, second), float(seed)
     radii = half_diagonal(first) + half_diagonal(second)
@@ -38,10 +40,10 @@ def least_distance(states: Floats, together: int, other: int, outlines: Floats, 
 
 @kernel
 def first_as_near(states: Floats, other: int, outlines: Floats, least: float, at: float) -> float:
-    """Return the first instant as near as MD but for `SAME_DISTANCE`, in steps.
+    """Return the first instant at which the distance is at most MD + `SAME_DISTANCE`, in steps.
 
-    The search for it goes back from `at`, an instant of MD: at samples alone, then in the step before the first that
-    is as near, so that the result changes as little as the states do.
+    The search goes back from `at`, an instant of MD: first over samples, then in the step before the first sample that
+    is as near, so that a small change of the states changes the result little.
     """
     limit = least + SAME_DISTANCE
     radii = half_diagonal(outline_at(states, 0, 0, outlines)) + half_diagonal(outline_at(states, 0, other, outlines))
@@ -60,10 +62,10 @@ def first_as_near(states: Floats, other: int, outlines: Floats, least: float, at
 
 @kernel
 def _part_until(states: Floats, k: int, other: int, outlines: Floats, limit: float, end: float) -> float:
-    """Return the part of the step after sample k at which the distance falls to a limit, by the Illinois method.
+    """Return the part of the step after sample k at which the distance falls to `limit` [m], by the Illinois method.
 
-    The pair is farther than that at the sample, and as near or nearer at the part `end`. Source: Dowell and Jarratt
-    (1971), "A modified regula falsi method for computing the root of an equation", BIT 11.
+    The distance is larger at the sample, and at most `limit` at the part `end`. Source: Dowell and Jarratt (1971), "A
+    modified regula falsi method for computing the root of an equation", BIT 11.
     """
     low, high = 0.0, end
     above = box_distance(outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)) - limit
@@ -89,7 +91,7 @@ def _part_until(states: Floats, k: int, other: int, outlines: Floats, limit: flo
 
 @inlined
 def _distance_within(states: Floats, k: int, part: float, other: int, outlines: Floats) -> float:
-    """Distance between the outlines a part of the way from sample k to the next [m]."""
+    """Return the distance between the outlines at a part of the step after sample k [m]."""
     ego = outline_between(states, k, k + 1, part, 0, outlines)
     return box_distance(ego, outline_between(states, k, k + 1, part, other, outlines))
 
@@ -98,7 +100,9 @@ def _distance_within(states: Floats, k: int, part: float, other: int, outlines: 
 def least_in_ending(
     states: Floats, k: int, other: int, outlines: Floats, ending: float, best: float, at: float
 ) -> tuple[float, float]:
-    """MD and its time, with the part `ending` of the step after sample k, in which a third actor was in contact."""
+    """Return MD and its time, including the part `ending` of the step after sample k, in which a third actor was in
+    contact.
+    """
     a0, b0 = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
     a1 = outline_between(states, k, k + 1, ending, 0, outlines)
     b1 = outline_between(states, k, k + 1, ending, other, outlines)
