@@ -1,1 +1,1 @@
-"""The engine of cortexc: compiled scenarios in, scenes, outcomes and searches out. It knows no scenario text."""
+"""The engine of cortexc: compiled scenarios, scenes, outcomes and searches. It is independent of scenario text."""

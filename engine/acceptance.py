@@ -1,9 +1,9 @@
-"""Which requirement rejects attempts: every requirement tested on every one of many independent attempts.
+"""Acceptance by requirement: every requirement evaluated on each of many independent attempts.
 
-Rejection sampling stops an attempt at its first failure, so its counts say little about what stands further down. Here
-nothing stops: each attempt has a genome and draws of its own, and for each requirement its truth and, where there is
-such a number, its margin. What acceptance would be without a requirement, which one to relax and by how much, and what
-contradicts what, are then plain counts over one table of truths.
+Rejection sampling stops an attempt at its first failure, so its counts contain little about later requirements. Here no
+attempt stops: each has its own genome and draws, and for each requirement its truth and, if defined, its margin. The
+acceptance without a requirement, the requirement to relax with its amount, and contradictions are then counts over one
+table of truths.
 """
 
 import math
@@ -26,18 +26,18 @@ from engine.vocabulary import Method, Verdict
 
 DRAWS = 10_000
 ENOUGH = 0.5
-"""Acceptance from which no relaxation is suggested."""
+"""Acceptance from which on no relaxation is suggested."""
 LEAST_TARGET = 0.01
 BLOCK = 50_000
-"""Attempts made in one uninterruptible call, or fewer of many actors."""
+"""Attempts made in one uninterruptible call; fewer for many actors."""
 PAIRS = 1_000_000_000
-"""Pairs of actors that are held against one another; ten thousand attempts at three hundred actors have as many."""
+"""Maximum number of pairs of actors that are compared; ten thousand attempts with three hundred actors have as many."""
 
 
 LOOKED_AT = 50
-"""Objects of which it is found out how often they leave the road, at most …"""
+"""Maximum number of objects whose departures from the road are counted."""
 LOOKS = 2_000
-"""… and the attempts in which that is counted."""
+"""Maximum number of attempts in which they are counted."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class OffRoad:
 
 @dataclass(frozen=True)
 class Weighing:
-    """n attempts, every requirement evaluated on each. Requirements are those of `Program.requirements`, in order."""
+    """Evaluation of every requirement on n attempts. Requirements are those of `Program.requirements`, in order."""
 
     program: Program
     genomes: Floats
@@ -59,88 +59,90 @@ class Weighing:
     variant: Ints
     """(n,)"""
     holds: np.ndarray
-    """(n, requirements) bool. In an attempt whose variant is rejected only the rejection fails; a soft requirement
-    whose coin spares the attempt holds."""
+    """(n, requirements) bool. In an attempt with a rejected variant only the rejection fails; a soft requirement holds
+    if its random draw exempts the attempt.
+    """
     margins: Floats
-    """(n, requirements) by how much each holds, in the unit of `Requirement.unit`; NaN where that is no number."""
+    """(n, requirements) Margin by which each holds, in the unit of `Requirement.unit`; NaN if undefined."""
     off_road: tuple[OffRoad, ...] = ()
-    """The objects that leave the road in some of its first attempts, the most frequent one first."""
+    """Objects that leave the road in some of its first attempts, the most frequent first."""
 
     def __len__(self) -> int:
         return len(self.holds)
 
     @property
     def accepted(self) -> np.ndarray:
-        """(n,) bool: whether an attempt passes."""
+        """Return (n,) bool: True where an attempt passes."""
         return np.asarray(self.holds.all(axis=1))
 
     @property
     def acceptance(self) -> float:
-        """Share of the attempts that pass."""
+        """Return the share of the attempts that pass."""
         return _share(self.accepted)
 
 
 @dataclass(frozen=True)
 class Blame:
-    """What one requirement does."""
+    """Effect of one requirement on acceptance."""
 
     requirement: int
     alone: float
     """Share of all attempts in which it holds."""
     tested: int
-    """Attempts in which all earlier ones hold; rejected variants come first, as in sampling."""
+    """Attempts in which all earlier requirements hold; rejected variants come first, as in sampling."""
     failed: int
-    """Those among them in which it fails."""
+    """Tested attempts in which it fails."""
     only: int
     """Attempts in which it alone fails."""
     without: float
-    """What acceptance would be without it."""
+    """Acceptance without it."""
     nearest: int
-    """The attempt that it fails by least, among those in which the fewest others fail; -1 if it never fails or has no
-    margin."""
+    """Attempt with its smallest violation, among those with the fewest further failures; -1 if it never fails or has no
+    margin.
+    """
     others: int
-    """How many others fail there."""
+    """Number of further failures in that attempt."""
 
     @property
     def given_earlier(self) -> float:
-        """Share of the tested in which it holds; NaN without any."""
+        """Return the share of the tested attempts in which it holds; NaN without any."""
         return 1.0 - self.failed / self.tested if self.tested else math.nan
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """One requirement that, relaxed alone, brings acceptance to a target."""
+    """A requirement that, relaxed alone, brings acceptance to a target."""
 
     requirement: int
     amount: float
-    """By how much, in the unit of its margin; infinite where only leaving it out does, or the amount is unknown."""
+    """Amount of the relaxation, in the unit of its margin; infinite if only its removal suffices, or if unknown."""
     acceptance: float
-    """What is then accepted, in these attempts."""
+    """Acceptance of these attempts after the relaxation."""
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """A smallest set of requirements of which no attempt met all."""
+    """A smallest set of requirements that no attempt met."""
 
     requirements: tuple[int, ...]
     proved: bool
-    """Whether intervals prove that none ever can; else it is what was seen."""
+    """True if intervals prove that no attempt can; else it is an observation."""
 
 
 @dataclass(frozen=True)
 class Account:
-    """All that follows from a weighing, ready to be shown."""
+    """All results of an evaluation, for reports."""
 
     weighing: Weighing
     blames: tuple[Blame, ...]
     target: float | None
-    """The acceptance to reach; None where there is no need."""
+    """Target acceptance; None if there is no need."""
     relaxations: tuple[Relaxation, ...]
     conflict: Conflict | None
 
 
 def account(weighing: Weighing, target: float | None = None) -> Account:
-    """Return everything that follows from a weighing, for the given target or the default one."""
+    """Return all results of an evaluation, for the given target or the default target."""
     found = blames(weighing)
     target = _default_target(weighing, found) if target is None else target
     relaxed = () if target is None else relaxations(weighing, target)
@@ -148,9 +150,9 @@ def account(weighing: Weighing, target: float | None = None) -> Account:
 
 
 def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
-    """Twice the present acceptance and at least 1 %, or half of what one requirement can give if that is less.
+    """Return twice the present acceptance and at least 1 %, or half of the possible value if that is less.
 
-    None where half of the attempts pass already, or no single requirement makes a difference.
+    None if half of the attempts pass already, or no single requirement changes acceptance.
     """
     acceptance, best = weighing.acceptance, max((blame.without for blame in found), default=0.0)
     if not acceptance < min(ENOUGH, best):
@@ -159,7 +161,7 @@ def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
 
 
 def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | None = None) -> Weighing:
-    """Make `count` attempts, genes from their own distributions, or all from one genome (d,)."""
+    """Make `count` attempts, with genes from their own distributions, or all from one genome (d,)."""
     count = max(1, min(rows_at_once(program, count), PAIRS // len(program.actors) ** 2))
     block = max(1, min(BLOCK, PAIRS // 50 // len(program.actors) ** 2))
     starts = [*range(0, count, block), count]
@@ -170,7 +172,7 @@ def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | 
 
 
 def _off_road(program: Program, holds: np.ndarray, seed: int, genome: Floats | None) -> tuple[OffRoad, ...]:
-    """The same attempts once more for each object, the road being asked of that object alone."""
+    """Repeat the attempts for each object, with the road requirement for that object alone."""
     rejected, road = ~holds.all(axis=1), program.first_built_in
     if holds[:, road].all():
         return ()
@@ -205,7 +207,7 @@ def _weigh_block(
 
 
 def _fair(program: Program, weighed: Weighed, keys: Ints) -> Bools:
-    """Whether each attempt is a fair start; one of which no run can be made is not to blame."""
+    """Return (n,) True for fair starts; an attempt without a run counts as fair."""
     drawn = (program.code.variant_template[weighed.variant] >= 0) & ~np.isnan(weighed.values).any(axis=1)
     verdict = np.where(drawn, Verdict.VALID, Verdict.ERROR).astype(np.int32)
     starts = undecided(verdict, weighed.variant, weighed.values, keys)
@@ -214,7 +216,7 @@ def _fair(program: Program, weighed: Weighed, keys: Ints) -> Bools:
 
 
 def blames(weighing: Weighing) -> tuple[Blame, ...]:
-    """What each requirement does, in the order of `Program.requirements`."""
+    """Return the effect of each requirement, in the order of `Program.requirements`."""
     holds = weighing.holds
     earlier = np.ones(len(holds), dtype=bool)
     tested: dict[int, tuple[int, int]] = {}
@@ -236,7 +238,7 @@ def blames(weighing: Weighing) -> tuple[Blame, ...]:
 
 
 def testing_order(program: Program) -> list[int]:
-    """Rejected variants come before everything else."""
+    """Return the order of tests; rejected variants come first."""
     file = program.code.requirement_segment.shape[1]
     reasons = program.first_built_in
     return [*range(file, reasons), *range(file), *range(reasons, len(program.requirements))]
@@ -256,10 +258,11 @@ def _share(chosen: np.ndarray) -> float:
 
 
 def relaxations(weighing: Weighing, target: float) -> tuple[Relaxation, ...]:
-    """Every single requirement of the file that can bring acceptance to the target, cheapest for the file first.
+    """Return every single requirement of the file that can bring acceptance to the target, cheapest first.
 
-    With the requirement left out k = ceil(target n) attempts must pass: the amount is what the k-th best margin among
-    those in which all others hold lacks. Known amounts come first, the ones that few attempts hang on before others.
+    With the requirement removed, k = ceil(target n) attempts must pass: the amount is the deficit of the k-th best
+    margin among the attempts in which all others hold. Known amounts come first, then requirements that affect few
+    attempts.
     """
     count = len(weighing)
     wanted = min(count, max(1, math.ceil(target * count - 1e-9)))
@@ -284,7 +287,7 @@ def _relaxation(weighing: Weighing, requirement: int, others: np.ndarray, wanted
 
 
 def smallest_conflict(weighing: Weighing) -> Conflict | None:
-    """A smallest set of requirements of which no attempt meets all; None where some attempt meets all there are."""
+    """Return a smallest set of requirements that no attempt meets; None if an attempt meets all requirements."""
     if not len(weighing) or weighing.accepted.any():
         return None
     failed = _minimal({frozenset(np.flatnonzero(row).tolist()) for row in np.unique(~weighing.holds, axis=0)})
@@ -296,7 +299,7 @@ def smallest_conflict(weighing: Weighing) -> Conflict | None:
 
 
 def _minimal(sets: set[frozenset[int]]) -> list[frozenset[int]]:
-    """Return the sets that contain no other set: what meets these meets all."""
+    """Return the sets that contain no other set: a set that intersects these intersects all."""
     kept: list[frozenset[int]] = []
     for candidate in sorted(sets, key=lambda s: (len(s), sorted(s))):
         if not any(other <= candidate for other in kept):
@@ -305,7 +308,7 @@ def _minimal(sets: set[frozenset[int]]) -> list[frozenset[int]]:
 
 
 def _hitting(sets: list[frozenset[int]], chosen: frozenset[int], left: int) -> Iterator[frozenset[int]]:
-    """Sets of at most `left` more members that meet each of `sets`: some member of the first one missed is in it."""
+    """Yield sets with at most `left` more members that intersect each of `sets`, by members of the first missed set."""
     missed = next((s for s in sets if s.isdisjoint(chosen)), None)
     if missed is None:
         yield chosen

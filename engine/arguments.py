@@ -1,4 +1,4 @@
-"""Checks of arguments of Python calls: what is wrong is told by name, with what was expected and what was given."""
+"""Checks of arguments of Python calls: messages contain name, expectation and value."""
 
 from operator import index
 

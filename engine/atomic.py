@@ -1,8 +1,8 @@
-"""Files written whole or not at all: first under a hidden name beside their place, then put there at once.
+"""Atomic writes: a file is first written under a hidden name in its folder, then moved to its place at once.
 
-A reader, at any moment, sees all of the old or all of the new. Nothing here listens to signals: a process that is
-killed leaves hidden names behind, and the next one that writes into that folder, while no other does, takes them
-away. Writers know of one another by a lock of the folder, which ends with the process that holds it.
+A reader sees the complete old or the complete new file at any moment. Signals are not handled: a killed process leaves
+hidden files, and the next process that writes into that folder alone removes them. Writers share a lock of the folder,
+which ends with the process that holds it.
 """
 
 import errno
@@ -24,33 +24,33 @@ except ImportError:  # Windows has no such locks: nothing is ever removed there
     fcntl = None
 
 WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
-"""The name of a file that waits for its place."""
+"""Pattern of the name of a file that is not yet in its place."""
 LONGEST_NAME = 100
-"""Bytes of a file's name in that."""
+"""Maximum length of the file's name in that name [bytes]."""
 PATIENCE, PAUSE = 100, 0.01
-"""How often a lock is tried, and the pause in between [s]: removing names takes no longer."""
+"""Number of attempts at a lock, and the pause between them [s]: the removal of names takes no longer."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """What stands in the place of files that are to be written."""
+    """Files that exist in the place of files to be written."""
 
     same: frozenset[str]
-    """Names of files that already hold what would be written."""
+    """Names of files that already have the new content."""
     other: tuple[str, ...]
-    """Names of files that hold something else."""
+    """Names of files that have a different content."""
 
 
 def leads_nowhere(path: Path) -> bool:
-    """Whether a path is a link to what is not there; one that cannot be looked at is none."""
+    """Return True if a path is a link without a target; False if it cannot be inspected."""
     return os.path.islink(path) and not os.path.exists(path)  # noqa: PTH110, PTH114 - those of pathlib raise
 
 
 def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
-    """Compare a folder, which need not be there, with what is to be written into it.
+    """Compare a folder, which may be missing, with the files to be written into it.
 
     Raises:
-        OSError: something is there that cannot be read, such as a folder of a file's name.
+        OSError: an object there cannot be read, such as a folder of a file's name.
     """
     same: list[str] = []
     other: list[str] = []
@@ -62,10 +62,10 @@ def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
 
 
 def _holds(path: Path, content: bytes) -> bool:
-    """Nothing is read but a file of that very size: a pipe would wait, a device may never end."""
+    """Return True if the file has this content. Only a regular file of that size is read: a pipe may block."""
     try:
         found = path.stat()
-    except FileNotFoundError:  # a link that leads nowhere
+    except FileNotFoundError:  # a link without a target
         return False
     if stat.S_ISDIR(found.st_mode):
         return path.read_bytes() == content  # raises the fitting OSError
@@ -73,10 +73,10 @@ def _holds(path: Path, content: bytes) -> bool:
 
 
 def write_one(path: Path, content: bytes) -> None:
-    """Put a content into a file. Mode and owner of one that is there stay; where a link leads, there it is written.
+    """Write a content to a file. An existing file keeps mode and owner; a link is followed.
 
     Raises:
-        OSError: it cannot be written, or may not; what was there is as it was.
+        OSError: the file cannot be written; its old content is unchanged.
     """
     target = Path(os.path.realpath(path))
     old = target.stat() if target.exists() else None
@@ -101,12 +101,13 @@ class TakenError(FileExistsError, Signal):
 
 
 def write_all(folder: Path, files: Mapping[str, bytes], *, over: bool = True) -> None:
-    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is. Without `over`
-    each of them must be new: of two processes that write the same names, one is refused.
+    """Write files into a folder, which is created if it is missing; after an error no file is written.
+
+    Without `over` each file must be new: of two processes that write the same names, one is refused.
 
     Raises:
-        TakenError: a file that must be new is there.
-        OSError: with the path that could not be written; no half of a file is left, nor a folder that was made for it.
+        TakenError: a file that must be new exists.
+        OSError: with the path that could not be written; no partial file and no new folder is left.
     """
     made = _make(folder)
     waiting = {name: _waiting(folder / name) for name in files}
@@ -123,7 +124,7 @@ def write_all(folder: Path, files: Mapping[str, bytes], *, over: bool = True) ->
             with suppress(OSError):
                 path.unlink(missing_ok=True)
         for path in made:
-            with suppress(OSError):  # not empty: another process uses it by now
+            with suppress(OSError):  # another process uses it by now
                 path.rmdir()
         raise
 
@@ -149,7 +150,7 @@ def _waiting(place: Path) -> Path:
 
 
 def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
-    """A new file, through to the disk: a full one says so here, and not when the name is taken already."""
+    """Write a new file through to the disk, so that a full disk is reported before the name is taken."""
     try:
         number = os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
     except OSError as error:
@@ -162,18 +163,18 @@ def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
 
 
 def _make(folder: Path) -> list[Path]:
-    """Make a folder and those above it; the ones that were not there, the innermost first."""
+    """Create a folder and its parents; return the created folders, the innermost first."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     return missing
 
 
-# -- what a killed process left behind --------------------------------------------------------------------------------
+# -- remains of a killed process --------------------------------------------------------------------------------------
 
 
 @contextmanager
 def _writing_into(folder: Path) -> Generator[None]:
-    """Share the folder's lock with other writers; a process that has it alone first removes what a killed one left."""
+    """Share the folder's lock with other writers; with the sole lock, remove files of killed processes first."""
     number = _opened(folder)
     try:
         if number is not None:
@@ -186,7 +187,7 @@ def _writing_into(folder: Path) -> Generator[None]:
 
 
 def _opened(folder: Path) -> int | None:
-    """None where folders have no locks, or this one may not be read: then nothing is taken away."""
+    """Return a descriptor of the folder; None without locks of folders, or if unreadable: then nothing is removed."""
     with suppress(OSError):
         return None if fcntl is None else os.open(folder, os.O_RDONLY)
     return None
@@ -194,7 +195,7 @@ def _opened(folder: Path) -> int | None:
 
 def _share(folder: Path, number: int) -> None:
     assert fcntl is not None
-    with suppress(BlockingIOError):  # others write here
+    with suppress(BlockingIOError):  # other processes write here
         fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
         _clear(folder)
     for _ in range(PATIENCE):

@@ -1,22 +1,22 @@
-"""Which collisions a competent driver would have avoided: each is driven again by the reference driver of UN R157.
+"""Avoidability of collisions: each is simulated again with the reference driver of UN R157.
 
 UN Regulation No. 157 (automated lane keeping), Annex 4, Appendix 3, describes a skilled human driver: a risk is
-evaluated for 0.4 s, 0.75 s later braking starts, and 0.6 s after that it has reached 0.774 g. The regulation speaks of
-cut-ins on motorways, where a risk begins when another has left the middle of its lane by 0.375 m. Here, where paths
-cross, it begins when contact is less than four seconds away if both go on as they do (`engine.kernels.avoidance`);
-four seconds tell those who are still in control from those who are not, Hirst and Graham (1997), "The format and
-presentation of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
+evaluated for 0.4 s, 0.75 s later braking starts, and 0.6 s after that it has reached 0.774 g. The regulation treats
+cut-ins on motorways, where a risk begins when an actor has left the middle of its lane by 0.375 m. Here, for crossing
+paths, it begins when contact is less than four seconds away if both continue their motion (`engine.kernels.avoidance`);
+four seconds separate drivers in control from others, Hirst and Graham (1997), "The format and presentation
+of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
 
-A leader nearer than that which brakes harder than 5 m/s^2 is a risk, too, as the regulation has it.
+A leader nearer than that which brakes harder than 5 m/s^2 is a risk, too, as in the regulation.
 
-The driver sees what nothing hides, as far as the weather lets anybody see, as drivers of the library do: neither
-darkness, for there are headlamps, nor the ego's own `visibleDistance` limits it. It never steers, brakes no less than
-the ego itself had begun to, and never harder than 0.774 g, than the ego's own brakes, or than the road allows; nor do
-its brakes build up sooner than the ego's. Nobody is blamed for being struck from behind, or while standing where one
-may stand (`engine.kernels.fault`): such a collision is counted apart.
+The driver sees all that is not hidden, up to the weather's range of sight, like drivers of the library: neither
+darkness (there are headlamps) nor the ego's own `visibleDistance` limits it. It never steers. It brakes no less than
+the ego had begun to, and never harder than 0.774 g, than the ego's own brakes, or than the road allows; its brakes do
+not build up sooner than the ego's. Being struck from behind, or while standing where standing is permitted, is no
+failure (`engine.kernels.fault`): such a collision is counted separately.
 
-`avoidability` says all there is to say of a few cases, margins included, which take tens of drives each; `blame` says
-of thousands of collisions whether the driver avoids them, in one drive each.
+`avoidability` gives complete answers for a few cases, margins included, with tens of simulations each; `blame` decides
+for thousands of collisions whether the driver avoids them, with one simulation each.
 """
 
 import math
@@ -47,14 +47,14 @@ R157 = Driver(
     alarming=5.0,
     reach=math.inf,
 )
-"""The reference driver; the horizon is ours."""
+"""The reference driver; the horizon is a choice of cortexc."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 
 
 class Avoidance(IntEnum):
-    """What is said of a collision, the first of these that holds: struck, avoidable, lost, no braking helps, unseen,
-    braked as hard.
+    """Answer for a collision, the first of these that holds: struck, avoidable, lost, no braking helps, unseen, braked
+    as hard.
     """
 
     AVOIDABLE = 0
@@ -62,19 +62,21 @@ class Avoidance(IntEnum):
     UNAVOIDABLE = 1
     """Braking at the reference driver's time was too late."""
     BRAKED_AS_HARD = 2
-    """The same, and the ego had braked at least as hard itself."""
+    """Braking at the reference driver's time was too late, and the ego had braked at least as hard itself."""
     UNSEEN = 3
-    """The conflict was not in sight long enough before contact for anybody to perceive it, or there was none by the
-    rule: no contact within the horizon."""
+    """The conflict was not in sight long enough before contact to be perceived, or there was none by the rule: no
+    contact within the horizon.
+    """
     LOST = 4
-    """The scene begins too late: no braking avoids it, not even full braking from the very start, where the conflict is
-    in sight already, or after which the ego still drives into the other."""
+    """The scene begins too late: no braking avoids it, not even full braking from the start, when the conflict is in
+    sight already, or after which the ego still drives into the actor.
+    """
     STRUCK_FROM_BEHIND = 5
-    """Another ran into the ego from behind: no failure of the ego."""
+    """An actor ran into the ego from behind: no failure of the ego."""
     STRUCK_STANDING = 6
-    """Another ran into the ego while it stood where one may stand: no failure of the ego."""
+    """An actor ran into the ego while it stood where standing is permitted: no failure of the ego."""
     NO_BRAKING_HELPS = 7
-    """No braking avoids it, but not because the scene begins too late: the ego stands, or another drives into it."""
+    """No braking avoids it, for a different reason than a late start: the ego stands, or is run into."""
 
 
 STRUCK = frozenset({Avoidance.STRUCK_FROM_BEHIND, Avoidance.STRUCK_STANDING})
@@ -87,19 +89,20 @@ OF_FAULT = {
 
 @dataclass(frozen=True)
 class Avoidability:
-    """One collision, driven again. Times in seconds from the start of the run."""
+    """One collision with the answer of the reference driver. Times in seconds from the start of the run."""
 
     avoidance: Avoidance
     contact: float
     """The instant at which the outlines met."""
     perceived: float
-    """When the conflict had been perceived; NaN if never."""
+    """Time at which the conflict was perceived; NaN if never."""
     braking: float
-    """When the reference driver begins to brake; NaN if never."""
+    """Time at which the reference driver begins to brake; NaN if never."""
     margin: float
-    """By how much braking may wait, each moment until then avoiding contact. Where the reference driver does not avoid
-    it: by how much earlier braking would have to begin (negative), or later where only that helps, as one then passes
-    before the other. Minus infinity where braking never helps, NaN where nothing was perceived."""
+    """Time by which braking may be delayed, with contact avoided for each delay up to it. If the reference driver does
+    not avoid contact: time by which braking would have to begin earlier (negative), or later if only that helps, as the
+    ego then passes first. Minus infinity if braking never helps, NaN if nothing was perceived.
+    """
 
     @property
     def avoidable(self) -> bool:
@@ -107,7 +110,7 @@ class Avoidability:
 
     @property
     def struck(self) -> bool:
-        """Whether it is no failure of the ego."""
+        """Return True if it is no failure of the ego."""
         return self.avoidance in STRUCK
 
 
@@ -119,7 +122,7 @@ def avoidability(
     contact: ContactConfig = CONTACT,
     jobs: int = 1,
 ) -> tuple[Avoidability | None, ...]:
-    """One answer for each scene; None for one that is not valid or without a collision of the ego."""
+    """Return one answer per scene; None for a scene that is invalid or without a collision of the ego."""
     shared, rows = plan(program, config, contact), requested(program, scenes)
     reach = weather_sight(program, scenes.variant, scenes.values)
     said: list[Avoidability | None] = [None] * len(scenes)
@@ -143,7 +146,7 @@ def blame(
     contact: ContactConfig = CONTACT,
     jobs: int = 1,
 ) -> Ints:
-    """(n,) `Blame` of each scene, `NONE` of one that is not valid or without a collision of the ego."""
+    """Return (n,) `Blame` of each scene; `NONE` for a scene that is invalid or without a collision of the ego."""
     shared, rows, reach = (
         plan(program, config, contact),
         requested(program, scenes),
@@ -159,15 +162,13 @@ def blame(
 
 
 def room(program: Program, config: SimulationConfig, samples: int) -> tuple[Run, Floats, Floats]:
-    """Memory for one drive after another: of the run of so many samples and `LONGEST` more, of outlines, and of the
-    ego's path.
-    """
+    """Return reusable memory: a run of `samples` samples and `LONGEST` more, outlines, and the ego's path."""
     run = memory(program, samples + math.ceil(LONGEST / config.time_step))
     return run, np.zeros((len(program.actors), 3)), np.zeros((len(run.states), PATH_COLUMNS))
 
 
 def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:
-    """Raises ArgumentError where a scene that collided has no answer: these are not the scenes, or not the settings."""
+    """Raise ArgumentError if a scene with a collision has no answer: scenes or settings differ from the run's."""
     missing = [row for row, (there, answer) in enumerate(zip(collided, answers, strict=True)) if there and not answer]
     if missing:
         raise ArgumentError(
@@ -177,7 +178,7 @@ def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> N
 
 
 def _answer(again: ReferenceDrive, time_step: float) -> Avoidability:
-    """What is said of a case that was driven again, in seconds."""
+    """Return the answer for a repeated case, in seconds."""
     perceived, braking = (_time(k, time_step) for k in (again.perceived, again.braking))
     margin = (again.latest - again.braking) * time_step if again.latest != NEVER else -math.inf
     return Avoidability(

@@ -1,7 +1,7 @@
 """The batch host: thousands of scenes at once, each up to the ego's first contact or its end.
 
-A scene's outcome depends on nothing but the program, the scene and the config: not on the other scenes, their order,
-or the number of threads.
+A scene's outcome depends only on the program, the scene and the config: not on the other scenes, their order, or the
+number of threads.
 """
 
 from collections.abc import Sequence
@@ -33,10 +33,9 @@ def simulate(
     hold: int = 1,
     slides: Sequence[int] = (),
 ) -> Outcomes:
-    """Run all valid scenes and return their outcomes; rows of invalid ones keep their verdict and hold NaN / -1.
+    """Run all valid scenes and return their outcomes; rows of invalid scenes have their verdict and NaN / -1.
 
-    `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
-    tyres.
+    `hold` and `slides` are those of `engine.host.plan`: they repeat a run with finer motion, or with slipping tyres.
     """
     shared, rows = plan(program, config, contact, hold, slides), requested(program, scenes)
     results = empty_results(program, rows)
@@ -57,8 +56,9 @@ def simulate_with_gaps(
     jobs: int = 1,
     contact: ContactConfig = CONTACT,
 ) -> tuple[Outcomes, Floats]:
-    """Run all valid scenes as `simulate` does; and (n, pairs) PET by area [s] of the ego and each other, NaN where
-    there is none (`engine.kernels.encroachment`), and of scenes that are not valid.
+    """Run all valid scenes as `simulate` does, and return (n, pairs) PET by area [s] of the ego and each actor, too.
+
+    NaN if there is none (`engine.kernels.encroachment`), and for invalid scenes.
     """
     shared, rows = plan(program, config, contact), requested(program, scenes)
     results = empty_results(program, rows)

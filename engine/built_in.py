@@ -1,4 +1,4 @@
-"""The built-in requirements of a program, asked of some of its actors alone."""
+"""Restriction of a program's built-in requirements to some of its actors."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from engine.tables import Ints
 
 
 def checking(program: Program, road: Sequence[int], overlap: Sequence[int]) -> Program:
-    """The same program, whose built-in requirements look at these actors alone: on the road, and not overlapping."""
+    """Return the program with built-in requirements for these actors only: on the road, and not overlapping."""
     code = program.code._replace(
         road_check=_only(program.code.road_check, road), overlap_check=_only(program.code.overlap_check, overlap)
     )

@@ -1,4 +1,4 @@
-"""What the finite choices of a variant are called, and which of them are lanes that its scenes draw."""
+"""Names of the finite choices of a variant, and those of its sampled lanes."""
 
 from collections.abc import Sequence
 from itertools import chain, count
@@ -7,17 +7,17 @@ from engine.program import DrawSite, VariantLabel
 
 
 def drawn_lanes(label: VariantLabel) -> list[DrawSite]:
-    """The lanes that a scene of the variant draws."""
+    """Return the lanes that a scene of the variant samples."""
     return [site for site in label.sites if site.kind == "lane"]
 
 
 def choice_names(label: VariantLabel) -> list[str]:
-    """What the choices of a variant are called, those of lanes that its scenes draw behind them; no two alike."""
+    """Return the unique names of a variant's choices, followed by those of its sampled lanes."""
     return numbered([*(choice.name for choice in label.choices), *(site.unit or "lane" for site in drawn_lanes(label))])
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Names of which no two are equal: the second `a` is `a 2`."""
+    """Return unique names: the second `a` is `a 2`."""
     taken = dict[str, None]()
     for name in names:
         further = (f"{name} {number}" for number in count(2))

@@ -1,4 +1,4 @@
-"""A word before a kernel is compiled: numba's own event, which a kernel that comes from the cache does not set off."""
+"""Notice before a kernel is compiled, by numba's own event, which a kernel from the cache does not trigger."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ class _BeforeCompiling(Listener):
 
 @contextmanager
 def before_compiling(tell: Callable[[], None]) -> Generator[None]:
-    """While the block lasts, call `tell` before each compilation, in the thread that has to wait for it."""
+    """Call `tell` before each compilation within the block, in the thread that waits for it."""
     listener = _BeforeCompiling(tell)
     UNTYPED.register(EVENT, listener)
     try:

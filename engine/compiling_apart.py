@@ -1,7 +1,7 @@
-"""Compile what a search needs in processes of their own, before it begins: on two cores sampler and host side by side.
+"""Compilation of a search's kernels in separate processes before it begins: on two cores, sampler and host in parallel.
 
 The processes leave compiled kernels in the cache, from which this one loads them. It only waits, so that Ctrl-C and
-SIGTERM are answered at once: within a process, LLVM works for up to twenty seconds before Python hears of them.
+SIGTERM take effect at once: in the compiling process, LLVM works for up to twenty seconds before Python handles them.
 """
 
 import math
@@ -34,25 +34,25 @@ GRACE = 5.0
 UNFINISHED = "*.nbc.{}.*"
 """Files that a process of this number is writing; `engine.kernels.numba_internals` names them."""
 ABANDONED = 3600.0
-"""Age at which a file that nobody finished is removed [s]."""
+"""Age from which on an unfinished file is removed [s]."""
 CARS = (("ego", -20.0, 1.0, 0.0), ("other", 20.0, -1.0, math.pi))
-"""Name, x at the start [m], motion in a row [m] and heading [rad] of two cars on one line."""
+"""Name, x at the start [m], motion per row [m] and heading [rad] of two cars on one line."""
 Kernel = Callable[..., object]
 
 
 @dataclass(frozen=True)
 class KernelDemand:
-    """Which kernels a command calls: those of parts of its work, and what its program needs of each."""
+    """Kernels that a command calls: those of parts of its work, and those of its program."""
 
     parts: "tuple[Part, ...]"
     """Rows of `PARTS`."""
     program: Program | None = None
-    """None where recordings are judged."""
+    """None if recordings are assessed."""
     config: Config = field(default_factory=Config)
 
     @property
     def groups(self) -> "list[tuple[Part, ...]]":
-        """The parts that each process compiles. Sampling calls kernels of the host for fair starts alone."""
+        """Return the parts that each process compiles. Sampling calls kernels of the host for fair starts only."""
         together = tuple(part for part in self.parts if not part.beside)
         beside = tuple(part for part in self.parts if part.beside)
         divided = together and beside and cores() > 1 and not (self.program and self.program.settings.fair)
@@ -71,10 +71,10 @@ class Part(NamedTuple):
     """Kernels that one call compiles."""
 
     kernels: Callable[[KernelDemand], Iterable[Kernel]]
-    """Those that are stored, as far as a command waits long for them."""
+    """Kernels that are stored, if their compilation takes long."""
     compile: Callable[[KernelDemand], None]
     beside: bool = False
-    """Whether a process of its own compiles them, as they contain no kernel of other parts."""
+    """True if a separate process compiles them, as they contain no kernel of other parts."""
 
 
 def _sampling_kernels(demand: KernelDemand) -> Iterator[Kernel]:
@@ -95,10 +95,13 @@ def _sample(demand: KernelDemand) -> None:
     sample(program, np.array([program.space.low]), keys, demand.config.simulation)
 
 
-def _weighing_kernels(_demand: KernelDemand) -> Iterator[Kernel]:
+def _weighing_kernels(demand: KernelDemand) -> Iterator[Kernel]:
     from engine.kernels.attempts import weigh_rows
+    from engine.kernels.evaluate import geometry_kernels
 
     yield weigh_rows
+    if demand.program is not None:
+        yield from geometry_kernels(demand.program.code.scene_code)
 
 
 def _weigh(demand: KernelDemand) -> None:
@@ -122,7 +125,7 @@ def _simulating_kernels(demand: KernelDemand) -> Iterator[Kernel]:
 
 
 def _simulate(demand: KernelDemand) -> None:
-    """Run one scene that is not valid, for which no kernel was called."""
+    """Run one invalid scene, which needs no compiled kernel."""
     from engine.batch import simulate
     from engine.driving.stepping import ParallelRuns
 
@@ -181,7 +184,7 @@ def _rank(_demand: KernelDemand) -> None:
 
 @contextmanager
 def _head_on() -> Generator[Path]:
-    """A table of two cars that drive at each other."""
+    """Yield a table of two cars that drive towards each other."""
     places = ((k, car) for k in range(30) for car in CARS)
     rows = (f"{k / 10},{name},{x + v * k},0,{10 * abs(v)},{turn}" for k, (name, x, v, turn) in places)
     with tempfile.TemporaryDirectory() as folder:
@@ -201,7 +204,7 @@ PARTS: dict[str, Part] = {
 
 
 def undrawn(program: Program) -> Scenes:
-    """Return one scene that is not valid, for which no kernel was called."""
+    """Return one invalid scene, made without a kernel."""
     requirements = np.zeros((1, len(program.requirements)), dtype=np.int64)
     return Scenes(
         genomes=np.zeros((1, len(program.space))),
@@ -218,7 +221,7 @@ def undrawn(program: Program) -> Scenes:
 
 
 def compile_apart(demand: KernelDemand, folder: Path, tell: Callable[[], None]) -> bool:
-    """Compile what is demanded, reporting now and then; return True if every process ended well.
+    """Compile the demanded kernels with progress reports; return True if every process ended without an error.
 
     `folder`: the folder of this version's kernels.
     """
@@ -230,7 +233,7 @@ def compile_apart(demand: KernelDemand, folder: Path, tell: Callable[[], None]) 
         while running := [process.sentinel for process in processes if process.is_alive()]:
             wait(running, timeout=PULSE)
             tell()
-    except OSError:  # no process can be started: kernels are compiled where they are needed
+    except OSError:  # no process can be started: kernels are compiled on demand
         return False
     finally:
         _stop(processes, folder)
@@ -270,7 +273,7 @@ def _compile(parts: tuple[Part, ...], demand: KernelDemand, root: str) -> None:
     try:
         for part in parts:
             part.compile(demand)
-    except Exception:  # whoever needs the kernel gets the same error, and shows it
+    except Exception:  # the process that needs the kernel gets the same error, and shows it
         os._exit(1)
 
 

@@ -1,4 +1,4 @@
-"""Every setting of the engine, as frozen dataclasses. No setting lives anywhere else."""
+"""All settings of the engine, as frozen dataclasses."""
 
 from dataclasses import field
 from typing import Any, Protocol
@@ -8,43 +8,47 @@ from engine.frozen import frozen
 
 @frozen
 class SimulationConfig:
-    """How scenes are drawn and run."""
+    """Settings of sampling and simulation."""
 
     time_step: float = 0.05
     """Step of the simulation [s]."""
     max_time: float = 30.0
-    """End of a run that nothing else ended [s]."""
+    """End of a run without an earlier end [s]."""
     max_attempts: int = 2000
     """Rejection-sampling attempts per scene; Scenic's default."""
     prune: bool = False
-    """Jump over attempts that surely fail (`engine.feasibility.pruning`); a genome that allows no scene is infeasible.
-    The law of scenes stays the same, but a seed gives other ones."""
+    """Skip attempts that surely fail (`engine.feasibility.pruning`); a genome that allows no scene is infeasible. The
+    distribution of scenes is unchanged, but a seed gives different scenes.
+    """
     instruction_budget: int = 100_000
-    """Instructions one behaviour may run in one step before it is called stuck."""
+    """Instructions that one behaviour may run in one step before it counts as stuck."""
 
 
 @frozen
 class ContactConfig:
-    """Contact physics; the values and their reasons are in the physics reference.
+    """Settings of contact physics; the physics reference has the values and their reasons.
 
-    Restitution, friction, rolling resistance and whether drivers go on hold in both hosts; the rest is for pymunk.
+    Restitution, friction, rolling resistance and `drivers_go_on` apply to both hosts; the rest to pymunk.
     """
 
     restitution: float = 0.15
-    """Speed of parting over closing speed, on the normal."""
+    """Coefficient of restitution: separation speed over closing speed, along the normal."""
     friction: float = 0.5
-    """Of outlines on one another."""
+    """Friction coefficient between outlines."""
     substep: float = 0.0025
     """Step of pymunk from the first contact on [s]."""
     aftermath: float = 4.0
-    """How long the world goes on after first contact, or until everything rests [s]."""
+    """Duration of the world host's run after first contact, unless all bodies rest earlier [s]."""
     collision_slop: float = 0.01
     collision_persistence: int = 1
     rolling_resistance: float = 0.015
-    """Of wheels that nobody drives, as a share of the weight on them. Source: Gillespie 1992, "Fundamentals of Vehicle
-    Dynamics", chapter 4, passenger cars on concrete."""
+    """Rolling resistance of wheels without a driver, as a share of their load. Source: Gillespie 1992, "Fundamentals of
+    Vehicle Dynamics", chapter 4, passenger cars on concrete.
+    """
     drivers_go_on: bool = False
-    """Whether the driver of a body struck by others than the ego drives on once its wheels grip; else it rolls out."""
+    """True if a driver struck by an actor other than the ego drives on once its wheels grip; else its vehicle rolls
+    out.
+    """
 
 
 @frozen
@@ -56,18 +60,18 @@ class SearchConfig:
     seed: int = 0
     rollouts: int = 1
     aggregate: str = "mean"
-    """How k rollouts of one genome become one fitness: mean | max | q90 (any quantile qNN)."""
+    """Aggregate of k rollouts of one genome: mean | max | q90 (any quantile qNN)."""
     jobs: int = 1
     engine: str = "batch"
     run: int = 0
     """Number of this run in a study; part of the stream key."""
     probes: int = 32
-    """Cases in which each gene is moved alone at the end of a campaign, beside the budget (search.genes); 0 = none."""
+    """Number of cases in which each gene is moved alone at the end of a campaign, outside the budget; 0 = none."""
 
 
 @frozen
 class GAConfig:
-    """The genetic algorithm of the paper, every gap decided (see search.methods.ga)."""
+    """The genetic algorithm of the paper, with a decision for every gap (see search.methods.ga)."""
 
     preset: str = "cortex"
     selection_rate: float = 0.1
@@ -78,11 +82,11 @@ class GAConfig:
     per_individual: bool = False
     """Read the three rates as shares of individuals instead of shares of draws."""
     max_redraws: int = 10
-    """How often a child equal to a known genome is redrawn before one gene is mutated."""
+    """Maximum number of times that a child equal to a known genome is redrawn before one gene is mutated."""
 
 
 class ActorDriver(Protocol):
-    """Who drives the actors that a program leaves to controllers, as `engine.driving.blocks.Driver` does."""
+    """Driver of the actors that a program leaves to controllers, such as `engine.driving.blocks.Driver`."""
 
     @property
     def name(self) -> str: ...
@@ -94,19 +98,19 @@ class ActorDriver(Protocol):
     def observe(self) -> str: ...
     @property
     def can_drive_new_scenes(self) -> bool:
-        """Whether scenes can be driven that have not been driven before."""
+        """Return True if it can drive scenes that were not driven before."""
         ...
 
     def without_history(self) -> "ActorDriver":
-        """The same, of whom nothing is known yet."""
+        """Return a copy without history."""
         ...
 
     def has(self, key: Any, genome: Any) -> bool:
-        """Whether the scene of a stream key and a genome can be driven."""
+        """Return True if the scene of a stream key and a genome can be driven."""
         ...
 
     def drive(self, program: Any, scenes: Any, config: SimulationConfig, contact: ContactConfig, jobs: int = 1) -> Any:
-        """A `driving.Driven`."""
+        """Drive scenes and return a `driving.Driven`."""
         ...
 
 
@@ -117,4 +121,4 @@ class Config:
     search: SearchConfig = field(default_factory=SearchConfig)
     ga: GAConfig = field(default_factory=GAConfig)
     driver: ActorDriver | None = None
-    """Who drives whom the file leaves to a controller."""
+    """Driver of the actors that the file leaves to a controller."""

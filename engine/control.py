@@ -1,7 +1,7 @@
-"""What is decided outside of a program: the actors that a controller drives, and the numbers that it gives for them.
+"""Interface to external controllers: the actors that a controller drives, and the numbers that it supplies for them.
 
-Controllers are named on the command line or in Python, never by a file: a program knows the name under which one is
-asked for, and nothing about who answers.
+Controllers are named on the command line or in Python, never by a file: a program only contains the name under which a
+controller is queried.
 """
 
 import math
@@ -13,7 +13,7 @@ from engine.frozen import frozen
 
 @frozen
 class Action:
-    """One number that a controller gives."""
+    """One number that a controller supplies."""
 
     name: str
     unit: str
@@ -24,16 +24,16 @@ class Action:
 
 @frozen
 class Control:
-    """An actor that is driven from outside."""
+    """An actor that is driven externally."""
 
     controller: str
-    """Who is asked; a name of the file's own, of one actor."""
+    """Name of the controller within the file, for one actor."""
     actor: int
     actions: tuple[Action, ...]
     every: float = 0.0
-    """From one question to the next, at which an action is held [s]; 0: each step."""
+    """Time between two queries, during which an action is constant [s]; 0: each step."""
     delay: float = 0.0
-    """From what is observed to the action that it leads to [s]."""
+    """Delay between an observation and its action [s]."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -41,23 +41,23 @@ class Control:
 
 
 def turns(time: float, time_step: float) -> int:
-    """How many steps a time is; one that ends between two counts as the later."""
+    """Return a time as a number of steps; a time between two counts is rounded up."""
     return math.ceil(time / time_step - 1e-9)
 
 
 def numbers_decided(controls: Iterable[Control]) -> int:
-    """How many numbers are decided in a turn."""
+    """Return the number of values per turn."""
     return sum(len(each.actions) for each in controls)
 
 
 def columns(controls: Sequence[Control]) -> tuple[slice, ...]:
-    """Where the numbers of each control stand among those of all."""
+    """Return the slice of each control among the values of all controls."""
     ends = [numbers_decided(controls[: number + 1]) for number in range(len(controls))]
     return tuple(slice(end - len(each.actions), end) for each, end in zip(controls, ends, strict=True))
 
 
 def control_from(content: Mapping[str, Any]) -> Control:
-    """Inverse of `dataclasses.asdict`."""
+    """Return the control of a dictionary made by `dataclasses.asdict`."""
     actions = tuple(Action(**action) for action in content["actions"])
     values: dict[str, Any] = {**content, "actions": actions}
     return Control(**values)

@@ -1,21 +1,21 @@
-"""How a notebook shows a result of ours: a small HTML table, of names and values or of columns."""
+"""Results in notebooks: a small HTML table, of names and values or of columns."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
 ROWS = 10
-"""Of a longer table, the first so many are shown."""
+"""Maximum number of rows that are shown of a longer table."""
 
 
 def facts_table(facts: Iterable[tuple[str, str]]) -> str:
-    """Names and what they are, one a row."""
+    """Return a table of names and values, one per row."""
     rows = (f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in facts)
     return f"<table><tbody>{''.join(rows)}</tbody></table>"
 
 
 def columns_table(columns: Mapping[str, Sequence[Any]], length: int) -> str:
-    """The first rows of columns of some length, side by side under their names; of more, how many are counted below."""
+    """Return the first rows of columns under their names, and the number of rows `length` if there are more."""
     head = "".join(f"<th>{escape(name)}</th>" for name in columns)
     rows = (
         "".join(f"<td>{_cell(column[row])}</td>" for column in columns.values()) for row in range(min(length, ROWS))

@@ -1,7 +1,7 @@
-"""The exceptions of cortexc. What a user may catch is a `CortexError`; what only carries control flow is a `Signal`.
+"""The exceptions of cortexc. Exceptions for users are `CortexError`s; exceptions for control flow are `Signal`s.
 
-A `CortexError` says what is wrong (`message`) and what to do (`cure`); every one can be pickled, so that it crosses
-from a worker's process to ours as it is. Where a name is unknown, the cure offers the `nearest` one that exists.
+A `CortexError` has the problem (`message`) and the remedy (`cure`); it can be pickled, so that it passes unchanged from
+a worker's process. For an unknown name, the cure offers the `nearest` existing name.
 """
 
 from collections import Counter
@@ -14,7 +14,7 @@ from typing import Any
 
 
 class CortexError(Exception):
-    """What cannot be done, and what to do about it: the base of every exception that a user may catch."""
+    """Base of every exception that a user may catch: the problem and the remedy."""
 
     def __init__(self, message: str, cure: str = "") -> None:
         super().__init__(message, cure)
@@ -25,7 +25,7 @@ class CortexError(Exception):
         return f"{self.message} ({self.cure})" if self.cure else self.message
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Without `__init__`: a subclass takes other arguments than these, but keeps all that it knows as attributes.
+        # Without `__init__`: a subclass takes other arguments than these, but stores its data as attributes.
         return _restored, (type(self), self.args), self.__dict__
 
 
@@ -34,13 +34,13 @@ def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexErro
 
 
 SHORTEST_BEGINNING = 4
-"""Letters of a word that is taken for the beginning of another."""
+"""Least number of letters of a word that counts as the beginning of a longer word."""
 
 ENDINGS = ("behavior", "action", "region")
-"""What many names end in, so that two that share it need not be alike."""
+"""Common endings of names, which are ignored in a comparison of names."""
 
 MOST_COMPARED = 300
-"""Names of which all are compared with a misspelt one; of more those that look most like it."""
+"""Maximum number of names that are all compared with a misspelt name; of more, the most similar ones are compared."""
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
@@ -50,7 +50,7 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
 
 @lru_cache(maxsize=8)
 def _nearest(word: str, candidates: frozenset[str]) -> str | None:
-    """Of a few words kept: one mistake asks more than once, and among thousands of names each time takes long."""
+    """Return the nearest candidate; cached, as one mistake queries repeatedly, and thousands of names take long."""
     by_folded, by_pair = _index(candidates)
     folded = word.lower()
     begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
@@ -64,7 +64,7 @@ def _nearest(word: str, candidates: frozenset[str]) -> str | None:
 
 
 def _is_a_slip(word: str, meant: str) -> bool:
-    """Whether one is the other and more, or so few letters differ that it is no other word: of three or four, one."""
+    """Return True if one word extends the other, or few letters differ; in three or four letters, one letter."""
     ending = next((each for each in ENDINGS if word.endswith(each) and meant.endswith(each)), "")
     word, meant = word.removesuffix(ending), meant.removesuffix(ending)
     if len(meant) >= SHORTEST_BEGINNING and (word.startswith(meant) or word.endswith(meant)):
@@ -72,13 +72,13 @@ def _is_a_slip(word: str, meant: str) -> bool:
     if len(word) >= SHORTEST_BEGINNING and word in meant.split("_"):
         return True
     letters, edits = max(len(word), len(meant)), _edits(word, meant)
-    # Words that begin alike may differ in more letters.
+    # Words with equal beginnings may differ in more letters.
     alike = word[: SHORTEST_BEGINNING - 1] == meant[: SHORTEST_BEGINNING - 1]
     return edits <= max(1, (letters + (2 if alike else -1)) // 3)
 
 
 def _edits(a: str, b: str) -> int:
-    """Letters to insert, remove, replace or exchange with the next one (optimal string alignment distance)."""
+    """Return the number of inserted, removed, replaced and swapped letters (optimal string alignment distance)."""
     before, last = [0], list(range(len(b) + 1))
     for i, x in enumerate(a):
         row = [i + 1]
@@ -92,7 +92,7 @@ def _edits(a: str, b: str) -> int:
 
 @lru_cache(maxsize=4)
 def _index(candidates: frozenset[str]) -> tuple[Mapping[str, str], Mapping[str, Sequence[str]]]:
-    """Candidates by their small letters, and those by each pair of neighbouring letters that they have."""
+    """Return candidates by their small letters, and by each pair of adjacent letters in them."""
     by_folded = {candidate.lower(): candidate for candidate in sorted(candidates)}
     by_pair: dict[str, list[str]] = {}
     for folded in by_folded if len(by_folded) > MOST_COMPARED else ():
@@ -106,7 +106,9 @@ def _pairs(word: str) -> set[str]:
 
 
 def _most_alike(word: str, candidates: Iterable[str], by_pair: Mapping[str, Sequence[str]]) -> list[str]:
-    """Those that share most neighbouring pairs of letters with a word, for whole words are compared in milliseconds."""
+    """Return the candidates with most adjacent pairs of letters in common with a word; whole comparisons take
+    milliseconds.
+    """
     shared = Counter(each for pair in _pairs(word) for each in by_pair.get(pair, ()))
     among = shared if len(shared) >= MOST_COMPARED else candidates
     return nlargest(MOST_COMPARED, among, key=lambda each: (shared[each], -len(each), each))
@@ -117,37 +119,37 @@ class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expe
 
 
 class ArgumentError(CortexError, ValueError):
-    """An argument has a value that cannot be used: its name, what was expected, and what was given."""
+    """An argument has an invalid value; the message has its name, the expectation and the value."""
 
 
 class ArgumentKindError(CortexError, TypeError):
-    """An argument is of another type than the one expected, or has an unknown name."""
+    """An argument is of an unexpected type, or has an unknown name."""
 
 
 class ControllerError(CortexError):
-    """A controller cannot be asked, gives what cannot be driven, or is not named where one is needed."""
+    """A controller cannot be queried, returns invalid actions, or is missing where it is required."""
 
     def __init__(self, message: str, cure: str = "", what: str = "", kind: str = "") -> None:
         super().__init__(message, cure)
         self.what = what or message
-        """The message without the place …"""
+        """Message without the place."""
         self.raised: BaseException | None = None
-        """What the code of a controller raised, where that is why."""
+        """Exception of the controller's code, if it is the cause."""
         self.kind = kind or self.what
-        """… and without what else differs from one time to the next: the same wherever a controller fails alike."""
+        """Message without all variable parts: equal for equal kinds of failures."""
 
     def at(self, where: str) -> "ControllerError":
-        """The same, with the scene over which it failed, and when."""
+        """Return the error with the scene and the time of the failure."""
         placed = type(self)(f"{self.what}, {where}", self.cure, self.what, self.kind)
         placed.raised = self.raised
         return placed
 
 
 class LostError(ControllerError):
-    """A controller failed over some scenes: asked about others, or once more, it may do better."""
+    """A controller failed in some scenes; it may succeed in other scenes, or in a repetition."""
 
     def for_good(self) -> ControllerError:
-        """The same, where nobody is to ask once more."""
+        """Return the final error, without a repetition."""
         final = ControllerError(self.message, self.cure, self.what, self.kind)
         final.raised = self.raised
         return final
@@ -167,7 +169,7 @@ class UnreadableFileError(CortexError, OSError):
 
 
 class HiddenEngineError(CortexError, ImportError):
-    """Another package or folder called `engine` stands before ours, so that nothing can be run."""
+    """A different package or folder named `engine` precedes this package, so that nothing can be run."""
 
     def __init__(self, home: Path, found: str) -> None:
         super().__init__(

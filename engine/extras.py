@@ -13,13 +13,11 @@ from typing import Any
 from engine.errors import CortexError
 
 SOURCE = Path(__file__).parents[1]
-"""Where this package lies: a checkout, or a folder of installed packages."""
+"""Folder that contains this package: a checkout, or a folder of installed packages."""
 
 
 def installing(extra: str) -> str:
-    """The command that brings an extra of cortexc, such as `search`; of a checkout, whose name no index knows, its own
-    folder.
-    """
+    """Return the command that installs an extra of cortexc, such as `search`; a checkout by its folder."""
     python = quote(_short(Path(sys.executable)))
     if not (SOURCE / "pyproject.toml").is_file():
         return f"{python} -m pip install 'cortexc[{extra}]'"
@@ -35,14 +33,14 @@ class MissingExtraError(CortexError):
 
 
 def is_installed(package: str) -> bool:
-    """Whether a package can be imported, found without importing it; "" stands for none, which is always there."""
+    """Return True if a package can be imported, without its import; True for "", which means no package."""
     return not package or find_spec(package) is not None
 
 
 def needed(module: str, who: str, extra: str, package: str = "") -> Any:
-    """A module of an optional package, imported now; `who` says who needs it, with the verb: `GIFs need`.
+    """Import and return a module of an optional package; `who`: the component with its verb: `GIFs need`.
 
-    `package`: the name under which it is installed, where its modules have another.
+    `package`: name under which it is installed, if its modules have a different name.
 
     Raises:
         MissingExtraError: it is not installed.
@@ -54,6 +52,6 @@ def needed(module: str, who: str, extra: str, package: str = "") -> Any:
 
 
 def _short(path: Path) -> str:
-    """Return the command as one types it here."""
+    """Return the command as it is typed here."""
     here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
     return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)

@@ -1,8 +1,8 @@
-"""Fair starts: what `simulation(fair=True)` asks for beside the requirements.
+"""Fair starts: the additional condition of `simulation(fair=True)`.
 
-A start is fair when the reference driver of `engine.avoidability`, who needs no time here to perceive and to react,
-runs into nobody by braking at once along the ego's path (`engine.kernels.fairness`). Sampling draws again where a
-start is not; a weighing of requirements says how many are not.
+A start is fair if the reference driver of `engine.avoidability`, here without perception and reaction times, avoids
+every collision by braking at once along the ego's path (`engine.kernels.fairness`). Sampling redraws an unfair start;
+the evaluation of requirements counts unfair starts.
 """
 
 from collections.abc import Callable
@@ -20,11 +20,11 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
 MOST = 50
-"""Starts of a genome that are driven, until one is fair."""
+"""Maximum number of starts of a genome that are simulated until one is fair."""
 
 
 def fair_starts(program: Program, starts: Requested, config: SimulationConfig, jobs: int = 1) -> Bools:
-    """(n,) whether each valid start is fair; one that is not valid is not."""
+    """Return (n,) True for valid and fair starts."""
     shared, said = plan(program, config), np.zeros(len(starts.verdict), dtype=np.int32)
 
     def drive(first: int, last: int) -> None:
@@ -35,7 +35,7 @@ def fair_starts(program: Program, starts: Requested, config: SimulationConfig, j
 
 
 def undecided(verdict: Ints, variant: Ints, values: Floats, keys: Ints) -> Requested:
-    """Starts of which nothing has been decided outside."""
+    """Return starts without decisions of controllers."""
     return Requested(verdict, variant.astype(np.int64), values, keys, np.zeros((len(verdict), 0, 0)))
 
 

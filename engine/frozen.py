@@ -1,8 +1,8 @@
-"""`frozen`: what `dataclass(frozen=True)` makes, in a third of the time.
+"""`frozen`: the classes of `dataclass(frozen=True)`, in a third of the time.
 
-A short command such as `--check` makes hundreds of small classes before it does anything. `dataclass` writes and
-compiles six functions for each of them, which takes longer than reading a scenario; here each class gets one function
-of its own, `__init__`, and shares the others. What no short command imports may as well be a dataclass.
+A short command such as `--check` creates hundreds of small classes. `dataclass` writes and compiles six functions for
+each of them, which takes longer than reading a scenario; here each class has one function of its own, `__init__`, and
+shares the other functions. Modules that no short command imports may use dataclasses.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ Class = TypeVar("Class")
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def frozen(cls: type[Class]) -> type[Class]:
-    """A frozen dataclass, equal and hashed by its fields. No `__post_init__`, no `init=False`."""
+    """Return a frozen dataclass, equal and hashed by its fields. No `__post_init__`, no `init=False`."""
     cls.__doc__ = cls.__doc__ or cls.__name__  # else `dataclass` computes a signature for it
     made = dataclass(init=False, repr=False, eq=False)(cls)
     if hasattr(made, "__post_init__") or not all(each.init for each in fields(made)):  # type: ignore[arg-type]
@@ -35,7 +35,7 @@ def frozen(cls: type[Class]) -> type[Class]:
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field,))
 def frozen_identity(cls: type[Class]) -> type[Class]:
-    """The same for classes whose objects are equal to themselves alone."""
+    """Return a frozen dataclass whose objects are equal only to themselves."""
     made = frozen(cls)
     made.__eq__ = object.__eq__  # type: ignore[method-assign]
     made.__hash__ = object.__hash__  # type: ignore[method-assign]
@@ -43,7 +43,7 @@ def frozen_identity(cls: type[Class]) -> type[Class]:
 
 
 def _init(cls: Any) -> Callable[..., None]:
-    """`__init__`, which fills the instance's dictionary past `__setattr__`."""
+    """Return an `__init__` that fills the instance's dictionary without `__setattr__`."""
     every = fields(cls)
     space: dict[str, Any] = {f"_default_{each.name}": _default(each) for each in every if _has_default(each)}
     plain = [_parameter(each) for each in every if not each.kw_only]
@@ -59,7 +59,7 @@ def _has_default(each: "Field[Any]") -> bool:
 
 
 def _default(each: "Field[Any]") -> Any:
-    """The default itself, or what makes one: the factory, which also marks a value that was not given."""
+    """Return the default, or its factory, which also marks a value that was not given."""
     return each.default if each.default_factory is MISSING else each.default_factory
 
 

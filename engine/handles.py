@@ -1,7 +1,7 @@
 """Named tuples of arrays that compiled code takes as one address.
 
 A function of many arrays is expensive to compile: numba passes each array as five to eight words through every call,
-and types and lowers all of them wherever the tuple is handed on. A `@handle` tuple is one word in a kernel: the address
+and types and lowers all of them wherever the tuple is passed on. A `@handle` tuple is one word in a kernel: the address
 of a header that holds the address and the shape of each array, and the numbers. Python code sees an ordinary tuple.
 
 `engine.kernels.handle_types` teaches numba to read the fields.
@@ -17,23 +17,23 @@ from numpy.typing import NDArray
 
 Tuple = TypeVar("Tuple", bound=tuple[Any, ...])
 WORD = 8
-"""Bytes of an entry of a header."""
+"""Size of an entry of a header [bytes]."""
 
 
 class Field(NamedTuple):
-    """Where a field is in a header, and what it holds."""
+    """Position and type of a field in a header."""
 
     name: str
     kind: str
-    """numpy's name of an array's type, such as `<f8`; `int` or `float` of a number; `handle` or `slots`."""
+    """numpy's name of an array's type, such as `<f8`; `int` or `float` for a number; `handle` or `slots`."""
     dimensions: int
-    """Of an array; 0 of everything else."""
+    """Number of dimensions of an array; 0 for all other kinds."""
     word: int
     """Number of its first word: an address, followed by the shape of an array or the number of slots; or the number."""
     layout: "Layout | None"
-    """Of a handle in a handle."""
+    """Layout of a handle within a handle."""
     own: int = 0
-    """Number of the word before the header that has the address of an array of the slot's own; else 0."""
+    """Number of the word before the header with the address of the slot's own array; else 0."""
 
 
 class Layout:
@@ -64,24 +64,23 @@ class Handle:
     """The header of a named tuple; made when a kernel first receives the tuple, and never changed."""
 
     own_fields: tuple[str, ...] = ()
-    """Arrays that each slot has to itself (`slotted`)."""
+    """Arrays that each slot has separately (`slotted`)."""
 
     @property
     def handle_header(self) -> NDArray[np.int64]:
-        """(words,) addresses and shapes of arrays, and numbers, floats bit by bit; before them `Layout.own_words`.
-
-        Raises TypeError for an array that is not contiguous in memory: kernels are compiled for one layout.
+        """Return (words,) the addresses and shapes of arrays, and numbers, floats bit by bit; before them
+        `Layout.own_words`.
         """
         return self._made[1]
 
     @property
     def handle_layout(self) -> Layout:
-        """The fields of the header."""
+        """Return the fields of the header."""
         return self._made[0]
 
     @property
     def handle_address(self) -> int:
-        """The address of the first word, which is valid as long as the tuple exists."""
+        """Return the address of the first word, which is valid as long as the tuple exists."""
         return self._made[2]
 
     @property
@@ -89,7 +88,7 @@ class Handle:
         try:
             return cast("tuple[Layout, NDArray[np.int64], int]", vars(self)["_handle"])
         except KeyError:
-            # Two threads may both make a header: the first one that is stored is that of both.
+            # Two threads may both make a header: both use the header that is stored first.
             return vars(self).setdefault("_handle", self._make_header())
 
     def _make_header(self) -> tuple[Layout, NDArray[np.int64], int]:
@@ -148,7 +147,7 @@ def handle(tuple_class: type[Tuple]) -> type[Tuple]:
 
 
 def slotted(*own_fields: str) -> Callable[[type[Tuple]], type[Tuple]]:
-    """Return `handle` for a named tuple whose `Slots` share all fields but the arrays named here."""
+    """Return `handle` for a named tuple whose `Slots` share all fields except the arrays named here."""
 
     def decorate(tuple_class: type[Tuple]) -> type[Tuple]:
         made = handle(tuple_class)
@@ -166,7 +165,8 @@ class Slots(Sequence[Tuple]):
     """Handles of one type that share a header: each has only the addresses of its own arrays."""
 
     def __init__(self, shared: Tuple | None = None, **own: NDArray[Any]) -> None:
-        """`shared` has the common fields and the shapes of the others, whose rows are in `own`: (slots, ...) of each.
+        """Create handles; `shared` has the common fields and the shapes of the own arrays, `own` their rows (slots,
+        ...).
 
         Raises TypeError for fields other than those that the class names (`slotted`), and for rows of another shape.
         """
@@ -187,19 +187,19 @@ class Slots(Sequence[Tuple]):
                 self.headers[:, word] = rows.ctypes.data + rows.strides[0] * np.arange(count)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle what the headers are made of: they are written anew."""
+        """Return the parts of the headers, which are written again in a copy."""
         return _slots_of, (self._shared, self._own)
 
     @property
     def nbytes(self) -> int:
-        """Memory of the headers."""
+        """Return the memory of the headers [bytes]."""
         return self.headers.nbytes
 
     def __len__(self) -> int:
         return len(self.headers)
 
     def __getitem__(self, slot: int) -> Tuple:  # type: ignore[override]
-        """The tuple of a slot: views of its rows."""
+        """Return the tuple of a slot: views of its rows."""
         rows = {name: array[slot] for name, array in self._own.items()}
         return cast("Tuple", cast("Any", self._shared)._replace(**rows))
 

@@ -1,4 +1,4 @@
-"""What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results,
+"""Preparation of both hosts around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results,
 and threads that share the rows.
 """
 
@@ -43,10 +43,10 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 
 MAX_SAMPLES = 100_000
-"""Steps that a run may have; a record of so many takes 7 MB an actor."""
+"""Maximum number of steps of a run; a record of that length takes 7 MB per actor."""
 CONTACT = ContactConfig()
 CHUNK = 1000
-"""Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
+"""Scenes per uninterruptible call: about 50 ms, so that Ctrl-C takes effect at once."""
 
 
 def plan(
@@ -57,10 +57,10 @@ def plan(
     slides: Sequence[int] = (),
     pause: int = 0,
 ) -> Plan:
-    """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
+    """Return the part of a program that its runs read; raise ArgumentError for settings without a simulation.
 
-    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip; `pause`: turns from one
-    pause to the next, in which controllers are asked.
+    `hold`: steps between turns of the behaviours; `slides`: cars with slipping tyres; `pause`: turns between pauses, in
+    which controllers are queried.
     """
     _check(config)
     _check_contact(contact)
@@ -128,14 +128,14 @@ def deferred_kernels(program: Program, slides: Sequence[int] = (), pause: int = 
 
 
 def _readings(program: Program) -> Ints:
-    """(readings, 2) as `run_state.Plan` has them."""
+    """Return (readings, 2) as `run_state.Plan` contains them."""
     names = [row.name for row in NAMED_RESULTS]
     rows = [(r.kind, names.index(r.result) if r.kind is Reducer.RESULT else r.rule) for r in program.judged.readings]
     return np.array(rows, dtype=np.int32).reshape(-1, 2)
 
 
 def _is_watched(code: CodeTables) -> bool:
-    """Whether something is looked at in every sample that does not merely end the run."""
+    """Return True if a rule that does not merely end the run is evaluated in every sample."""
     looked_at = np.any(code.rule_segment[:, :, Segment.START] >= 0, axis=0)
     return bool(np.any(looked_at & (code.rule_kind != RuleKind.TERMINATE)))
 
@@ -168,12 +168,12 @@ def _check_contact(contact: ContactConfig) -> None:
 
 
 def samples_of(config: SimulationConfig) -> int:
-    """Number of the sample at which the time limit ends a run; a limit between two samples counts as the later."""
+    """Return the sample at which the time limit ends a run; a limit between two samples is rounded up."""
     return math.ceil(config.max_time / config.time_step - 1e-9)
 
 
 def memory(program: Program, samples: int) -> Run:
-    """Memory for one run after another, with a record of up to `samples` samples; literals are in place."""
+    """Return reusable memory for one run, with a record of up to `samples` samples and the literals."""
     code, actors = program.code, len(program.actors)
     watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
     registers = np.zeros(int(code.sizes[Size.STEP_REGISTERS]))
@@ -212,10 +212,10 @@ def memory(program: Program, samples: int) -> Run:
 
 
 def parallel_memory(program: Program, samples: int, count: int, back: int, coming: int) -> Run:
-    """Memory for `count` parallel runs (`kernels.slots`), which are advanced one after the other; see `with_slots`.
+    """Return memory for `count` parallel runs (`kernels.slots`), which are advanced in turn; see `with_slots`.
 
-    `back`: samples before the current one at which somebody still looks; `coming`: rows for turns of which it is known
-    what was decided, a power of two.
+    `back`: samples before the current sample that are still read; `coming`: rows for turns with known decisions, a
+    power of two.
     """
     run = memory(program, samples)
 
@@ -245,19 +245,17 @@ def with_slots(run: Run) -> Run:
 
 
 def ring(rows: int) -> int:
-    """The least power of two that is no less."""
+    """Return the least power of two that is not less than `rows`."""
     return 1 << (rows - 1).bit_length()
 
 
 def others_touch(program: Program) -> bool:
-    """Whether anybody without the ego may touch another, or a building."""
+    """Return True if actors other than the ego may touch each other, or a building."""
     return len(program.actors) > 2 or (len(program.actors) > 1 and len(program.road.buildings) > 0)
 
 
 def looking_back(program: Program, time_step: float) -> int:
-    """How many steps ago the oldest sample is that a driver of a program looks at: what `latency` makes of it, or the
-    one before, from which a yaw rate counts.
-    """
+    """Return the age in steps of the oldest sample that a driver reads: by its `latency`, or 1 for a yaw rate."""
     code, longest = program.code, 0.0
     rows = code.step_code
     least = int(np.isin(rows[:, 0], (Op.TTC, Op.VELOCITY)).any())
@@ -270,10 +268,7 @@ def looking_back(program: Program, time_step: float) -> int:
 
 
 def requested(program: Program, scenes: Scenes) -> Requested:
-    """The arrays of scenes that a run reads.
-
-    Raises ControllerError where a program has controllers that have not driven the scenes.
-    """
+    """Return the arrays of scenes that a run reads; raise ControllerError if controllers have not driven the scenes."""
     numbers = numbers_decided(program.controls)
     if numbers and scenes.actions.shape[2] != numbers and scenes.valid.any():
         raise undriven(program)
@@ -281,19 +276,19 @@ def requested(program: Program, scenes: Scenes) -> Requested:
     return Requested(
         actions=_numbers(actions),
         verdict=_integers(scenes.verdict),
-        variant=np.require(scenes.variant, np.int64, PLAIN),  # as wide as what Python passes
+        variant=np.require(scenes.variant, np.int64, PLAIN),  # as wide as integers that Python passes
         values=_numbers(scenes.values),
         keys=np.require(scenes.keys, np.int64, PLAIN),
     )
 
 
 def coasting(program: Program, scenes: Scenes) -> Scenes:
-    """The scenes as if whoever is driven from outside decided nothing but zeros."""
+    """Return the scenes with all external decisions zero."""
     return replace(scenes, actions=np.zeros((len(scenes), 1, numbers_decided(program.controls))))
 
 
 def undriven(program: Program) -> ControllerError:
-    """What is wrong where nobody has driven for the controllers of a program."""
+    """Return the error for a program with controllers but without a driver."""
     names = ", ".join(f"`{control.controller}` of {program.actors[control.actor]}" for control in program.controls)
     return ControllerError(
         f"{program.name} is driven from outside, and nobody drives: {names}",
@@ -302,7 +297,7 @@ def undriven(program: Program) -> ControllerError:
 
 
 def empty_results(program: Program, scenes: Requested) -> Results:
-    """Rows for results, filled for none: NaN and -1 and the verdict of sampling."""
+    """Return rows for results, with NaN, -1 and the verdict of sampling."""
     rows, actors = len(scenes.verdict), len(program.actors)
     arrays = {row.name: row.blank(rows, actors) for row in OUTCOMES if row.per is not Per.PAIR}
     pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (rows, actors - 1, 1))
@@ -317,17 +312,17 @@ def outcomes(results: Results) -> Outcomes:
 
 
 def pair_arrays(metrics: Floats) -> dict[str, NDArray[Any]]:
-    """The arrays (n, pairs) of `Outcomes` from what `kernels.pair` measures, (n, pairs, len(PAIRS))."""
+    """Return the arrays (n, pairs) of `Outcomes` from the measures of `kernels.pair`, (n, pairs, len(PAIRS))."""
     return {row.name: metrics[:, :, number].astype(row.dtype) for number, row in enumerate(PAIRS)}
 
 
 def outlines(program: Program, values: Floats) -> Floats:
-    """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
+    """Return (actors, 2) length and width of each actor of one scene [m]; `values` is its row of scene values."""
     return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
 
 
 def plain(road: RoadTables) -> RoadTables:
-    """The tables of a road as kernels take them."""
+    """Return the tables of a road in the form that kernels expect."""
     return road._make(np.require(array, requirements=PLAIN) for array in road)
 
 
@@ -340,9 +335,7 @@ def _integers(array: Ints) -> Ints:
 
 
 def in_parts(rows: int, jobs: int, run: Callable[[int, int], None]) -> None:
-    """Call `run(first, last)` for ranges of so many rows, in that many threads: several ranges for each, so that they
-    end at about the same time.
-    """
+    """Call `run(first, last)` for ranges of rows in `jobs` threads; several ranges each, so that they end together."""
     size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
     parts = list(pairwise([*range(0, rows, size), rows]))
     if jobs == 1 or len(parts) < 2:

@@ -1,6 +1,4 @@
-"""What is worked out of each run that is over: the part of a program that says what its file expects, and what it lets
-a search make large or small.
-"""
+"""Objectives of a program: expectations and values to maximize or minimize, computed from each finished run."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, field
@@ -15,7 +13,7 @@ from engine.vocabulary import Reducer, Sense
 
 @frozen
 class Objective:
-    """What the file expects (its robustness, a pure number), or lets a search make large or small."""
+    """An expectation of the file (its robustness, a pure number), or a value to maximize or minimize."""
 
     name: str
     sense: Sense
@@ -26,7 +24,7 @@ class Objective:
 
 @frozen
 class Reading:
-    """A number that a finished run leaves behind: of a rule of kind WATCH, or a result by name."""
+    """A number of a finished run: from a rule of kind WATCH, or a result by name."""
 
     kind: Reducer
     rule: int = -1
@@ -53,24 +51,24 @@ class Judged:
         return tuple(objective.name for objective in self.objectives)
 
     def content(self) -> dict[str, Any]:
-        """All but the tables, as JSON can hold it."""
+        """Return all fields except the tables, as JSON can represent them."""
         return {name: [asdict(each) for each in getattr(self, name)] for name in ("objectives", "readings")}
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The tables by name."""
+        """Return the tables by name."""
         return {f"judged.{name}": array for name, array in self.tables._asdict().items()}
 
     def deciding(self) -> tuple[object, ...]:
-        """All of it that decides a result, without the tables."""
+        """Return all data that determine a result, without the tables."""
         return tuple(each.sense for each in self.objectives), tuple(asdict(each) for each in self.readings)
 
 
 NOTHING_JUDGED = Judged()
-"""Of a file without objectives."""
+"""Objectives of a file without any."""
 
 
 def judged_from(content: Mapping[str, Any] | None, arrays: Mapping[str, np.ndarray]) -> Judged:
-    """Inverse of `content` and `arrays`; None: written by a version that knew no objectives."""
+    """Return the objectives from `content` and `arrays`; None: written by a version without objectives."""
     if content is None:
         return NOTHING_JUDGED
     said: list[dict[str, Any]] = content["objectives"]

@@ -1,4 +1,4 @@
-"""What a `map` line asks for: one type for each kind of road, in SI units. `engine.road` builds a network from it."""
+"""Specifications of `map` lines: one type per kind of road, SI units. `engine.road` builds a network from it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, field
@@ -17,7 +17,7 @@ class RoadSpec:
 
     ways: int = 4
     lanes: int = 1
-    """Lanes a direction."""
+    """Lanes per direction."""
     lane_width: float = 3.5
     corner_radius: float = 6.0
     approach: float = 50.0
@@ -28,9 +28,9 @@ class RoadSpec:
     """Distance between the centres of neighbouring intersections [m]."""
     left_hand: bool = False
     buildings: float | None = None
-    """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
+    """Distance of blocks of buildings from the kerbs, between the arms [m]; None: no buildings."""
     speed_limit: float | None = field(default=None, repr=False)
-    """What signs allow [m/s]; None: there are none."""
+    """Speed limit of signs [m/s]; None: no limit."""
 
     @property
     def intersections(self) -> int:
@@ -43,13 +43,13 @@ class LoneRoad:
 
     kind: ClassVar[str] = "road"
     lanes: int = 1
-    """Lanes a direction."""
+    """Lanes per direction."""
     length: float = 500.0
-    """Along the middle of the road [m]."""
+    """Length along the middle of the road [m]."""
     curve: float | None = None
     """Radius of its bend, positive to the left [m]; None: it is straight."""
     bend: float | None = None
-    """Angle of its bend [rad], straight before and behind it; None: the whole road curves."""
+    """Angle of its bend [rad], with straight ends; None: the whole road is curved."""
     lane_width: float = 3.5
     one_way: bool = False
     left_hand: bool = False
@@ -62,16 +62,16 @@ class LoneRoad:
 
 @frozen
 class Roundabout:
-    """`map roundabout(...)`: a ring that arms lead into; who is in the ring goes first."""
+    """`map roundabout(...)`: a ring with arms that lead into it; traffic in the ring has priority."""
 
     kind: ClassVar[str] = "roundabout"
     arms: int = 4
     lanes: int = 1
-    """Lanes a direction of the arms, and of the ring."""
+    """Lanes per direction of the arms, and lanes of the ring."""
     radius: float = 20.0
-    """Of the outer edge of the ring [m]."""
+    """Radius of the outer edge of the ring [m]."""
     corner_radius: float = 12.0
-    """Of the kerbs between the arms and the ring [m]."""
+    """Radius of the kerbs between the arms and the ring [m]."""
     approach: float = 50.0
     """Length of every arm from its line to the end of the road [m]."""
     lane_width: float = 3.5
@@ -80,7 +80,7 @@ class Roundabout:
 
     @property
     def intersections(self) -> int:
-        """Where an arm meets the ring."""
+        """Return the number of intersections: an arm meets the ring in each."""
         return int(self.arms)
 
 
@@ -90,39 +90,39 @@ class MapFile:
 
     kind: ClassVar[str] = "opendrive"
     speed_limit: ClassVar[float | None] = None
-    """Its lanes have limits of their own."""
+    """The file's lanes have their own limits."""
 
     file: str
-    """As it is named where it is asked for."""
+    """Name of the file in the scenario."""
     path: str = field(repr=False)
-    """Where it was found."""
+    """Path at which it was found."""
     digest: str
-    """Of its contents: another file is another road."""
+    """Digest of its contents: a different file is a different road."""
     intersections: int
 
 
 MapSpec = RoadSpec | LoneRoad | Roundabout | MapFile
 KINDS: Mapping[str, type[MapSpec]] = {spec.kind: spec for spec in (RoadSpec, LoneRoad, Roundabout, MapFile)}
-"""By the word behind `map`."""
+"""Specifications by the word after `map`."""
 
 
 def map_name(spec: MapFile) -> str:
-    """What a copy of its file is called."""
+    """Return the name of a copy of its file."""
     return PurePath(spec.path).name
 
 
 def digest_of(path: Path) -> str:
-    """32 hexadecimal digits over the contents of a file."""
+    """Return 32 hexadecimal digits over the contents of a file."""
     return blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 
 def map_content(spec: MapSpec) -> dict[str, Any]:
-    """A specification as JSON can hold it; without a speed limit as before there were any."""
+    """Return a specification for JSON; without a speed limit the field is omitted, as in old versions."""
     said = {name: value for name, value in asdict(spec).items() if name != "speed_limit" or value is not None}
     return {"kind": spec.kind, **said}
 
 
 def map_from(content: Mapping[str, Any]) -> MapSpec:
-    """What `map_content` made; without a kind it is a grid."""
+    """Return the specification of `map_content`; without a kind it is a grid."""
     values = dict(content)
     return KINDS[values.pop("kind", RoadSpec.kind)](**values)

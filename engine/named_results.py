@@ -1,7 +1,7 @@
 """Results of a run that `maximize` and `minimize` may name.
 
-Of several others they are those of whom the ego comes nearest to. `engine.kernels.judging` works them out; a new one is
-a row here and its case there.
+With several actors they are those of the actor nearest to the ego. `engine.kernels.judging` computes them; a new result
+is a row here and a case there.
 """
 
 from engine.frozen import frozen
@@ -9,14 +9,14 @@ from engine.frozen import frozen
 
 @frozen
 class NamedResult:
-    """One row."""
+    """One result."""
 
     name: str
     unit: str
     """SI unit word, "" for pure numbers."""
     sentence: str
     of_pair: bool = True
-    """Whether it takes another to have one."""
+    """True if it requires a second actor."""
 
 
 NAMED_RESULTS: tuple[NamedResult, ...] = (
@@ -34,4 +34,4 @@ NAMED_RESULTS: tuple[NamedResult, ...] = (
     NamedResult("post_encroachment_time", "s", "Least time between both being at the same place; 0 on contact."),
     NamedResult("end_time", "s", "When the run ends.", of_pair=False),
 )
-"""A program names a result, and never its place in this table."""
+"""A program stores the name of a result, never its place in this table."""

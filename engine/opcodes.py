@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 
 class Op(IntEnum):
-    """Instructions. A row of code is `(op, dst, a, b, c, d)`; operands are register numbers unless said otherwise.
+    """Instructions. A row of code is `(op, dst, a, b, c, d)`; operands are register numbers unless stated otherwise.
 
-    Three families: arithmetic and geometry (used by scene code and by behaviour code), reads of the running
-    simulation (behaviour code only), control flow (behaviour code only). Truth is 1.0 / 0.0.
+    Three families: arithmetic and geometry (used by scene code and by behaviour code), reads of the running simulation
+    (behaviour code only), control flow (behaviour code only). Truth is 1.0 / 0.0.
     """
 
     # -- arithmetic: dst <- f(a, b, c)
@@ -43,7 +43,7 @@ class Op(IntEnum):
     ROUND = 24
     HYPOT = 25
     WRAP = 26
-    """Angle a brought into [-pi, pi)."""
+    """dst <- angle a wrapped to [-pi, pi)."""
     LT = 27
     LE = 28
     EQ = 29
@@ -71,15 +71,16 @@ class Op(IntEnum):
     REGION_DISTANCE = 44
     """dst <- distance from (b, c) to region a; 0 inside."""
     REGION_CONTAINS = 45
-    """dst <- whether (b, c) lies in region a."""
+    """dst <- 1 if (b, c) is in region a, else 0."""
     REGION_CONTAINS_BOX = 46
-    """dst <- whether the outline at b..b+4 (x, y, heading, length, width) lies wholly in region a."""
+    """dst <- 1 if the outline at b..b+4 (x, y, heading, length, width) is wholly in region a, else 0."""
     BOX_DISTANCE = 47
     """dst <- distance between the outlines at a..a+4 and b..b+4; 0 when they touch."""
     CAN_SEE = 48
-    """dst <- whether the viewer at a..a+5 (x, y, heading, view angle, view distance; its number below, or -1) sees the
-    outline at b..b+4 past buildings and the outlines at c: how many, then x, y, heading, length, width, and whether it
-    hides, of each."""
+    """dst <- 1 if the viewer at a..a+5 (x, y, heading, view angle, view distance; its number below, or -1) sees the
+    outline at b..b+4 past buildings and the outlines at c (their number, then for each x, y, heading, length, width,
+    and 1 if it hides), else 0.
+    """
     ROAD_HEADING = 49
     """dst <- direction of the lane nearest to (a, b)."""
     ROAD_FOLLOW = 50
@@ -93,9 +94,9 @@ class Op(IntEnum):
     LANE_NEAREST = 54
     """dst <- id of the lane nearest to pose a..a+2."""
     REGION_DEPTH = 55
-    """dst <- how deep (b, c) lies in region a; outside minus the distance to it."""
+    """dst <- depth of (b, c) in region a; outside minus the distance to it."""
     REGION_BOX_DEPTH = 56
-    """dst <- how deep the outline at b..b+4 lies in region a; minus how far it sticks out."""
+    """dst <- depth of the outline at b..b+4 in region a; minus the distance by which it sticks out."""
 
     # -- the running simulation
     STATE = 60
@@ -104,34 +105,42 @@ class Op(IntEnum):
     RANDOM = 62
     """dst <- the next uniform number of this scene's behaviour stream."""
     WITHIN = 63
-    """dst <- withinDistanceToAnyObjs: does actor a (integer) see another whose centre is nearer than b?"""
+    """dst <- withinDistanceToAnyObjs: 1 if actor a (integer) sees an actor whose centre is nearer than b, else 0."""
     LEAD = 64
     """dst..dst+1 <- gap along path b between the outline of actor a (integer) and that of the nearest present actor
-    ahead on it that is not hidden from a, nor farther off than c, and that actor's speed along the path; infinity and 0
-    with no actor ahead."""
+    ahead on it that is not hidden from a, nor farther than c, and that actor's speed along the path; infinity and 0
+    without an actor ahead.
+    """
     TTC = 65
-    """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others)
-    at constant velocities; infinity if they would never touch, 0 when they do. c = 1 (integer): who is hidden from a,
-    or farther off than d, does not count."""
+    """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others) at
+    constant velocities; infinity if they would never touch, 0 when they do. c = 1 (integer): actors hidden from a, or
+    farther than d, do not count.
+    """
     IS_RUNNING = 66
-    """dst <- whether block a (integer) has started and not ended."""
+    """dst <- 1 if block a (integer) has started and not ended, else 0."""
     SEES = 67
-    """dst <- whether actor a (integer) sees actor b (integer) past all others and buildings; of -1, which is no actor,
-    the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
+    """dst <- 1 if actor a (integer) sees actor b (integer) past all others and buildings, else 0; for -1, which is no
+    actor, the view is packed at c (x, y, heading, view angle, view distance), and the outline at d.
+    """
     NOTICES = 68
-    """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
+    """dst <- 1 if nothing hides actor b (integer) from actor a (integer), in any direction of view up to distance c,
+    else 0.
+    """
     TOUCHES = 69
-    """dst <- whether the ego has touched actor a (integer), or anybody or a building (a = -1); contact ends the run, so
-    it is true at that instant alone."""
+    """dst <- 1 if the ego has touched actor a (integer), or any actor or building (a = -1), else 0; contact ends the
+    run, so it is 1 at that instant only.
+    """
     VELOCITY = 70
-    """dst..dst+2 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides; and
-    its yaw rate in the step that ended at the sample."""
+    """dst..dst+2 <- velocity x, y of actor a (integer), of its rear axle, or of the centre of a sliding body; and its
+    yaw rate in the step that ended at the sample.
+    """
 
     ACTION = 71
-    """dst <- number a (integer) of what is decided outside of the program, at this turn."""
+    """dst <- external decision number a (integer) at this turn."""
     CROSSING = 72
-    """dst..dst+9 <- `kernels.crossing.Crossing` of actors a and b (integers); how a looks at b is packed at c, as
-    `kernels.crossing.Foresight` has it."""
+    """dst..dst+9 <- `kernels.crossing.Crossing` of actors a and b (integers); a's perception of b is packed at c, as
+    `kernels.crossing.Foresight`.
+    """
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80
@@ -141,29 +150,31 @@ class Op(IntEnum):
     JUMP_IF_RUNNING = 82
     """Go to row b if block a has started and not ended."""
     SET_RESUME = 83
-    """Block a will go on at row b (b = -1: it is not running)."""
+    """Block a will continue at row b (b = -1: it is not running)."""
     RESUME = 84
-    """Go to where block a will go on."""
+    """Go to the row at which block a continues."""
     YIELD = 85
-    """The actor's turn is over; block a goes on at the next row in the next step."""
+    """End the actor's turn; block a continues at the next row in the next step."""
     COMMAND = 86
     """Set command a (a `Command`, integer) from register b."""
     FOLLOW = 87
-    """One step of path following: path a, target speed b, lateral limit c; dst keeps the arc length reached
-    (negative: not yet projected). At the path's end: mark the route done and go to row d."""
+    """One step of path following: path a, target speed b, lateral limit c; dst stores the arc length reached (negative:
+    not yet projected). At the path's end: mark the route done and go to row d.
+    """
     HOLD_SPEED = 88
     """One step of speed control without steering: target speed a."""
     TERMINATE = 89
-    """End the run; rule number a is the reason, and its kind says whether the run is valid."""
+    """End the run; rule number a is the reason, and its kind determines the validity of the run."""
     HALT = 90
-    """The behaviour is over. An actor whose route is done leaves the scene; any other coasts."""
+    """End the behaviour. An actor whose route is done leaves the scene; any other actor coasts."""
     END = 91
     """End of a segment of pure code (a requirement, a termination rule, scene outputs)."""
     SPAWN = 92
     """Actor a (integer), absent until now, takes part from this sample on."""
     REPLAY = 93
-    """One step along the recorded track at pool[a] (an integer, see `kernels.replay`), whose time passes b times as
-    fast as that of the run; dst keeps how far it has come. At its end: mark the route done and go to row c."""
+    """One step along the recorded track at pool[a] (an integer, see `kernels.replay`), with time b times as fast as
+    that of the run; dst stores the progress. At its end: mark the route done and go to row c.
+    """
 
 
 class Instruction(NamedTuple):

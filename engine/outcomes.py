@@ -1,12 +1,12 @@
-"""The table of results: every number of a simulation, its name, symbol, unit, kind and meaning, said once.
+"""The table of results: every number of a simulation with name, symbol, unit, kind and meaning.
 
 A row is an attribute of one of the classes below, with its `Result` in `Annotated`. From the rows come the results of
 the kernels, the arrays of `Outcomes` and `Assessment`, the columns of journals, CSV and JSON, the guide in a run's
 folder, and the metrics of reports, pages and the API. A new metric of a pair is its kernel in `engine.kernels.pair`, a
 row of `_Measured`, and a test.
 
-Arrays are row-aligned and in SI units. Where a scene is invalid, floats are NaN, integers -1 and truths False. Pair j
-is the ego and actor j + 1.
+Arrays are row-aligned and in SI units. For an invalid scene, floats are NaN, integers -1 and truths False. Pair j is
+the ego and actor j + 1.
 """
 
 from collections.abc import Iterator
@@ -26,8 +26,9 @@ from engine.vocabulary import EndReason, Fault, Side, Verdict
 # -- the table ---------------------------------------------------------------------------------------------------------
 
 MODEL_RANGE = 0.5
-"""Use of grip up to which a kinematic bicycle drives as a car does: Polack, Altche, d'Andrea-Novel, de La Fortelle,
-"The kinematic bicycle model: a consistent model for planning feasible trajectories …", IV 2017."""
+"""Use of grip up to which a kinematic bicycle moves like a car: Polack, Altche, d'Andrea-Novel, de La Fortelle, "The
+kinematic bicycle model: a consistent model for planning feasible trajectories …", IV 2017.
+"""
 
 
 @frozen
@@ -44,14 +45,14 @@ class _Decided:
 
 @frozen
 class _Sampled:
-    """What sampling says of a scene."""
+    """Results of sampling for a scene."""
 
     variant: Annotated[Ints, Result("number of the combination of lanes and other finite choices, -1: none", kind=int)]
     attempts: Annotated[Ints, Result("attempts to draw the scene", kind=int)]
     tested: Ints
-    """(n, requirements): how often each requirement was tested …"""
+    """(n, requirements) Number of tests of each requirement."""
     failed: Ints
-    """(n, requirements): … and failed. Conditional on the earlier ones."""
+    """(n, requirements) Number of failures of each requirement, conditional on the earlier requirements."""
 
 
 @frozen
@@ -64,7 +65,7 @@ class _Judged:
         Ints,
         Result("parts of the risk", kind=int, parts=("risk_c", "risk_md", "risk_d_ms", "risk_ttc_ms"), part_of="score"),
     ]
-    """(n, 4) what C, MD, D_MS and TTC_MS add to the score."""
+    """(n, 4) Contributions of C, MD, D_MS and TTC_MS to the score."""
     pair: Annotated[
         Ints, Result("the pair that decides the score: the ego and actor `pair` + 1 (the ego is actor 0)", kind=int)
     ]
@@ -72,10 +73,10 @@ class _Judged:
 
 @frozen
 class _Measured:
-    """What a simulation says of a scene."""
+    """Results of simulation for a scene."""
 
     collided: Annotated[Bools, Result("1: the ego touched another actor", kind=bool)]
-    """Before the end of the run."""
+    """Contact before the end of the run."""
     end_reason: Annotated[
         Ints,
         Result(
@@ -84,7 +85,7 @@ class _Measured:
         ),
     ]
     end_rule: Annotated[Ints, Result("for `rule`: number of the rule in `summary.json`, else -1", kind=int)]
-    """Index into `Program.rules` where the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
+    """Index into `Program.rules` if the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
     end_time: Annotated[Floats, Result("end of the run [s]", "s")]
     """First contact or end of the run."""
     min_distance: Annotated[
@@ -102,7 +103,7 @@ class _Measured:
             source="CORTEX-AVD, Table 1",
         ),
     ]
-    """Infinite for two never in the scene together."""
+    """Infinite for two that are never in the scene together."""
     min_distance_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.NEAREST)]
     max_closing_speed: Annotated[
         Floats,
@@ -160,8 +161,9 @@ class _Measured:
             in_document=False,
         ),
     ]
-    """Of the rear axle, along its heading, at the instant of MD, or of contact; as the next four at that instant. NaN
-    and -1 for two who never meet."""
+    """Speed of the rear axle, along its heading, at the instant of MD, or of contact; the next four are at that
+    instant, too. NaN and -1 for two that never meet.
+    """
     other_speed: Annotated[Floats, Result("", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False)]
     approach_angle: Annotated[
         Floats,
@@ -198,15 +200,15 @@ class _Measured:
             kept=Kept.DECIDING,
         ),
     ]
-    """NaN where it never did; as the next. Of recordings, which say nothing of views, all three are NaN."""
+    """NaN if it never did, as the next two results. For recordings, which contain no views, all three are NaN."""
     ttc_at_first_sight: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
-    """Exact for the outlines at constant velocities; infinite where they were not on a collision course."""
+    """Exact for the outlines at constant velocities; infinite if they were not on a collision course."""
     hidden_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
-    """Of the samples at which the other was in the sector and radius of the ego's view, but covered."""
+    """Time of the samples at which the other actor was in the sector and radius of the ego's view, but covered."""
     left_road_time: Annotated[
         Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
     ]
-    """When an actor's centre first left the road, NaN if never."""
+    """Time at which an actor's centre first left the road, NaN if never."""
     fault: Annotated[
         Ints,
         Result(
@@ -221,7 +223,7 @@ class _Measured:
         Floats,
         Result("largest lateral use of grip by the ego, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
     ]
-    """NaN for who has no tyres; so is the next."""
+    """NaN for an actor without tyres; so is the next."""
     combined_grip: Annotated[
         Floats,
         Result(
@@ -233,12 +235,12 @@ class _Measured:
     others_contact_time: Annotated[
         Floats, Result("when two other actors first touched; empty: never, or after the end [s]", "s")
     ]
-    """NaN if never. They crash, and the run goes on: it is the ego's."""
+    """NaN if never. They collide, and the run continues, as only the ego ends it."""
 
 
 @frozen
 class Outcomes(_Measured, _Decided):
-    """What happened to each scene, by the arrays of the table; of a pair or an actor, one number for each."""
+    """Results of each scene, by the arrays of the table; a result per pair or actor has one number for each."""
 
     steps: Annotated[Ints, Result("steps simulated", kind=int)]
     contact_actors: Annotated[
@@ -248,15 +250,15 @@ class Outcomes(_Measured, _Decided):
         Ints, Result("the first two other actors that touched, -1: none", per=Per.CONTACT, kind=int)
     ]
     sought: Floats
-    """(n, objectives) what each objective of the file (`Program.judged`) comes to: of an `expect` its robustness."""
+    """(n, objectives) Value of each objective of the file (`Program.judged`); the robustness of an `expect`."""
     broken: Floats
-    """(n, objectives) 1 where an `expect` is broken, 0 where it is kept; NaN of all else."""
+    """(n, objectives) 1 if an `expect` is broken, 0 if it holds; NaN for all other objectives."""
 
     def __len__(self) -> int:
         return len(self.verdict)
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         valid = int((self.verdict == 0).sum())
         return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
 
@@ -268,19 +270,20 @@ class Outcomes(_Measured, _Decided):
 
 @frozen
 class Assessment(_Measured, _Judged, _Sampled, _Decided):
-    """What became of simulations, as a search keeps it: verdict, counts, risk and metrics, (n,) each.
+    """Assessed simulations as a search stores them: verdict, counts, risk and metrics, (n,) each.
 
-    Every array may carry more leading axes (a campaign has (individuals, rollouts)). Of several pairs, MD is that of
-    the nearest, MS and its kin are those of the pair that decides the risk (`Kept`).
+    Every array may have more leading axes (a campaign has (individuals, rollouts)). With several pairs, MD is that of
+    the nearest pair, MS and related metrics are those of the pair that decides the risk (`Kept`).
     """
 
     sought: Floats
-    """(n, objectives) what is sought, the larger the better (`engine.search.objectives`); none in a search for the
-    paper's risk alone."""
+    """(n, objectives) Values of the search's objectives, larger is better (`engine.search.objectives`); empty for the
+    paper's risk alone.
+    """
     broken: Floats
-    """(n, objectives of the file) 1 where an `expect` is broken, 0 where it is kept; NaN of all else."""
+    """(n, objectives of the file) 1 if an `expect` is broken, 0 if it holds; NaN for all other objectives."""
     found: Bools
-    """Whether it is what the search is for; for the paper's risk: a collision."""
+    """True for a find of the search; for the paper's risk, a collision."""
 
     def __len__(self) -> int:
         return len(self.verdict)
@@ -290,7 +293,7 @@ class Assessment(_Measured, _Judged, _Sampled, _Decided):
 
 
 def _rows(table: type) -> Iterator[Result]:
-    """The rows of a class in the order of its fields; fields without a `Result` are no numbers of their own."""
+    """Yield the rows of a class in the order of its fields; fields without a `Result` are skipped."""
     annotations: dict[str, Any] = {}
     for base in reversed(table.__mro__):
         annotations |= get_annotations(base)
@@ -300,16 +303,16 @@ def _rows(table: type) -> Iterator[Result]:
 
 
 OUTCOMES: tuple[Result, ...] = tuple(_rows(Outcomes))
-"""What the simulators give."""
+"""Results of the simulators."""
 PAIRS: tuple[Result, ...] = tuple(row for row in OUTCOMES if row.per is Per.PAIR)
-"""What they give for each pair of the ego and another."""
+"""Results for each pair of the ego and another actor."""
 MEASURED: tuple[Result, ...] = tuple(_rows(_Measured))
-"""What a scene keeps of them."""
+"""Results that a scene stores."""
 RESULTS: tuple[Result, ...] = tuple(_rows(Assessment))
-"""What a search keeps of each simulation."""
+"""Results that a search stores for each simulation."""
 
 
 def blank_outcomes(rows: int, actors: int, **known: NDArray[Any]) -> Outcomes:
-    """Outcomes of invalid scenes, but for the arrays that are known."""
+    """Return outcomes of invalid scenes, except for the arrays in `known`."""
     nothing: dict[str, NDArray[Any]] = {"sought": np.zeros((rows, 0)), "broken": np.zeros((rows, 0))}
     return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | nothing | known)

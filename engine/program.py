@@ -1,8 +1,8 @@
 """`Program`: a compiled scenario as data. The one type between the language and the engine.
 
-A program holds arrays, tables and names, and nothing that needs the language again: it can be saved, hashed, sent to
-another machine, sampled, simulated by either host and searched. As bytes it is one `.npz` file; its digest names
-everything that decides a result.
+A program contains arrays, tables and names, and is independent of the language: it can be saved, hashed, sent to
+another machine, sampled, simulated by either host and searched. As bytes it is one `.npz` file; its digest covers all
+data that determine a result.
 """
 
 import json
@@ -30,17 +30,16 @@ class ParamSpace:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    """Unit as written in the file, or where it writes none that of the places in which the gene stands (SI); "" for
-    pure numbers and option indices."""
+    """Unit in the file, else that of the gene's places (SI); "" for pure numbers and option indices."""
     kinds: Ints
     """(d,) `GeneKind`."""
     low: Floats
     """(d,) inclusive, file units. Bounds of the search box."""
     high: Floats
     distribution: Ints
-    """(d,) `Distribution`: how a plain run draws the gene."""
+    """(d,) `Distribution` of the gene in a plain run."""
     shape: Floats
-    """(d, 2): mean and standard deviation (file units) of a truncated normal; else unused."""
+    """(d, 2) Mean and standard deviation (file units) of a truncated normal; else unused."""
     scale: Floats
     """(d,): SI value = file value * scale."""
     options: tuple[tuple[str, ...], ...]
@@ -48,9 +47,9 @@ class ParamSpace:
     weights: tuple[tuple[float, ...], ...]
     """Probabilities of a DISCRETE gene's options; () otherwise."""
     system: tuple[str, ...] = ()
-    """Names of the params that belong to the system under test; one that is held fixed is no gene."""
+    """Names of the params that belong to the system under test; a fixed param is not a gene."""
     bare: tuple[str, ...] = ()
-    """Names of the genes whose unit the file does not write."""
+    """Names of the genes without a unit in the file."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -58,24 +57,24 @@ class ParamSpace:
 
 @frozen
 class Requirement:
-    """One `require`, or a built-in or variant rejection, as a person knows it."""
+    """One `require`, or a built-in or variant rejection, for reports."""
 
     name: str
-    """What the author called it (`as "..."`), or its source text; shown in every count."""
+    """Name given by the author (`as "..."`), or its source text; shown with every count."""
     line: int
     """Line in the source; 0 for a built-in."""
     probability: float = 1.0
     unit: str = ""
     """SI unit of its margin."""
     display_unit: str = ""
-    """Unit in which its amounts are displayed: the one that its source uses; "" where that is the SI unit."""
+    """Unit in which its amounts are displayed: that of its source; "" for the SI unit."""
     display_scale: float = 1.0
     """SI amount = displayed amount * scale."""
 
 
 @frozen
 class Rule:
-    """One thing that is looked at in every sample, or that code triggers: see `vocabulary.RuleKind`."""
+    """A condition that is evaluated in every sample, or that code triggers: see `vocabulary.RuleKind`."""
 
     name: str
     line: int
@@ -84,7 +83,7 @@ class Rule:
 
 @frozen
 class Record:
-    """A value that the file asks to be kept: over time (`series`), or at one end (`initial`, `final`)."""
+    """A value that the file records: over time (`series`), or at one end (`initial`, `final`)."""
 
     name: str
     when: str
@@ -107,11 +106,11 @@ class ChoiceLabel:
 
 @frozen
 class DrawSite:
-    """A nuisance draw in the source: its place, and the scene values that hold what was drawn (see ir.DrawSite)."""
+    """A nuisance draw in the source: its place, and the scene values that contain its result (see ir.DrawSite)."""
 
     kind: str
     unit: str
-    """Its word; of a drawn lane, what the choice is called."""
+    """Its word; for a sampled lane, the name of the choice."""
     start: int
     end: int
     values: tuple[int, ...]
@@ -120,39 +119,39 @@ class DrawSite:
 
 @frozen
 class VariantLabel:
-    """One way of making all finite choices, for people and for concrete copies."""
+    """One combination of all finite choices, for reports and for concrete copies."""
 
     probability: float
     choices: tuple[ChoiceLabel, ...]
     sites: tuple[DrawSite, ...]
     sight: int = -1
-    """Index of the scene value that says how far the weather lets anybody see [m], or -1."""
+    """Index of the scene value with the weather's range of sight [m], or -1."""
 
 
 @frozen
 class Settings:
-    """What the file itself says about its simulation; None where it is silent and the config decides."""
+    """Settings of the simulation in the file; None if the file does not set one and the config decides."""
 
     time_step: float | None = None
     max_time: float | None = None
-    """From `terminate after` [s]."""
+    """Time limit of `terminate after` [s]."""
     max_attempts: int | None = None
     stream: str | None = None
-    """Stream key pinned by a concrete file, so that a found case replays exactly."""
+    """Stream key fixed by a concrete file, so that a found case replays exactly."""
     fair: bool = False
-    """Whether scenes are only those in which braking at once runs the ego into nobody (`engine.fairness`)."""
+    """True if scenes must have a fair start: braking at once avoids every collision (`engine.fairness`)."""
 
     pedals_stay: bool = False
-    """Whether a pedal that an action sets stays until it is set again, as in Scenic, and not for one step."""
+    """True if a pedal keeps its value, as in Scenic, instead of one step only."""
 
     def deciding(self) -> dict[str, float | int | str | bool | None]:
-        """What counts for the digest of a program."""
+        """Return the settings that enter the digest of a program."""
         return {name: value for name, value in asdict(self).items() if name not in ("fair", "pedals_stay") or value}
 
 
 @frozen
 class ImportedText:
-    """A file that the main file imports, as it was when it was compiled."""
+    """A file that the main file imports, with its text at compilation."""
 
     name: str
     start: int
@@ -169,15 +168,16 @@ class Program:
     name: str
     description: str
     digest: str
-    """Hash of everything that decides a result; names and text are left out."""
+    """Hash of all data that determine a result; names and text are excluded."""
     source_text: str
-    """The file as written; kept for reports and concrete copies, not used to run."""
+    """The file as written, for reports and concrete copies; runs do not use it."""
     space: ParamSpace
     actors: tuple[str, ...]
     """Actor names; actor 0 is the ego."""
     requirements: tuple[Requirement, ...]
-    """In testing order: the file's own, then `variant` rejections, then the built-in ones
-    (`outlines inside the road`, `no overlap at the start`, and `fair start` where the file asks for it)."""
+    """Requirements in testing order: the file's own, then `variant` rejections, then the built-in ones (`outlines
+    inside the road`, `no overlap at the start`, and `fair start` if the file requests it).
+    """
     rules: tuple[Rule, ...]
     variants: tuple[VariantLabel, ...]
     settings: Settings
@@ -187,22 +187,22 @@ class Program:
     step_lines: Ints
     """(rows of step_code,): source line of each instruction, for messages about running behaviours."""
     routes: Ints
-    """(variants, actors): path each actor is known to follow, or -1; for drawing and for conflict metrics."""
+    """(variants, actors) Path that each actor is known to follow, or -1; for drawing and for conflict metrics."""
     records: tuple[Record, ...] = ()
     monitors: tuple[str, ...] = ()
     """Names of the coroutines without an actor."""
     imported: tuple[ImportedText, ...] = ()
     judged: Judged = NOTHING_JUDGED
     controls: tuple[Control, ...] = ()
-    """Actors that are driven from outside."""
+    """Actors that are driven externally."""
 
     @property
     def first_built_in(self) -> int:
-        """Number of the first built-in requirement; that of fair starts is the last one, if there is one."""
+        """Return the number of the first built-in requirement; that of fair starts is the last, if it exists."""
         return len(self.requirements) - (3 if self.settings.fair else 2)
 
     def place(self, line: int) -> str:
-        """A line as people know it: its number, and the name of its file if that is not the main one."""
+        """Return a line for messages: its number, and the name of its file if that is not the main file."""
         for file in reversed(self.imported):
             if line >= file.first_line:
                 return f"{file.name}:{line - file.first_line + 1}"
@@ -244,7 +244,7 @@ def program_digest(
 
 
 def save_program(program: Program, path: Path) -> None:
-    """Write the program as one `.npz` file: its arrays, and everything else as JSON in `header`."""
+    """Write the program as one `.npz` file: its arrays, and all other data as JSON in `header`."""
     arrays = {
         **{f"space.{name}": array for name, array in _arrays_of(program.space).items()},
         **{f"code.{name}": array for name, array in program.code._asdict().items()},
@@ -283,7 +283,7 @@ def _arrays_of(value: Any) -> dict[str, np.ndarray]:
 
 
 def _plain(value: Any) -> dict[str, Any]:
-    """The fields of a dataclass that are neither arrays nor tables, as JSON can hold them."""
+    """Return the fields of a dataclass that are neither arrays nor tables, as JSON can represent them."""
     plain: dict[str, Any] = {}
     for f in fields(value):
         item = getattr(value, f.name)
@@ -340,10 +340,10 @@ def _variant(value: Mapping[str, Any]) -> VariantLabel:
 
 
 def _with(values: Mapping[str, Any], /, **others: Any) -> dict[str, Any]:
-    """The named values, and in place of some what they stand for."""
+    """Return the values with some of them replaced by the objects that they encode."""
     return {**values, **others}
 
 
 def _tuples(value: Any) -> Any:
-    """JSON's lists back to tuples, at every depth."""
+    """Return JSON's lists as tuples, at every depth."""
     return tuple(_tuples(v) for v in cast("list[Any]", value)) if isinstance(value, list) else value

@@ -1,5 +1,5 @@
-"""What one row of the table of results says: its unit, symbol and meaning, and whether it is of a scene, a pair or an
-actor. The rows themselves are in `engine.outcomes`.
+"""One row of the table of results: unit, symbol, meaning, and whether it is of a scene, a pair or an actor. The rows
+themselves are in `engine.outcomes`.
 """
 
 import math
@@ -14,27 +14,27 @@ from engine.frozen import frozen
 
 
 class Per(Enum):
-    """What a result is a number of, and so the shape of its array in `Outcomes`."""
+    """Reference of a result, which determines the shape of its array in `Outcomes`."""
 
     SCENE = "scene"
     """(n,)"""
     PAIR = "pair"
-    """(n, pairs) one for each pair of the ego and another."""
+    """(n, pairs) One for each pair of the ego and another actor."""
     ACTOR = "actor"
     """(n, actors)"""
     CONTACT = "contact"
-    """(n, 2) two in contact."""
+    """(n, 2) The two actors in contact."""
 
 
 class Kept(Enum):
-    """Which of its values a scene keeps in `Assessment`."""
+    """Choice of the value that a scene stores in `Assessment`."""
 
     OWN = "own"
-    """The only one there is."""
+    """The only value."""
     NEAREST = "nearest"
-    """That of the pair that comes nearest."""
+    """Value of the pair that comes nearest."""
     DECIDING = "deciding"
-    """That of the pair that decides the risk."""
+    """Value of the pair that decides the risk."""
     LEAST = "least"
     EGO = "ego"
 
@@ -47,41 +47,41 @@ class Result:
     """One row of the table."""
 
     sentence: str = ""
-    """What the guide says of its columns; "" for a row that is told together with the one before."""
+    """Description of its columns in the guide; "" for a row that is described with the row before."""
     unit: str = ""
     """SI unit word, "" for pure numbers."""
     symbol: str = ""
-    """Of a metric that people know by one, such as MD: reports list it under this name."""
+    """Symbol of a metric, such as MD, under which reports list it; "" without one."""
     meaning: str = ""
-    """What a report says beside the symbol."""
+    """Text of a report next to the symbol."""
     per: Per = Per.SCENE
     kind: Kind = float
     kept: Kept = Kept.OWN
     parts: tuple[str, ...] = ()
-    """Of an array (n, k): the names of its k columns."""
+    """Names of the k columns of an array (n, k)."""
     part_of: str = ""
-    """The row whose parts they are."""
+    """Name of the row to which they belong."""
     when: str = ""
-    """The row that holds its instant, of a metric that has one."""
+    """Name of the row with its instant, for a metric that has one."""
     of_risk: bool = False
-    """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
+    """True for the metrics of which the score consists, which reports show together with it."""
     in_document: bool = True
-    """Of a metric of a pair: whether the JSON of a single run tells it."""
+    """True if the JSON of a single run contains this metric of a pair."""
     formula: str = ""
-    """Of a metric that people know by a symbol: what it comes from …"""
+    """Definition of a metric with a symbol."""
     source: str = ""
-    """… and who defined it so."""
+    """Source of the definition."""
     name: str = ""
     """The attribute; filled in from the class."""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Its columns in a journal and in CSV."""
+        """Return its columns in a journal and in CSV."""
         return self.parts or (self.name,)
 
     @property
     def fill(self) -> float | int | bool:
-        """What an invalid scene has."""
+        """Return the value of an invalid scene."""
         return math.nan if self.kind is float else self.kind is not bool and -1
 
     @property
@@ -90,12 +90,12 @@ class Result:
 
     @property
     def words(self) -> Mapping[int, str] | None:
-        """The words of an enumeration by their codes; None for numbers."""
+        """Return the words of an enumeration by their codes; None for numbers."""
         if not issubclass(self.kind, IntEnum):
             return None
         return {-1: "", **{int(member): member.name.lower() for member in self.kind}}
 
     def blank(self, rows: int, actors: int) -> NDArray[Any]:
-        """An array of `Outcomes` in which every scene is invalid."""
+        """Return an array of `Outcomes` in which every scene is invalid."""
         shape = {Per.PAIR: (rows, actors - 1), Per.ACTOR: (rows, actors), Per.CONTACT: (rows, 2)}.get(self.per, (rows,))
         return np.full(shape, self.fill, self.dtype)

@@ -1,12 +1,13 @@
-"""The risk score of the CORTEX-AVD paper (its Table 2): 0 .. 22 for a run, and -1 for what could not be run.
+"""The risk score of the CORTEX-AVD paper (its Table 2): 0 .. 22 for a run, and -1 for an invalid scene.
 
-Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
-Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
-pairs, and is decided by the pair that has it; see `deciding_pair` for ties. It follows that a collision, whose MD is 0,
-scores at least 14, that 13 cannot occur, and that a score of 14 or more is a collision.
+Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by its band. Bands are
+closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its pairs, and the
+pair with this risk decides it; see `deciding_pair` for ties. It follows that a collision, with MD = 0, scores at least
+14, that 13 cannot occur, and that a score of 14 or more is a collision.
 
 The printed table contradicts itself once (the row "[3780, 4255[" of D_MS overlaps the next; the widths say 4020) and
-names no units; `PAPER` is the reading that fits the paper's own numbers, `PAPER_MM` its rival. Thresholds are data.
+names no units; `PAPER` is the interpretation that fits the paper's own numbers, `PAPER_MM` the alternative. Thresholds
+are data.
 """
 
 from collections.abc import Mapping
@@ -32,15 +33,15 @@ Edges = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class RiskProfile:
-    """Where the bands of each metric end. SI units."""
+    """Upper ends of the bands of each metric. SI units."""
 
     name: str
     min_distance: Edges
-    """For MD [m]."""
+    """Bands of MD [m]."""
     distance_at_ms: Edges
-    """For D_MS [m]."""
+    """Bands of D_MS [m]."""
     ttc_at_ms: Edges
-    """For TTC_MS [s]."""
+    """Bands of TTC_MS [s]."""
 
     def __post_init__(self) -> None:
         for metric, edges in (("MD", self.min_distance), ("D_MS", self.distance_at_ms), ("TTC_MS", self.ttc_at_ms)):
@@ -73,14 +74,14 @@ LITERATURE = RiskProfile(
     distance_at_ms=(12.0, 23.0, 36.0, 53.0),
     ttc_at_ms=(1.0, 1.5, 3.0, 4.0),
 )
-"""Thresholds in common use, each from elsewhere:
+"""Thresholds in common use, from different sources:
 
-- MD: 0.91 m, the three feet of passing laws such as California Vehicle Code 21760; 1.5 m and 2.0 m, the Highway Code
-  of Great Britain (2022), rule 163, room for cyclists and for people who walk. None splits the nearest band.
+- MD: 0.91 m, the three feet of passing laws such as California Vehicle Code 21760; 1.5 m and 2.0 m, the Highway Code of
+  Great Britain (2022), rule 163, room for cyclists and pedestrians. None splits the nearest band.
 - D_MS: 12, 23, 36 and 53 m, the Highway Code's rule 126, stopping distances from 20, 30, 40 and 50 mph.
 - TTC_MS: 1.0 s, the highest severity of Sayed, Brown & Navin (1994), Accid. Anal. Prev. 26(5); 1.5 s, the critical
-  value of van der Horst & Hogema (1993), ICTCT workshop; 3.0 s, Minderhoud & Bovy (2001), Accid. Anal. Prev. 33(1);
-  4.0 s, Hirst & Graham (1997), in "Ergonomics and Safety of Intelligent Driver Interfaces".
+  value of van der Horst & Hogema (1993), ICTCT workshop; 3.0 s, Minderhoud & Bovy (2001), Accid. Anal. Prev. 33(1); 4.0
+  s, Hirst & Graham (1997), in "Ergonomics and Safety of Intelligent Driver Interfaces".
 """
 
 PROFILES: Mapping[str, RiskProfile] = MappingProxyType({p.name: p for p in (PAPER, PAPER_MM, LITERATURE)})
@@ -92,23 +93,25 @@ class Risk:
     """The judgement of n scenes."""
 
     score: Ints
-    """(n,) 0 .. 22, -1 where the scene was not valid."""
+    """(n,) 0 .. 22, -1 for an invalid scene."""
     continuous: Floats
-    """(n,) 0 .. 22, never lower for a metric that got worse: the largest over the pairs; -1 where not valid."""
+    """(n,) 0 .. 22, never lower for a worse metric: the largest over the pairs; -1 for an invalid scene."""
     parts: Ints
-    """(n, 4) what C, MD, D_MS and TTC_MS of the deciding pair add to the score; 0 where not valid."""
+    """(n, 4) Contributions of C, MD, D_MS and TTC_MS of the deciding pair to the score; 0 for an invalid scene."""
     pair: Ints
-    """(n,) the pair that decides: actor `pair + 1`; -1 where not valid or without a pair."""
+    """(n,) Deciding pair: actor `pair + 1`; -1 for an invalid scene or without a pair. A parked object decides only if
+    its score is higher than that of every moving partner (`deciding_pair`).
+    """
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         valid = self.score[self.score > INVALID]
         text = f"scores {valid.min()} to {valid.max()}, mean {valid.mean():.1f}" if len(valid) else "no score"
         return f"Risk({len(self.score)}: {text}; {len(self.score) - len(valid)} invalid)"
 
 
 def scores(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Ints:
-    """(n,) the score of every row alone, as `assess` has it."""
+    """Return (n,) the score of every row, as `assess` computes it."""
     valid = outcomes.verdict == Verdict.VALID
     if outcomes.min_distance.shape[1] == 0:
         return np.where(valid, 0, INVALID)
@@ -139,12 +142,14 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
 
 
 def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Ints:
-    """(n,) the pair that decides the risk of each scene, whatever the order of the actors: of those with the highest
-    score, one with a moving partner, then with the highest continuous score, then with the least distance.
+    """Return (n,) the pair that decides the risk of each scene, for any order of the actors: among the pairs with the
+    highest score, a pair with a moving partner, then with the highest continuous score, then with the least distance.
 
-    A pair in contact has the highest score (see above). Motion comes after the score: a near miss with an obstacle is
-    not safer because somebody moves elsewhere. It comes before the continuous score, as of two near misses the one with
-    another road user is what a reader asks about.
+    A pair in contact has the highest score (see above). The score precedes motion for two reasons: the four parts of
+    the deciding pair add up to the score of the scene, and a further actor never lowers that score. If a moving partner
+    with a lower score decided, a distant car would hide a near miss with a parked object. Motion precedes the
+    continuous score: of two near misses with equal scores, the conflict with a road user is the one that both sides can
+    influence.
     """
     leading = np.ones(per_pair.shape, dtype=np.bool_)
     moving = np.abs(outcomes.other_speed) > STANDING
@@ -155,7 +160,7 @@ def deciding_pair(per_pair: Ints, continuous: Floats, outcomes: Outcomes) -> Int
 
 
 def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Edges], ...]:
-    """What is banded, (n, pairs) each, and by which edges."""
+    """Return the banded metrics, (n, pairs) each, with their edges."""
     return (
         (outcomes.min_distance, profile.min_distance),
         (outcomes.distance_at_ms, profile.distance_at_ms),
@@ -164,26 +169,28 @@ def _metrics(outcomes: Outcomes, profile: RiskProfile) -> tuple[tuple[Floats, Ed
 
 
 def _parts(outcomes: Outcomes, profile: RiskProfile) -> Ints:
-    """(n, pairs, 4) what C, MD, D_MS and TTC_MS of each pair add to its score."""
+    """Return (n, pairs, 4) the contributions of C, MD, D_MS and TTC_MS of each pair to its score."""
     contact = np.where(pairs_in_contact(outcomes), COLLISION_POINTS, 0).astype(np.int32)
     bands = (band_score(values, edges) for values, edges in _metrics(outcomes, profile))
     return np.stack([contact, *bands], axis=-1)
 
 
 def pairs_in_contact(outcomes: Outcomes) -> Bools:
-    """(n, pairs): whether it was this pair (ego, other) that touched."""
+    """Return (n, pairs) True where this pair (ego, other) touched."""
     others = np.arange(1, int(outcomes.min_distance.shape[1]) + 1)
     with_ego = outcomes.collided & (outcomes.contact_actors[:, 0] == 0)
     return with_ego[:, None] & (outcomes.contact_actors[:, 1:2] == others)
 
 
 def band_score(values: Floats, edges: Edges) -> Ints:
-    """4 below the first edge, 3 from there to below the second, …, 0 from the last one on, and for NaN."""
+    """Return 4 below the first edge, 3 from there to below the second, …, 0 from the last edge on, and for NaN."""
     return (BANDS - np.searchsorted(np.asarray(edges), values, side="right")).astype(np.int32)
 
 
 def continuous_score(values: Floats, edges: Edges) -> Floats:
-    """Piecewise linear through 4 at 0 and 3, 2, 1, 0 at the edges: non-increasing, and within 1 of the band's score."""
+    """Return a piecewise linear score: 4 at 0 and 3, 2, 1, 0 at the edges; non-increasing, within 1 of the band's
+    score.
+    """
     score = np.full(np.shape(values), float(BANDS))
     for low, high in zip((0.0, *edges), edges, strict=False):
         if high > low:

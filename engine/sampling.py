@@ -1,16 +1,16 @@
 """Rejection sampling: genomes and stream keys to concrete scenes, or to a verdict with the counts per requirement.
 
 For each genome up to `max_attempts` attempts draw a variant and the nuisance values and test every requirement; the
-first attempt that passes is the scene. What an attempt draws is a pure function of its key and its number, so a row's
-result never depends on the other rows, their order or the number of threads.
+first attempt that passes is the scene. The draws of an attempt are a pure function of its key and its number, so a
+row's result never depends on the other rows, their order or the number of threads.
 
-Counts are conditional: an impossible variant is turned away first, then come the file's requirements in order, last
-the built-in ones. Where the file asks for fair starts, what passes all of these is driven once (`engine.fairness`), and
-attempts go on where that fails. An attempt ends at its first failure, so `attempts` is the sum of all failures, plus
-one if valid.
+Counts are conditional: an impossible variant is rejected first, then come the file's requirements in order, last the
+built-in ones. If the file requests fair starts, an attempt that passes all of these is simulated once
+(`engine.fairness`), and attempts continue if that fails. An attempt ends at its first failure, so `attempts` is the sum
+of all failures, plus one if valid.
 
-With `config.prune` attempts that surely fail are jumped over (`engine.feasibility.pruning` says how, and why the law of
-what is accepted stays the same). They count against `max_attempts`, but in no other count.
+With `config.prune` attempts that surely fail are skipped (`engine.feasibility.pruning` describes how, and why the
+distribution of accepted scenes is unchanged). They count against `max_attempts`, but in no other count.
 
 Genomes come from stream keys, too: from the genes' own distributions (plain runs), or uniform over the search's box.
 """
@@ -51,7 +51,7 @@ def draw_genomes(space: ParamSpace, keys: Ints) -> Floats:
 
 
 def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
-    """(n, d) gene values in file units: each gene's quantile, under its own distribution, at a number of [0, 1)."""
+    """Return (n, d) gene values in file units: quantiles of each gene's own distribution at numbers of [0, 1)."""
     genomes = np.empty_like(uniforms)
     for gene in range(len(space)):
         genomes[:, gene] = _from_distribution(space, gene, uniforms[:, gene])
@@ -96,7 +96,7 @@ def _from_box(space: ParamSpace, gene: int, uniforms: Floats) -> Floats:
 
 
 def _pick(weights: tuple[float, ...], uniforms: Floats) -> Floats:
-    """Index of the weight whose share of [0, 1) holds each uniform number; weightless options are never picked."""
+    """Return the index of the weight whose share of [0, 1) contains each number; weight 0 is never picked."""
     cumulative = np.cumsum(weights) / np.sum(weights)
     last = np.flatnonzero(weights)[-1]
     return np.minimum(np.searchsorted(cumulative, uniforms, side="right"), last).astype(np.float64)
@@ -112,11 +112,11 @@ PACKED = 6
 WIDEST = 3
 """Registers that a geometry instruction may write."""
 CHUNK_ATTEMPTS = 500_000
-"""Attempts that one uninterruptible call may make: 50 ms, so that Ctrl-C is answered at once."""
+"""Attempts per uninterruptible call: 50 ms, so that Ctrl-C takes effect at once."""
 NUMBERS = 25_000_000
-"""Of scenes that are held at once, 200 MB; ten thousand scenes of a hundred actors have as many."""
+"""Maximum number of scene values in memory, 200 MB; ten thousand scenes of a hundred actors have as many."""
 PRUNED_ROWS = 2048
-"""Scenes whose bounds are worked out together under `prune`."""
+"""Scenes whose bounds are computed together under `prune`."""
 
 ANYWHERE = Confinement(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, np.int32))
 """No pruning."""
@@ -134,7 +134,7 @@ def sample(
 ) -> Scenes:
     """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all.
 
-    `prune` is the program's pruner, for callers who sample often; without one it is made where the config asks for it.
+    `prune` is the program's pruner, for repeated calls; without it one is made if the config requests pruning.
     """
     recipe, limit = recipe_of(program), attempt_limit(program)
     if not 1 <= config.max_attempts <= limit:
@@ -159,7 +159,7 @@ def sample(
 
 
 def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:
-    """What the kernels are asked for, checked."""
+    """Return the checked request to the kernels."""
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     keys = np.require(keys, requirements=PLAIN)
     check_keys(keys)
@@ -170,7 +170,7 @@ def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int)
 
 @dataclass(frozen=True)
 class _Confiner:
-    """Where the attempts of some rows may pass."""
+    """Bounds of the passing attempts of some rows."""
 
     prune: "Pruner"
     genomes: Floats
@@ -182,22 +182,22 @@ class _Confiner:
 
 
 def rows_at_once(program: Program, most: int) -> int:
-    """How many scenes of a program memory is taken for at once, and `most` of any that is not huge."""
+    """Return the number of scenes of a program in memory at once: `most` unless the program is huge."""
     return max(1, min(most, NUMBERS // max(1, program.code.output_register.shape[1])))
 
 
 def attempt_limit(program: Program) -> int:
-    """The most attempts at one scene: its stream of random numbers has an end."""
+    """Return the maximum number of attempts at one scene: its stream of random numbers is finite."""
     return BLOCK_LIMIT // _blocks(int(program.code.sizes[Size.DRAWS]))
 
 
 def _blocks(draws: int) -> int:
-    """Blocks of two random numbers that one attempt takes: one number picks the variant, the rest are its draws."""
+    """Return the blocks of two random numbers per attempt: one number picks the variant, the rest are its draws."""
     return (draws + 2) // 2
 
 
 def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
-    """Raise ArgumentError unless there is one finite genome a key and discrete genes hold one of their options."""
+    """Raise ArgumentError unless there is one finite genome per key and discrete genes have one of their options."""
     if genomes.shape != (rows, len(space)):
         raise ArgumentError(
             f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}",
@@ -216,7 +216,7 @@ def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
 
 
 def recipe_of(program: Program) -> Recipe:
-    """What the kernels read of a program."""
+    """Return the data of a program that the kernels read."""
     code = program.code
     need(*geometry_kernels(code.scene_code))
     variant_values = len(code.literals)
@@ -242,7 +242,7 @@ def _plain(tables: Tables) -> Tables:
 
 
 def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
-    """(requirements,): 1 for a hard requirement that reads neither draws nor what differs between variants.
+    """Return (requirements,) 1 for a hard requirement that reads neither draws nor data that differ between variants.
 
     Sound, not complete: unused operands count as registers, and a program with several templates has none.
     """
@@ -265,7 +265,7 @@ def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
 
 
 def _draws_needed(code: CodeTables, layout: Layout) -> Ints:
-    """(templates, requirements): one more than the highest draw that a requirement or an earlier one reads."""
+    """Return (templates, requirements) one more than the highest draw that a requirement or an earlier one reads."""
     segments = code.requirement_segment
     needed = np.zeros(segments.shape[:2], dtype=np.int32)
     for template, requirement in np.ndindex(needed.shape):
@@ -277,7 +277,7 @@ def _draws_needed(code: CodeTables, layout: Layout) -> Ints:
 
 
 def _draws_read(rows: Ints, layout: Layout) -> int:
-    """An upper bound: integers and unused operands count as registers, which costs draws but never changes one."""
+    """Return an upper bound: integers and unused operands count as registers, which costs draws but changes none."""
     operands = rows[:, 2:]
     packed = (rows[:, 0] >= Op.PATH_POSE)[:, np.newaxis, np.newaxis] * np.arange(PACKED)
     return _highest_draw(operands[:, :, np.newaxis] + packed, layout)
@@ -302,7 +302,7 @@ def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
 
 
 def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None) -> None:
-    """Sample all rows, in chunks; the kernel releases the GIL, so threads run beside one another."""
+    """Sample all rows, in chunks; the kernel releases the GIL, so threads run in parallel."""
     rows, jobs = len(request.keys), max(1, jobs)
     most = PRUNED_ROWS if confiner else CHUNK_ATTEMPTS // request.max_attempts
     size = max(1, min(most, rows if jobs == 1 else -(-rows // (4 * jobs))))
@@ -339,12 +339,12 @@ def _go_on(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner
 
 
 def _rows(ledger: Ledger, part: slice) -> Ledger:
-    """Views of some rows."""
+    """Return views of some rows."""
     return ledger._make(array[part] for array in ledger)
 
 
 def scratch_of(recipe: Recipe) -> Scratch:
-    """Working memory for one thread."""
+    """Return working memory for one thread."""
     return Scratch(
         np.zeros(recipe.code.sizes[Size.SCENE_REGISTERS]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32)
     )

@@ -25,26 +25,27 @@ class Scenes:
     verdict: Ints
     """(n,) `Verdict`"""
     variant: Ints
-    """(n,) variant of the accepted attempt, -1 where none."""
+    """(n,) Variant of the accepted attempt, -1 if there is none."""
     values: Floats
-    """(n, n_values) scene values: `len(Column)` per actor, then values that behaviours use. NaN where invalid."""
+    """(n, n_values) Scene values: `len(Column)` per actor, then values that behaviours use. NaN if invalid."""
     draws: Floats
     """(n, n_draws) the uniform numbers of the accepted attempt (nuisance draws)."""
     attempts: Ints
     """(n,) int64"""
     tested: Ints
-    """(n, requirements) int64: how often each requirement was tested …"""
+    """(n, requirements) int64 Number of tests of each requirement."""
     failed: Ints
-    """(n, requirements) int64: … and failed. Conditional on the earlier ones."""
+    """(n, requirements) int64 Number of failures of each requirement, conditional on the earlier requirements."""
     actions: Floats = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    """(n, turns, numbers): what controllers decided at each turn (`engine.control`), of which the last goes on; empty
-    before they have driven, and where a program needs none."""
+    """(n, turns, numbers) Decisions of controllers at each turn (`engine.control`), the last of which stays in effect;
+    empty before they have driven, and for programs without controllers.
+    """
 
     def __len__(self) -> int:
         return len(self.verdict)
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         return f"Scenes({len(self)}: {int(self.valid.sum())} valid)"
 
     def _repr_html_(self) -> str:
@@ -70,28 +71,29 @@ class Trajectory:
     contact_sample: int
     """Index of the last sample before first contact; -1 without contact."""
     watched: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    """(scored samples, rules): at each sample the values of the rules of kind WATCH (`engine.metrics` names them);
-    other columns are undefined. Empty where a program watches nothing."""
+    """(scored samples, rules) Values of the rules of kind WATCH at each sample (`engine.metrics` names them); other
+    columns are undefined. Empty if a program watches nothing.
+    """
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         contact = f", contact after sample {self.contact_sample}" if self.contact_sample >= 0 else ""
         return f"Trajectory({len(self.time)} samples of {self.states.shape[1]} actors, {self.time[-1]:.2f} s{contact})"
 
 
 def actor_columns(program: Program, values: Floats) -> Floats:
-    """(actors, len(Column)): the properties of the actors of one scene; `values` is its row of scene values."""
+    """Return (actors, len(Column)) the properties of the actors of one scene; `values` is its row of scene values."""
     return values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))
 
 
 def weather_sight(program: Program, variant: Ints, values: Floats) -> Floats:
-    """(n,) how far the weather lets anybody see [m] in scenes of variants (n,) with values (n, n_values)."""
+    """Return (n,) the weather's range of sight [m] in scenes of variants (n,) with values (n, n_values)."""
     sight = np.array([each.sight for each in program.variants], dtype=np.int64)[np.maximum(variant, 0)]
     return np.where(sight >= 0, values[np.arange(len(values)), sight], np.inf)
 
 
 def groups_of(program: Program, genomes: Floats) -> Ints:
-    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
+    """Return (n,) the group of variants that each genome's discrete genes pick, most significant gene first."""
     group = np.zeros(len(genomes), dtype=np.int64)
     for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
         group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Addresses of random numbers: the method that asks, the individual, the purpose. Two addresses never share a number.
+"""Addresses of random numbers: the method, the individual, the purpose. Two addresses never share a number.
 
 Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.random_numbers`): a 64-bit key and a 128-bit counter.
 
@@ -11,15 +11,15 @@ Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.random_numbers`):
 | counter 3 | rollout (16), method bits 4 to 7 (4), channel (4),          |
 |           | `Purpose` (4), method bits 0 to 3 (4)                       |
 
-A method that has a value in `Method` is numbered by it; every other one, of this or of another package, by its name
+A method that has a value in `Method` is numbered by it; every other method, of this or of another package, by its name
 (`method_number`): the first 32 bits of SHA-256 of the name, above the four bits of `Method.CUSTOM`. Two such methods
-share their numbers when these 32 bits are equal, which has probability 2^-32 for two names, and 1e-8 for ten methods
-in one installation; or, for seeds of 2^32 and above only, when their seeds differ by just what their names do. With
-a method of `Method` they share none.
+share their numbers when these 32 bits are equal, which has probability 2^-32 for two names, and 1e-8 for ten methods in
+one installation; or, for seeds of 2^32 and above only, when their seeds differ by the difference of their names. With a
+method of `Method` they share no number.
 
-Attempt a of a scene with n nuisance draws owns the blocks from a * B on, B = ceil((n + 1) / 2): its first number
-picks the variant, the next n are the draws. Soft requirements and genes have channels of their own. A search's
-operators draw from numpy's Philox4x64-10 under the same fields (`operator_generator`).
+Attempt a of a scene with n nuisance draws owns the blocks from a * B on, B = ceil((n + 1) / 2): its first number picks
+the variant, the next n are the draws. Soft requirements and genes have channels of their own. A search's operators draw
+from numpy's Philox4x64-10 under the same fields (`operator_generator`).
 """
 
 import re
@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 
 
 class StreamKey(NamedTuple):
-    """Names one stream of random numbers. Equal keys give equal numbers, whatever ran before or beside."""
+    """Name of one stream of random numbers. Equal keys give equal numbers, independent of all other streams."""
 
     seed: int
     method: int
-    """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
+    """`vocabulary.Method`, or the number of a search method's name (`engine.streams.method_number`)."""
     run: int
     generation: int
     index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # no value is ever looked up in a key
@@ -55,17 +55,17 @@ class StreamKey(NamedTuple):
 FIELD_BITS = StreamKey(seed=63, method=36, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""
 SINGLE_DRAWS = 100
-"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params at every attempt."""
+"""Maximum number of genomes that a single run samples until one allows a scene; Scenic redraws params, too."""
 NUMBER_BITS = 4
-"""Of a method, those that `Method.CUSTOM` fills where the others come from its name."""
+"""Number of bits of a method that `Method.CUSTOM` fills if the remaining bits come from its name."""
 NO_SEARCH = (Method.SINGLE, Method.SAMPLE, Method.CUSTOM)
-"""Numbers that no method of a search has, whatever it is called."""
+"""Numbers that no search method has, for any name."""
 NAMED = "method-"
-"""Begins, in the text of a key, a method that is numbered by its name; eight hexadecimal digits follow."""
+"""Beginning of a method numbered by its name, in the text of a key; eight hexadecimal digits follow."""
 
 
 def method_number(name: str) -> int:
-    """The `method` of every stream key of a search method: its value in `Method`, else a number made of its name."""
+    """Return the `method` of a search method's stream keys: its value in `Method`, else the number of its name."""
     method = old_number(name)
     if method != Method.CUSTOM:
         return method
@@ -74,7 +74,7 @@ def method_number(name: str) -> int:
 
 
 def old_number(name: str) -> int:
-    """The number that a search method had before names made numbers: its value in `Method`, `CUSTOM` for all others."""
+    """Return the number of a search method in old versions: its value in `Method`, `CUSTOM` for all others."""
     known = {method.name.lower(): method for method in Method if method not in NO_SEARCH}
     return int(known.get(name, Method.CUSTOM))
 
@@ -93,9 +93,9 @@ def key_rows(
 
 
 def single_keys(program: "Program", seed: int | None) -> Iterator[Ints]:
-    """The keys that a single run tries, one after the other, until one allows a scene, (1, 6) each.
+    """Yield the keys that a single run tries in turn, until one allows a scene, (1, 6) each.
 
-    A concrete file names its own key, which counts where no seed is asked for.
+    A concrete file has its own key, which is used unless a seed is requested.
     """
     pinned = program.settings.stream
     if pinned is not None and seed is None:
@@ -125,9 +125,9 @@ def _check(key: StreamKey) -> None:
 
 
 def format_key(key: Iterable[int]) -> str:
-    """A key as text for concrete files: `1.ga.0.12.55.0` (seed, method, run, generation, index, rollout).
+    """Return a key as text for concrete files: `1.ga.0.12.55.0` (seed, method, run, generation, index, rollout).
 
-    A method that is numbered by its name stands as `method-` and the eight hexadecimal digits of the name's hash.
+    A method that is numbered by its name is `method-` and the eight hexadecimal digits of the name's hash.
     """
     fields = StreamKey(*(int(value) for value in key))
     _check(fields)
@@ -135,7 +135,7 @@ def format_key(key: Iterable[int]) -> str:
 
 
 def scene_in_words(key: Iterable[int]) -> str:
-    """`generation 2, place 31` of a search, `scene 7` of a sample, "" of a single run, which has no other."""
+    """Return `generation 2, place 31` for a search, `scene 7` for a sample, "" for a single run."""
     fields = StreamKey(*(int(value) for value in key))
     if fields.method == Method.SINGLE:
         return ""
@@ -154,7 +154,7 @@ def _method_text(method: int) -> str:
 
 
 def parse_key(text: str) -> StreamKey:
-    """Return the key that a text of `format_key` stands for. Raises ValueError if it stands for none."""
+    """Return the key of a text of `format_key`; raise ValueError for any other text."""
     words = text.strip().split(".")
     if len(words) != len(StreamKey._fields):
         raise ArgumentError(
@@ -190,7 +190,7 @@ def operator_generator(seed: int, method: int, run: int, generation: int, index:
 
     The fields fill disjoint bits of Philox4x64's key and of the counter's top word, which counting never reaches.
     """
-    from numpy.random import Generator, Philox  # slow, and rarely needed
+    from numpy.random import Generator, Philox  # slow, rarely needed
 
     _check(StreamKey(seed, method, run, generation, index, 0))
     key = [seed, run << 48 | generation << 32 | index]

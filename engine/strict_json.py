@@ -1,4 +1,4 @@
-"""Strict JSON (RFC 8259): the one writer of every JSON file, line and document.
+"""Strict JSON (RFC 8259): the writer of every JSON file, line and document.
 
 JSON has no infinity and no NaN: both are null. Text is made from values, never from other text, so that every parser
 reads it.
@@ -62,7 +62,7 @@ def json_text(
 
 
 def json_lines(columns: Mapping[str, Sequence[Any]]) -> Iterator[str]:
-    """Return a table, given by columns of equal length, as one JSON object a row."""
+    """Return a table, given by columns of equal length, as one JSON object per row."""
     encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
     rows = zip(*(plain(column) for column in columns.values()), strict=True)
     return (encode(dict(zip(columns, row, strict=True))) for row in rows)

@@ -16,10 +16,10 @@ Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
-"""Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
+"""Contiguous, aligned, writable: the only layout of arrays for which kernels are compiled."""
 
 ROAD_INDEX = frozenset({"cell_edges", "cell_start", "cell_points", "cell_frame"})
-"""Fields of `RoadTables` that follow from its others, and decide nothing."""
+"""Fields of `RoadTables` that follow from the other fields and do not affect results."""
 
 
 @handle
@@ -44,8 +44,9 @@ class RoadTables(NamedTuple):
     region_start: Ints
     """(regions + 1,): offsets into `edges`."""
     hull: Floats
-    """(n, 8): x1, y1, x2, y2 of convex hull edges, the region on their left; 1.0 where the edge is a region edge too
-    (these first); unit direction x, y; length."""
+    """(n, 8): x1, y1, x2, y2 of convex hull edges, with the region on their left; 1.0 if the edge is a region edge, too
+    (these first); unit direction x, y; length.
+    """
     hull_start: Ints
     """(regions + 1,)"""
     triangles: Floats
@@ -53,30 +54,31 @@ class RoadTables(NamedTuple):
     triangle_start: Ints
     """(regions + 1,)"""
     cores: Floats
-    """(n, 4): least x, least y, greatest x, greatest y of rectangles that lie in the region: a quick yes."""
+    """(n, 4): least x, least y, greatest x, greatest y of rectangles inside the region, for a quick positive test."""
     core_start: Ints
     """(regions + 1,)"""
     buildings: Floats
-    """(n, 5): x, y, heading, length, width of walls beside the road, which hide what is behind them."""
+    """(n, 5): x, y, heading, length, width of walls near the road, which hide actors behind them."""
     cell_edges: Floats = np.zeros((0, 4))
-    """(n, 4): the edges of the whole road, as in `edges`, once for each cell that they reach into. Only a road of many
-    edges has cells: an index, which says nothing of its own."""
+    """(n, 4): the edges of the whole road, as in `edges`, once for each cell that they intersect. Only a road with many
+    edges has cells, which are an index without further information.
+    """
     cell_start: Ints = np.zeros(1, dtype=np.int32)
     """(cells + 1,): offsets into `cell_edges`; row by row from the south, each from west to east."""
     cell_points: Floats = np.zeros((0, 3))
-    """(cells, 3): x, y of a point of the cell that lies on no edge, and 1 where it is in the road, else 0."""
+    """(cells, 3): x, y of a point of the cell that is on no edge, and 1 if it is in the road, else 0."""
     cell_frame: Floats = np.zeros(0)
-    """(5,): least x and least y of all cells, side of a cell [m], columns, rows. Off the cells there is no road."""
+    """(5,): least x and least y of all cells, side of a cell [m], columns, rows. There is no road outside the cells."""
 
 
 def kept_road(arrays: Mapping[str, np.ndarray]) -> RoadTables:
-    """Tables whose arrays were kept; without their index if that is another version's."""
+    """Return tables from stored arrays; without their index if that is another version's."""
     index = {} if ROAD_INDEX - arrays.keys() else {name: arrays[name] for name in ROAD_INDEX}
     return RoadTables(**{name: arrays[name] for name in RoadTables._fields if name not in ROAD_INDEX}, **index)
 
 
 def no_road() -> RoadTables:
-    """The tables of a place without a road: no path, no lane, no region, no building."""
+    """Return the tables of a place without a road: no path, no lane, no region, no building."""
     wide = {
         "primitives": 8,
         "edges": 4,
@@ -100,19 +102,20 @@ def no_road() -> RoadTables:
 
 
 SHADE = 6
-"""Numbers of an outline in a table of those that hide: x, y, heading, length, width, and whether it hides (0: it does
-not)."""
+"""Columns of an outline in a table of outlines: x, y, heading, length, width, and 1 if it hides, else 0."""
 
 SLIDING = 2.0
-"""Of `State.PRESENT`: loose after an impact; it moves as its centres say, not as it heads."""
+"""Value of `State.PRESENT` for a sliding body after an impact; its motion is that of its centres, not along its
+heading.
+"""
 A_BUILDING = -1
-"""In the place of an actor that another touched."""
+"""Index of a building in the place of a touched actor."""
 ROAD_REGION = 0
 """Region 0 is always the whole drivable road."""
 
 
 class Segment(IntEnum):
-    """Columns of a segment of code: rows `START` to `END` (exclusive), and the register of what they come to."""
+    """Columns of a segment of code: rows `START` to `END` (exclusive), and the register of its result."""
 
     START = 0
     END = 1
@@ -158,7 +161,9 @@ class CodeTables(NamedTuple):
     variant_cumulative: Floats
     """(variants,): cumulative probability within the variant's group."""
     group_start: Ints
-    """(groups + 1,): variants of a group; a group is one combination of the discrete genes that pick variants."""
+    """(groups + 1,): offsets of the variants of a group; a group is one combination of the discrete genes that pick
+    variants.
+    """
     group_gene: Ints
     """(k,): genes that pick the group, most significant first."""
     group_size: Ints
@@ -169,16 +174,17 @@ class CodeTables(NamedTuple):
     requirement_segment: Ints
     """(templates, requirements, len(Segment)) in scene_code."""
     requirement_probability: Floats
-    """(requirements,): 1 for a hard one; below 1 its coin is tossed once per scene."""
+    """(requirements,): 1 for a hard requirement; below 1, the probability that it applies to a scene, drawn once."""
     output_segment: Ints
-    """(templates, 2) `Segment.START` and `END` of the scene code that is run once a scene is accepted."""
+    """(templates, 2) `Segment.START` and `END` of the scene code that runs after a scene is accepted."""
     output_register: Ints
     """(templates, n_values): register of each scene value."""
     road_check: Ints
-    """(actors,): 1 where the built-in requirement `inside the road` holds for this actor."""
+    """(actors,): 1 if the built-in requirement `inside the road` applies to this actor."""
     overlap_check: Ints
-    """(actors,): the built-in requirement `no overlap at the start` holds among actors of one number, and towards
-    buildings; not for those of number 0."""
+    """(actors,): the built-in requirement `no overlap at the start` applies between actors with equal numbers, and to
+    buildings; not to those with number 0.
+    """
     actor_kind: Ints
     """(actors,) `ActorKind`."""
     behaviour_entry: Ints
@@ -186,17 +192,19 @@ class CodeTables(NamedTuple):
     main_block: Ints
     """(templates, actors): block number of the actor's behaviour."""
     rule_segment: Ints
-    """(templates, rules, len(Segment)) in step_code: what is looked at in every sample; rows are -1 for rules that code
-    triggers (`terminate` inside a behaviour), and that are judged when the run is over."""
+    """(templates, rules, len(Segment)) in step_code: code that is evaluated in every sample; rows are -1 for rules that
+    code triggers (`terminate` inside a behaviour), and for those that are evaluated after the end of the run.
+    """
     rule_kind: Ints
-    """(rules,) `RuleKind`. All are looked at in every sample; the first that is true ends the run."""
+    """(rules,) `RuleKind`. All rules are evaluated in every sample; the first that is true ends the run."""
     formula: Ints
     """(n, 3): rows `(TemporalOp, a, b)` of all temporal formulas, operands above their operators; a of an ATOM is the
-    rule of kind WATCH whose value it is, b the one that says how far it holds (-1: nobody asks)."""
+    rule of kind WATCH with its truth, b the rule with its robustness (-1: not needed).
+    """
     temporal_root: Ints
-    """(temporals,): the formula row that must be true at sample 0 …"""
+    """(temporals,): formula row that must be true at sample 0."""
     temporal_rule: Ints
-    """(temporals,): … and the rule that makes the run invalid if it is not."""
+    """(temporals,): rule that makes the run invalid if the formula is not true."""
     monitor_entry: Ints
     """(templates, monitors): first row in step_code of each coroutine without an actor."""
     monitor_block: Ints
@@ -206,19 +214,20 @@ class CodeTables(NamedTuple):
     actor_present: Ints
     """(actors,): 1 for those that take part from the start."""
     margin_segment: Ints
-    """(templates, requirements, len(Segment)) in scene_code: by how much each requirement holds (positive where it
-    does); rows are -1 where there is no such number. It may read what the requirement's own code and the code of all
-    requirements before it have computed."""
+    """(templates, requirements, len(Segment)) in scene_code: margin by which each requirement holds (positive if it
+    does); rows are -1 if there is no such number. It may read results of the requirement's own code and of the code of
+    all requirements before it.
+    """
     sizes: Ints
     """(len(Size),)"""
 
 
 class ObjectiveTables(NamedTuple):
-    """What is worked out of a run that is over."""
+    """Formulas and code that are evaluated for a finished run."""
 
     root: Ints
-    """(objectives,): the row of `CodeTables.formula` that is expected to be true at sample 0; -1 of one that is a
-    number …"""
+    """(objectives,): row of `CodeTables.formula` that must be true at sample 0; -1 for a number."""
     segment: Ints
-    """… (templates, objectives, len(Segment)) in step_code, which works that number out: its first locals are the
-    readings of the run (`Program.readings`)."""
+    """(templates, objectives, len(Segment)) in step_code, which computes that number: its first locals are the readings
+    of the run (`Program.readings`).
+    """

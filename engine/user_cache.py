@@ -1,4 +1,4 @@
-"""The user's cache of what can be computed again: the parser's tables and compiled kernels. Imports nothing heavy."""
+"""The user's cache of reproducible data: the parser's tables and compiled kernels. It imports no large module."""
 
 import contextlib
 import os
@@ -8,15 +8,15 @@ from pathlib import Path
 
 ENVIRONMENT_VARIABLE = "CORTEXC_CACHE"
 KEPT = 8
-"""How many entries of other versions stay: several checkouts may share one user's cache."""
+"""Number of entries of other versions that stay: several checkouts may share one user's cache."""
 IN_USE = 600.0
-"""An entry used more recently than this is never removed [s]: another process may be writing it."""
+"""Time since its last use within which an entry is never removed [s]: another process may be writing it."""
 ROOM = 65536
-"""Bytes that must fit into a folder: on a full disk an empty file can still be made."""
+"""Bytes that must fit into a folder: on a full disk an empty file can still be created."""
 
 
 def cache_roots() -> Iterator[Path]:
-    """Folders to try: `$CORTEXC_CACHE`, then `cortexc` in the user's cache. None of them needs to exist."""
+    """Yield the folders to try: `$CORTEXC_CACHE`, then `cortexc` in the user's cache. They need not exist."""
     if chosen := os.environ.get(ENVIRONMENT_VARIABLE):
         yield Path(chosen)
     if base := os.environ.get("XDG_CACHE_HOME"):
@@ -26,7 +26,7 @@ def cache_roots() -> Iterator[Path]:
 
 
 def is_writable(folder: Path) -> bool:
-    """Whether files can be written in a folder; it is made, and marked as used now."""
+    """Return True if files can be written in a folder; it is created, and marked as used now."""
     import tempfile
 
     try:
@@ -46,7 +46,7 @@ def is_ours(folder: Path) -> bool:
 
 
 def fingerprint(paths: Iterable[Path]) -> str:
-    """A digest of the contents of these files and those of these folders: other code may be as long, and as old."""
+    """Return a digest of the contents of these files and those of these folders; size and date could be equal."""
     from hashlib import sha256
 
     files = (file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path]))
@@ -55,9 +55,10 @@ def fingerprint(paths: Iterable[Path]) -> str:
 
 
 def cached_file(name: str, family: str) -> Path | None:
-    """Where a file of the cache is or may be written, None where nothing can be; `family` is the pattern of its kind.
+    """Return the path of a file of the cache, existing or writable; None if there is none. `family`: pattern of its
+    kind.
 
-    Where it has to be written, files of its kind that are long out of use are removed.
+    If it is not there yet, old unused files of its kind are removed.
     """
     for root in cache_roots():
         if _marked_as_used(root / name):
@@ -69,7 +70,7 @@ def cached_file(name: str, family: str) -> Path | None:
 
 
 def _marked_as_used(path: Path) -> bool:
-    """Whether a file is there, and ours to use."""
+    """Return True if a file exists and can be marked as used."""
     try:
         os.utime(path)
     except OSError:
@@ -78,7 +79,7 @@ def _marked_as_used(path: Path) -> bool:
 
 
 def remove_old(root: Path, family: str, current: Path) -> None:
-    """Keep the most recently used entries of a family and those in use; remove the rest."""
+    """Remove the entries of a family except the most recently used ones and those in use."""
     with contextlib.suppress(OSError):
         others = [(path.stat().st_mtime, path) for path in root.glob(family) if path != current]
         for used, path in sorted(others, reverse=True)[KEPT:]:

@@ -1,22 +1,22 @@
-"""What every kind of actor is made of: one row of `MODELS` each, with its source. SI units, angles in radians.
+"""Models of all kinds of actors: one row of `MODELS` each, with its source. SI units, angles in radians.
 
 Sources by the short names used below:
 
-- CommonRoad: Althoff, Koschi, Manzinger (2017), "CommonRoad: Composable benchmarks for motion planning on roads",
-  IV 2017; parameters of vehicle 2 (BMW 320i). Its centre of gravity is taken as the centre of its outline.
+- CommonRoad: Althoff, Koschi, Manzinger (2017), "CommonRoad: Composable benchmarks for motion planning on roads", IV
+  2017; parameters of vehicle 2 (BMW 320i). Its centre of gravity is taken as the centre of its outline.
 - AASHTO: "A Policy on Geometric Design of Highways and Streets" (2011), tables 2-1 and 2-2: design vehicles P
   (passenger car), SU-30 (truck) and CITY-BUS. The steering limit is asin(wheelbase / centre-line turning radius).
 - R13, R78: UN Regulations 13 (mean fully developed deceleration of trucks and buses, 5.0 m/s^2) and 78 (motorcycles).
 - ISO 4210: stopping distance of a bicycle, 7 m from 25 km/h on a dry road, hence 3.4 m/s^2.
 - Fruin (1971), "Pedestrian Planning and Design": the body ellipse, 24 x 18 inches, as a rectangle.
-- 92/6/EEC: Council Directive on speed limiters, as amended by 2002/85/EC: trucks (N2, N3) 90 km/h, buses (M2, M3)
-  100 km/h.
+- 92/6/EEC: Council Directive on speed limiters, as amended by 2002/85/EC: trucks (N2, N3) 90 km/h, buses (M2, M3) 100
+  km/h.
 - SUMO: Lopez et al. (2018), "Microscopic Traffic Simulation using SUMO", ITSC 2018; table of vehicle type defaults:
   maximum speed of a motorcycle 200 km/h, of a bicycle 50 km/h.
 - Wilson (2004), "Bicycling Science", 3rd ed., ch. 4 and 5: an upright rider on a utility bicycle, rolling resistance
-  0.005 and drag area 0.5 m^2, slows at 0.13 m/s^2 when it goes 5 m/s.
+  0.005 and drag area 0.5 m^2, slows at 0.13 m/s^2 at 5 m/s.
 
-What has none of these as its source is marked *ours*: a round figure within the range usual for its kind.
+A value without such a source is marked *ours*: a round figure within the range usual for its kind.
 """
 
 import math
@@ -27,12 +27,13 @@ from engine.frozen import frozen
 from engine.vocabulary import ActorKind
 
 STEER_RATE = 0.7
-"""How fast any steering angle may change [rad/s]; CommonRoad's truck (vehicle 4: 0.71); in a car, whose limit is 0.4
-there, brisk hands."""
+"""Largest rate of any steering angle [rad/s]; CommonRoad's truck (vehicle 4: 0.71); in a car, with a limit of 0.4
+there, fast hands.
+"""
 AIR_BRAKE_TIME = 0.8
-"""From no pedal to a full one with air brakes [s]; R13, annex 6: 75 % of the pressure after 0.6 s."""
+"""Time from no pedal to full pedal with air brakes [s]; R13, annex 6: 75 % of the pressure after 0.6 s."""
 VIEW_ANGLE = math.pi / 2
-"""Opening angle of the sector in which others are noticed, of every kind [rad]."""
+"""Opening angle of the sector in which actors are noticed, for every kind [rad]."""
 VIEW_DISTANCE = 50.0
 """Radius of that sector [m]."""
 DRY_FRICTION = 1.0
@@ -41,29 +42,29 @@ DRY_FRICTION = 1.0
 
 @frozen
 class ActorModel:
-    """The properties of one kind; those that `vocabulary.Column` names are defaults that a scene may override."""
+    """Properties of one kind; those that `vocabulary.Column` names are defaults that a scene may override."""
 
     length: float
-    """Of the outline, along the heading [m]."""
+    """Length of the outline, along the heading [m]."""
     width: float
     wheelbase: float
     """Front to rear axle [m]; no meaning (1.0) for kinds without wheels."""
     rear_to_center: float
-    """How far ahead of the rear axle the outline's centre lies [m]; 0 for kinds without wheels."""
+    """Distance of the outline's centre ahead of the rear axle [m]; 0 for kinds without wheels."""
     mass: float
-    """[kg], a motorcycle's or bicycle's with its rider."""
+    """[kg]; for a motorcycle or bicycle with its rider."""
     yaw_inertia: float
-    """About the vertical axis through the outline's centre [kg m^2]; for contact physics."""
+    """Yaw inertia about the vertical axis through the outline's centre [kg m^2]; for contact physics."""
     max_steer: float
     """Largest steering angle of the (middle of the) front axle, either way [rad]."""
     max_acceleration: float
-    """At full throttle, and the limit of the speed controller [m/s^2]."""
+    """Acceleration at full throttle, and limit of the speed controller [m/s^2]."""
     max_braking: float
     """Deceleration at full pedal [m/s^2]."""
     top_speed: float
     """[m/s]"""
     occluding: bool = False
-    """Whether the body hides what is behind it from a driver's eyes."""
+    """True if the body hides actors behind it from a driver."""
     fixed_above: float = math.inf
     """Mass above which no impact moves the body [kg]."""
     friction: float = DRY_FRICTION
@@ -71,23 +72,23 @@ class ActorModel:
     view_distance: float = VIEW_DISTANCE
     steer_rate: float = STEER_RATE
     pedal_time: float = 0.0
-    """From no pedal to a full one [s]; *ours* where it is 0: pedals act at once, as in the simulator of the paper."""
+    """Time from no pedal to full pedal [s]; *ours* if it is 0: pedals act at once, as in the simulator of the paper."""
     drag: float = 0.0
-    """Deceleration of who rolls without pedals [m/s^2]; *ours* where it is 0: who does nothing keeps its speed."""
+    """Deceleration while rolling without pedals [m/s^2]; *ours* if it is 0: the speed stays constant without pedals."""
 
     @property
     def gyration(self) -> float:
-        """Yaw inertia over mass times the squared diagonal of the outline."""
+        """Return the yaw inertia over mass times the squared diagonal of the outline."""
         return self.yaw_inertia / (self.mass * (self.length**2 + self.width**2))
 
     @property
     def fixed(self) -> bool:
-        """Whether no impact moves a body of this mass."""
+        """Return True if no impact moves a body of this mass."""
         return self.mass > self.fixed_above
 
 
 def rectangle_inertia(mass: float, length: float, width: float) -> float:
-    """Yaw inertia of a uniform rectangle about its centre [kg m^2]."""
+    """Return the yaw inertia of a uniform rectangle about its centre [kg m^2]."""
     return mass * (length**2 + width**2) / 12.0
 
 
@@ -150,7 +151,7 @@ MOTORCYCLE = ActorModel(
     max_braking=7.0,
     top_speed=55.56,
 )
-"""*Ours*; braking above the 5.1 m/s^2 that R78 asks for, as a practised rider reaches it; top speed SUMO."""
+"""*Ours*; braking above the 5.1 m/s^2 that R78 requires, as a practised rider reaches it; top speed SUMO."""
 
 BICYCLE = ActorModel(
     length=1.8,
@@ -195,7 +196,7 @@ OBSTACLE = ActorModel(
     occluding=True,
     fixed_above=1000.0,
 )
-"""*Ours*: a thing in the way that never moves by itself."""
+"""*Ours*: an object that never moves by itself."""
 
 MODELS: Mapping[ActorKind, ActorModel] = MappingProxyType(
     {

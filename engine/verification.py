@@ -1,24 +1,24 @@
-"""A second opinion on cases: each is run again with finer steps, and with cars whose tyres slip.
+"""Verification of cases: each is simulated again with finer steps, and with slipping tyres.
 
 Four runs of the same scene with the same behaviours:
 
-- *run*: as the search made it, at its time step;
-- *finer*: the kinematic model in steps of 5 ms, while drivers look and act as often as in the run;
-- *alert*: the same with drivers who look and act every 5 ms; left out where they draw random numbers as they act, as
-  they would draw others then, and it were another scene;
+- *run*: as in the search, at its time step;
+- *finer*: the kinematic model in steps of 5 ms, with observations and actions of drivers as often as in the run;
+- *alert*: as *finer*, with observations and actions every 5 ms; omitted if drivers draw random numbers, as different
+  draws would give a different scene;
 - *dynamic*: in steps of 5 ms, drivers as in the run, every car with the single-track drift model
   (`engine.kernels.dynamics`), its pedals behind an anti-lock (`engine.kernels.actuation`).
 
-Cars alone have cited data for their tyres: an ego of another kind is *not judged*, others of another kind move as
-before. The data are of cars that go forwards: nor is an ego judged that drives backwards, and others that do move as
-before, too. Of a case with a collision of the ego, and otherwise by its risk, the answer is
+Only cars have cited tyre data: an ego of another kind is *not judged*, other actors of another kind move as before. The
+data are those of forward motion: an ego that drives backwards is not judged either, and other actors that do so move as
+before. By the collision of the ego, or without one by the risk, the answer is
 
-- *survives*: `dynamic` shows the same danger: a collision with the same actor, with a closing speed that differs by no
-  more than `SPEED_APART` or `SPEED_SHARE`; without collision, a risk within `SCORE_APART`;
-- *artefact of the step*: `dynamic` lacks the danger (no collision, nor a near miss of the actor struck; a risk lower
-  by more), and so does `finer` or `alert`: it hangs on the time step;
-- *artefact of the model*: `dynamic` alone lacks it: it hangs on how the kinematic car drives;
-- *differs*: all else: another partner, another speed, a near miss, a higher risk, a run that a requirement makes
+- *survives*: `dynamic` shows the same danger: a collision with the same actor, with a closing speed within
+  `SPEED_APART` or `SPEED_SHARE`; without collision, a risk within `SCORE_APART`;
+- *artefact of the step*: `dynamic` lacks the danger (no collision, nor a near miss of the actor struck; a risk lower by
+  more), and so does `finer` or `alert`: the danger depends on the time step;
+- *artefact of the model*: `dynamic` alone lacks it: the danger depends on the kinematic model;
+- *differs*: all other cases: another partner, another speed, a near miss, a higher risk, a run that a requirement makes
   invalid.
 """
 
@@ -41,20 +41,20 @@ from engine.tables import Bools
 from engine.vocabulary import ActorKind, Column, Command, State, Verdict
 
 SPEED_APART = 2.0
-"""Closing speeds that differ by no more are alike [m/s] …"""
+"""Difference up to which closing speeds are alike [m/s]."""
 SPEED_SHARE = 0.2
-"""… nor those that differ by no more than this share."""
+"""Relative difference up to which closing speeds are alike."""
 SCORE_APART = 1
-"""Risks of runs without collision that differ by no more are alike."""
+"""Difference up to which risks of runs without collision are alike."""
 NEAR_MISS = LITERATURE.min_distance[0]
-"""Whoever comes no nearer to the actor that was struck is out of danger [m]; three feet, of passing laws."""
+"""Distance from the struck actor from which on the ego is out of danger [m]; three feet, of passing laws."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 NOBODY = -1
 
 
 class Answer(IntEnum):
-    """What the better model says of a case."""
+    """Answer of the verification of a case."""
 
     SURVIVES = 0
     DIFFERS = 1
@@ -63,46 +63,46 @@ class Answer(IntEnum):
     STEP = 3
     """An artefact of the time step."""
     NOT_JUDGED = 4
-    """For its kind there are no data."""
+    """No tyre data exist for its kind."""
     BACKWARDS = 5
-    """Not judged, either: the ego drives backwards."""
+    """Not judged: the ego drives backwards."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What a scene came to, run in one way."""
+    """Result of a scene in one kind of run."""
 
     verdict: Verdict
     collided: bool
-    """Whether the ego touched anybody."""
+    """True if the ego collided."""
     partner: int
-    """The actor that it touched, or else the one that decides the risk; `NOBODY` where there is none."""
+    """Actor that it touched, else the actor that decides the risk; `NOBODY` if there is none."""
     time: float
-    """Of contact or of the end [s]."""
+    """Time of contact or of the end [s]."""
     closing_speed: float
-    """Of the ego and that actor at contact, or where they are closest [m/s]."""
+    """Closing speed of the ego and that actor at contact, or at the closest approach [m/s]."""
     distances: tuple[float, ...]
-    """MD of each other actor [m]."""
+    """MD of each actor other than the ego [m]."""
     score: int
     combined_grip: float
     """Largest use of grip by the ego, as a share of mu g."""
 
     @property
     def min_distance(self) -> float:
-        """Of the nearest [m]."""
+        """Return the least distance to any actor [m]."""
         return min(self.distances, default=math.inf)
 
 
 @dataclass(frozen=True)
 class Verified:
-    """The second opinion on one case."""
+    """Verification of one case."""
 
     answer: Answer
     run: Drive
     finer: Drive | None
-    """None of a case that is not judged, as the next two."""
+    """None for a case that is not judged, as are `alert` and `dynamic`."""
     alert: Drive | None
-    """None also where drivers draw random numbers as they act."""
+    """None also if drivers draw random numbers."""
     dynamic: Drive | None
     slides: tuple[int, ...]
     """Actors that the dynamic model drove."""
@@ -116,8 +116,8 @@ def verify(
     jobs: int = 1,
     contact: ContactConfig = CONTACT,
 ) -> tuple[Verified | None, ...]:
-    """One answer for each scene; None for one that is not valid."""
-    # Steps of 5 ms, or of what the longest record allows.
+    """Return one answer per scene; None for an invalid scene."""
+    # Steps of 5 ms, or longer if the longest record requires it.
     most = MAX_SAMPLES // max(1, samples_of(config))
     hold = max(1, min(math.ceil(config.time_step / COMMAND_STEP - 1e-9), most))
     fine = replace(config, time_step=config.time_step / hold)
@@ -135,7 +135,7 @@ def verify(
 
 
 def backwards(program: Program, scenes: Scenes, config: SimulationConfig, contact: ContactConfig) -> Bools:
-    """(scenes, actors): who drives backwards in its run; what an impact throws back is not driven."""
+    """Return (scenes, actors) True for actors that drive backwards; motion after an impact does not count."""
     found = np.zeros((len(scenes), len(program.actors)), dtype=np.bool_)
     takes = program.code.step_code[:, 0] == Op.COMMAND
     if np.isin(program.code.step_code[takes, 2], (Command.REVERSE, Command.BACK)).any():
@@ -147,7 +147,7 @@ def backwards(program: Program, scenes: Scenes, config: SimulationConfig, contac
 
 
 def cars(program: Program, scenes: Scenes) -> tuple[int, ...]:
-    """Who is a car, and in every valid scene one with its centre of gravity between its axles."""
+    """Return the actors that are cars, with their centre of gravity between their axles in every valid scene."""
     found = np.asarray(program.code.actor_kind) == ActorKind.CAR
     for values in scenes.values[scenes.valid]:
         columns = actor_columns(program, values)
@@ -157,7 +157,7 @@ def cars(program: Program, scenes: Scenes) -> tuple[int, ...]:
 
 
 def drives(outcomes: Outcomes, profile: RiskProfile) -> tuple[Drive, ...]:
-    """What each scene came to."""
+    """Return the result of each scene."""
     risk = assess(outcomes, profile)
     return tuple(_drive(outcomes, row, int(risk.score[row]), int(risk.pair[row])) for row in range(len(outcomes)))
 
@@ -187,7 +187,7 @@ def _verified(
 
 
 def answer_of(run: Drive, finer: Drive, alert: Drive | None, dynamic: Drive) -> Answer:
-    """The answer by the rules above."""
+    """Return the answer by the rules above."""
     if alike(run, dynamic):
         return Answer.SURVIVES
     if not lacks(run, dynamic):
@@ -196,7 +196,7 @@ def answer_of(run: Drive, finer: Drive, alert: Drive | None, dynamic: Drive) -> 
 
 
 def alike(run: Drive, other: Drive) -> bool:
-    """Whether another run shows the same danger."""
+    """Return True if a second run shows the same danger."""
     if other.verdict != Verdict.VALID or run.collided != other.collided:
         return False
     if not run.collided:
@@ -207,7 +207,7 @@ def alike(run: Drive, other: Drive) -> bool:
 
 
 def lacks(run: Drive, other: Drive) -> bool:
-    """Whether another run lacks the danger."""
+    """Return True if a second run lacks the danger."""
     if other.verdict != Verdict.VALID or other.collided:
         return False
     if run.collided:

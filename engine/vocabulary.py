@@ -1,14 +1,14 @@
-"""The words of the domain that the whole engine shares: enumerations and column names. SI units only.
+"""Vocabulary of the whole engine: enumerations and column names. SI units only.
 
-Kernels switch on these integers and index arrays with them, so a value here is part of the compiled program's
-meaning: changing one changes `Program.digest` and the kernel cache key.
+Kernels switch on these integers and index arrays with them, so a value here is part of the compiled program's meaning:
+changing one changes `Program.digest` and the kernel cache key.
 """
 
 from enum import IntEnum
 
 
 class ActorKind(IntEnum):
-    """What an actor is; one row of `engine.vehicles.MODELS` each."""
+    """Kind of an actor; one row of `engine.vehicles.MODELS` each."""
 
     CAR = 0
     TRUCK = 1
@@ -20,7 +20,7 @@ class ActorKind(IntEnum):
 
 
 class ManeuverType(IntEnum):
-    """How a maneuver leaves the intersection, seen by its driver."""
+    """Direction in which a maneuver leaves the intersection, for its driver."""
 
     STRAIGHT = 0
     LEFT_TURN = 1
@@ -29,7 +29,7 @@ class ManeuverType(IntEnum):
 
 
 class GeneKind(IntEnum):
-    """How a gene's value is read from a genome; an index gene stores the index of its option."""
+    """Encoding of a gene's value in a genome; an index gene stores the index of its option."""
 
     CONTINUOUS = 0
     INTEGER = 1
@@ -37,7 +37,7 @@ class GeneKind(IntEnum):
 
 
 class Distribution(IntEnum):
-    """How a gene is drawn in a plain run, or a nuisance value at every attempt."""
+    """Distribution of a gene in a plain run, or of a nuisance value at every attempt."""
 
     UNIFORM = 0
     NORMAL = 1
@@ -54,15 +54,15 @@ class Verdict(IntEnum):
     ABORTED = 3
     ERROR = 4
     CONTROLLER = 5
-    """A controller failed over the scene, each time."""
+    """A controller failed in the scene, each time."""
 
 
 class EndReason(IntEnum):
-    """Why a run stopped being scored."""
+    """Reason for the end of the scored run."""
 
     COLLISION = 0
     OTHER_COLLISION = 1
-    """No run ends so: two others that touch crash, and the run goes on. The number stays reserved."""
+    """Reserved: no run ends so, as a contact between other actors does not end a run."""
     RULE = 2
     TIMEOUT = 3
     ALL_DONE = 4
@@ -73,11 +73,11 @@ class EndReason(IntEnum):
     ABORTED = 7
     """A requirement on the run broke: the run is invalid."""
     BUILDING = 8
-    """The ego ran into a building: a crash, of no pair."""
+    """The ego ran into a building: a collision without a pair."""
 
 
 class Side(IntEnum):
-    """Where another is on an actor's outline, seen by its driver."""
+    """Side of an actor's outline, for its driver."""
 
     FRONT = 0
     LEFT = 1
@@ -86,7 +86,7 @@ class Side(IntEnum):
 
 
 class Fault(IntEnum):
-    """Whose failure a collision is: the ego's, or it was struck (`engine.kernels.fault`)."""
+    """Responsible actor of a collision: the ego, or it was struck (`engine.kernels.fault`)."""
 
     EGO = 0
     STRUCK_FROM_BEHIND = 1
@@ -94,44 +94,44 @@ class Fault(IntEnum):
 
 
 class Blame(IntEnum):
-    """What one drive of the reference driver says of a run (`engine.avoidability.blame`)."""
+    """Verdict of one simulation with the reference driver (`engine.avoidability.blame`)."""
 
     NONE = -1
     """The ego did not collide."""
     AVOIDABLE = 0
     """A collision that the reference driver avoids."""
     UNAVOIDABLE = 1
-    """One that it does not."""
+    """A collision that the reference driver does not avoid."""
     STRUCK = 2
-    """No failure of the ego: it was struck from behind, or while it stood where one may stand."""
+    """No failure of the ego: it was struck from behind, or while it stood where standing is permitted."""
 
 
 class RuleKind(IntEnum):
-    """The effect of a rule that is looked at in every sample."""
+    """Effect of a rule that is evaluated in every sample."""
 
     TERMINATE = 0
     """True ends the run."""
     ABORT = 1
     """True makes the run invalid."""
     WATCH = 2
-    """The value is kept."""
+    """The value is stored."""
 
 
 class Turns(IntEnum):
-    """When a coroutine without an actor has its turns."""
+    """Time of the turns of a coroutine without an actor."""
 
     LATER = 0
-    """After the rules, once it has been started."""
+    """Turns after the rules, once it has been started."""
     FROM_START = 1
-    """After the rules."""
+    """Turns after the rules."""
     BEFORE_RULES = 2
-    """Before them, so that they see what it does; the first coroutine alone."""
+    """Turns before the rules, so that rules see its effects; only for the first coroutine."""
     CALLED = 3
-    """Within the turns of another, once it has been started."""
+    """Turns within those of another coroutine, once it has been started."""
 
     @property
     def words(self) -> str:
-        """For listings, behind a name."""
+        """Return the text for listings, after a name."""
         return {Turns.LATER: "", Turns.CALLED: ", advanced by another"}.get(self, ", from the start")
 
 
@@ -155,31 +155,31 @@ class TemporalOp(IntEnum):
 
 
 class Sense(IntEnum):
-    """What an objective of the file asks of a run."""
+    """Kinds of objectives of a file."""
 
     EXPECT = 0
-    """That a formula holds: the less, the more of a finding."""
+    """A formula should hold: smaller values are worse violations."""
     MAXIMIZE = 1
     MINIMIZE = 2
 
 
 RECORDS, EGOCENTRIC = OBSERVABLE = ("records", "egocentric")
-"""What a controller may observe: what the file records over time, where it does, or what is seen from its own seat."""
+"""Observations of a controller: the file's records over time, or the view from its own actor."""
 
 OBJECTIVES = ("risk", "avoidable", "conflict", "severity", "injury", "controller")
-"""What a search of any file may look for; no objective of a file has such a name."""
+"""Objectives that exist for every file; no objective of a file has such a name."""
 
 
 class Reducer(IntEnum):
-    """What one number is made of when a run is over."""
+    """Reduction of a finished run to one number."""
 
     LARGEST = 0
-    """Of the values of a rule, up to contact or the end."""
+    """Largest value of a rule, up to contact or the end."""
     LEAST = 1
     FINAL = 2
-    """At the last sample before contact, or the end."""
+    """Value at the last sample before contact, or the end."""
     MEAN = 3
-    """Over time."""
+    """Mean over time."""
     TOTAL = 4
     """Its integral over time."""
     RESULT = 5
@@ -187,7 +187,7 @@ class Reducer(IntEnum):
 
 
 class Purpose(IntEnum):
-    """What a random stream is for; part of its key, so that no two purposes ever share numbers."""
+    """Purpose of a random stream; part of its key, so that no two purposes ever share numbers."""
 
     OPERATOR = 0
     SCENE = 1
@@ -195,10 +195,10 @@ class Purpose(IntEnum):
 
 
 class Method(IntEnum):
-    """The method that asked for an evaluation; part of a stream's key. A value never changes: journals depend on it.
+    """Method that requests an evaluation; part of a stream's key. A value never changes: journals depend on it.
 
-    These are numbered here as they always were. A search method that is not among them is numbered by its name
-    (`engine.streams.method_number`), so that a new one needs no value.
+    Search methods outside this list are numbered by their names (`engine.streams.method_number`), so a new method needs
+    no value.
     """
 
     SINGLE = 0
@@ -218,7 +218,8 @@ class Method(IntEnum):
     NICHING = 14
     CUSTOM = 15
     """The low four bits of every method that is numbered by its name; alone, every searcher of another package in
-    journals from before there were such numbers."""
+    journals without such numbers.
+    """
 
 
 class Column(IntEnum):
@@ -235,7 +236,7 @@ class Column(IntEnum):
     WIDTH = 5
     WHEELBASE = 6
     REAR_TO_CENTER = 7
-    """How far ahead of the rear axle the outline's centre lies [m]."""
+    """Distance of the outline's centre ahead of the rear axle [m]."""
     MASS = 8
     MAX_STEER = 9
     MAX_ACCELERATION = 10
@@ -246,17 +247,17 @@ class Column(IntEnum):
     VIEW_ANGLE = 13
     VIEW_DISTANCE = 14
     OCCLUDING = 15
-    """1.0 where the body hides what is behind it, else 0.0."""
+    """1.0 if the body hides actors behind it, else 0.0."""
     FIXED = 16
-    """1.0 where no impact moves the body, else 0.0."""
+    """1.0 if no impact moves the body, else 0.0."""
     TOP_SPEED = 17
     """[m/s]"""
     STEER_RATE = 18
-    """How fast the steering angle may change [rad/s]."""
+    """Largest rate of the steering angle [rad/s]."""
     PEDAL_TIME = 19
-    """From no pedal to a full one [s]; 0: at once."""
+    """Time from no pedal to full pedal [s]; 0: at once."""
     DRAG = 20
-    """Deceleration of who rolls without pedals [m/s^2]."""
+    """Deceleration while rolling without pedals [m/s^2]."""
 
 
 class State(IntEnum):
@@ -272,14 +273,15 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part; `tables.SLIDING` at the end of a step in which it was loose after an impact; 0
-    after it has left the scene."""
+    """1 while the actor is present; `tables.SLIDING` at the end of a step in which it slid after an impact; 0 after it
+    has left the scene.
+    """
 
 
 class Command(IntEnum):
-    """What an action sets. A pedal, and an offset to the left of the path followed, last one step; a steering angle
-    and a gear stay until the next. Where pedals stay, too, `STOP` brakes for one step. `BACK`, of `FOR_ONE_STEP`,
-    puts the reverse gear in for that long.
+    """Command of an action. A pedal, and an offset to the left of the followed path, last one step; a steering angle
+    and a gear stay until the next command. If pedals stay, too, `STOP` brakes for one step. `BACK` with `FOR_ONE_STEP`
+    engages the reverse gear for one step.
     """
 
     THROTTLE = 0
@@ -293,4 +295,4 @@ class Command(IntEnum):
 
 
 FOR_ONE_STEP = 2.0
-"""Of a reverse gear that is in: 1 is one that stays in."""
+"""Value of a reverse gear for one step; 1 is a reverse gear that stays engaged."""

@@ -22,7 +22,7 @@ from hypothesis.database import DirectoryBasedExampleDatabase
 from cortex_dsl.__main__ import NEW_BEFORE_A_LOOK
 from engine.user_cache import ENVIRONMENT_VARIABLE
 from tests.fork_server import COMMAND, ForkServer
-from tests.runs import LEFT_TURN, SEARCH, shared, small_designs
+from tests.runs import LEFT_TURN, SEARCH, STUDY, shared, small_designs
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -55,6 +55,12 @@ def command_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkSer
 def ga_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished search of the example by the genetic algorithm; whoever writes into it takes a copy."""
     return shared(tmp_path_factory, "ga", LEFT_TURN, *SEARCH)
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished study of the example, two runs of each method; whoever writes into it takes a copy."""
+    return shared(tmp_path_factory, "study", "study", LEFT_TURN, *STUDY)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from engine.search.journal import WITHOUT_CHAIN
-from engine.study.seal import seal_of
+from engine.study.seal import seals_of
 
 
 def unchain(path: Path) -> Path:
@@ -21,4 +21,4 @@ def unchain(path: Path) -> Path:
 
 def reseal(connection: sqlite3.Connection) -> None:
     """Let the seal of a study be that of what stands in it now."""
-    connection.execute("UPDATE seal SET value = ?", (seal_of(connection),))
+    connection.execute("UPDATE seal SET value = ?", (seals_of(connection)[-1],))

@@ -14,6 +14,7 @@ from cortex_dsl.cli import main
 
 LEFT_TURN = Path(__file__).parents[1] / "examples" / "left_turn.scn"
 GENERATIONS, POPULATION = 4, 30
+STUDY = ("--runs", 2, "--generations", 3, "--population", 12, "--jobs", 1)
 SEARCH = ("--ga", "--generations", GENERATIONS, "--population", POPULATION, "--seed", 1, "--jobs", 1, "--json")
 
 
@@ -40,7 +41,13 @@ def shared(factory: pytest.TempPathFactory, name: str, *words: object) -> Path:
     folder, made = home / name, home / f"{name}.made"
     with FileLock(home / f"{name}.lock"):
         if not made.exists():
-            with redirect_stdout(StringIO()):
+            with redirect_stdout(StringIO()) as said, pytest.MonkeyPatch.context() as patch:
+                patch.setenv("COLUMNS", "100")
                 assert main([*map(str, words), "--out", str(folder)]) == 0
-            made.touch()
+            made.write_text(said.getvalue(), encoding="utf-8")
     return folder
+
+
+def said_of(folder: Path) -> str:
+    """Return what the command printed that made a shared folder."""
+    return folder.with_name(f"{folder.name}.made").read_text(encoding="utf-8")

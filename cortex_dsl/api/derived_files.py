@@ -1,17 +1,22 @@
-"""Files of a run that follow from its journal: tables, summary, guide and cases.
+"""Files that follow from a journal or from a study: tables, summary, guide and cases.
 
 They are a pure function of the journal, whose last link they carry. So a run whose files were lost, changed, or written
-before an interruption gets the right ones again, and `cortexc verify` can compare them.
+before an interruption gets the right ones again, and `cortexc verify` can compare them. Other files of a folder take
+minutes to compute, or depend on options: a page and the answers of `probability` and `verify --model dynamic`. They
+contain a checksum of themselves and the link of their journal (`engine.checksums`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
+from enum import StrEnum
 from pathlib import Path
 
 from cortex_dsl.api.case_files import Writable, case_files, stale_cases
+from engine.checksums import has_checksum, is_unchanged, journal_of
 from engine.search.campaign import Campaign
 from engine.search.manifest import Manifest
+from engine.search.probability.estimates import KEPT as ESTIMATES
 from engine.search.result_files import result_files
-from engine.search.store import store_errors
+from engine.search.store import StoreError, store_errors
 
 
 def derived_files(scenario: Writable, campaign: Campaign, manifest: Manifest, link: str) -> dict[str, bytes]:
@@ -19,18 +24,81 @@ def derived_files(scenario: Writable, campaign: Campaign, manifest: Manifest, li
     return {**result_files(campaign, manifest, link), **case_files(scenario, campaign, manifest.file, link)}
 
 
-def differing(folder: Path, files: Mapping[str, bytes]) -> list[str]:
-    """Return the names of files that are missing, hold something else, or should not be there.
+PAGE, VERIFICATION = "report.html", "verification.json"
+WITH_CHECKSUM: Mapping[str, str] = {
+    PAGE: "`cortexc report {}` writes the page again",
+    ESTIMATES: "remove the estimates; `cortexc probability {}` estimates again",
+    VERIFICATION: "remove the second opinion; `cortexc verify {} --model dynamic` asks again",
+}
+"""Files that contain a checksum of themselves, and the cure where it is not that of their content."""
+
+
+class Difference(StrEnum):
+    """How a file differs from the one that belongs in its place."""
+
+    CHANGED = "is changed"
+    MISSING = "is missing"
+    SURPLUS = "is no case of this run"
+    FOREIGN = "was made from another journal"
+    OUTDATED = "was made from an earlier state of the journal"
+    UNMARKED = "is not compared: it has no checksum, as files of earlier versions"
+
+
+REMARKS = (Difference.OUTDATED, Difference.UNMARKED)
+"""Differences that are no damage."""
+
+
+def differing(folder: Path, files: Mapping[str, bytes]) -> dict[str, Difference]:
+    """Return the files that are missing, hold something else, or should not be there, by their relative paths.
 
     Raises:
         StoreError: a file cannot be read.
     """
     with store_errors(folder):
-        changed = [name for name, content in files.items() if not _holds(folder / name, content)]
-        return [*changed, *(f"{path.parent.name}/{path.name}" for path in stale_cases(folder, files))]
+        found = {
+            name: Difference.CHANGED if (folder / name).exists() else Difference.MISSING
+            for name, content in files.items()
+            if not _holds(folder / name, content)
+        }
+        surplus = (f"{path.parent.name}/{path.name}" for path in stale_cases(folder, files))
+        return found | dict.fromkeys(surplus, Difference.SURPLUS)
 
 
-def write_derived(folder: Path, files: Mapping[str, bytes]) -> list[str]:
+def checked_checksums(folder: Path, links: Sequence[str]) -> dict[str, Difference | None]:
+    """Return how each file that contains a checksum differs, None for not at all; `links` are those of the journal, of
+    all its states, the last one at the end.
+
+    Raises:
+        StoreError: a file cannot be read.
+    """
+    with store_errors(folder):
+        files = {name: (folder / name).read_bytes() for name in WITH_CHECKSUM if (folder / name).exists()}
+    return {name: _fault(content, links) for name, content in files.items()}
+
+
+def _fault(content: bytes, links: Sequence[str]) -> Difference | None:
+    if not has_checksum(content):
+        return Difference.UNMARKED
+    if not is_unchanged(content):
+        return Difference.CHANGED
+    if (journal := journal_of(content)) in ("", *links[-1:]):
+        return None
+    return Difference.OUTDATED if journal in links else Difference.FOREIGN
+
+
+def refusal(folder: Path, differences: Mapping[str, Difference]) -> StoreError:
+    """Return the error that names every file of a folder that differs, with the commands that write them again."""
+    cures = [cure.format(folder) for name, cure in WITH_CHECKSUM.items() if name in differences]
+    if any(name not in WITH_CHECKSUM for name in differences):
+        surplus = " and removes what is no case of it" if Difference.SURPLUS in differences.values() else ""
+        cures.insert(0, f"`cortexc report {folder}` writes the files of the run again{surplus}")
+    return StoreError(
+        ", ".join(f"`{folder / name}` {difference}" for name, difference in differences.items()),
+        f"{'; '.join(cures)}; keep a copy elsewhere of what was changed on purpose",
+    )
+
+
+def write_derived(folder: Path, files: Mapping[str, bytes]) -> Collection[str]:
     """Write the files that differ, remove stale ones, and return the names of both.
 
     Raises:

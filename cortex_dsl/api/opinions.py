@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from cortex_dsl.api import arguments
+from cortex_dsl.api.derived_files import VERIFICATION
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases, open_run
 from engine.atomic import write_one
+from engine.checksums import has_checksum, is_unchanged, stamp, with_checksum
 from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
@@ -24,8 +26,6 @@ from engine.verification import Answer, Verified
 from engine.verification import verify as verify_scenes
 
 MODELS = ("dynamic",)
-FILE = "verification.json"
-"""In a run's folder: the answers that were given last."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +79,21 @@ def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
     Raises:
         StoreError: it cannot be written.
     """
-    path = run.folder / FILE
+    path = run.folder / VERIFICATION
     with store_errors(path):
-        write_one(path, f"{json_text(content, indent=2)}\n".encode())
+        text = json_text({**stamp(run.record.link), **content}, indent=2)
+        write_one(path, with_checksum(f"{text}\n"))
     return path
 
 
 def kept(run: OpenedRun) -> dict[str, str]:
-    """The answers kept beside the journal, by the keys of their cases; those on another program are passed over."""
+    """Return the answers kept beside the journal, by the keys of their cases; those on another program, and files that
+    were changed, are passed over.
+    """
     try:
-        found = json.loads((run.folder / FILE).read_text(encoding="utf-8"))
-        if found["program"] != run.scenario.program.digest:
+        file = (run.folder / VERIFICATION).read_bytes()
+        found = json.loads(file)
+        if (has_checksum(file) and not is_unchanged(file)) or found["program"] != run.scenario.program.digest:
             return {}
         return {case["key"]: case["answer"] for case in found["cases"]}
     except (OSError, ValueError, KeyError, TypeError):

@@ -4,13 +4,15 @@
 sample of its simulations again.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from cortex_dsl.api import arguments
-from cortex_dsl.api.restoring import compared
+from cortex_dsl.api.derived_files import Difference, refusal
+from cortex_dsl.api.restoring import compared, compared_study
 from cortex_dsl.api.runs import OpenedRun, open_run
 from engine.config import Config
 from engine.display import facts_table
@@ -20,7 +22,8 @@ from engine.search.evaluator import Repeated, repeat, sampled
 from engine.search.journal_reader import damaged
 from engine.search.manifest import changed_versions
 from engine.search.past import recorded_driver
-from engine.search.store import JOURNAL, StoreError
+from engine.search.store import JOURNAL
+from engine.study.database import read_evaluations, read_study
 from engine.tables import Bools
 
 SAMPLE = 200
@@ -91,8 +94,8 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
     done = repeat(scenario.program, config, manifest.profile, manifest.objective, evaluations, rows)
     if not done.sought:
         remarks = (*remarks, "what a function of a Python program says is not asked again")
-    names, changed, left_out = compared(opened)
-    remarks = (*remarks, left_out) if left_out else remarks
+    files, left_out = compared(opened)
+    differences = _differences(files)
     differ = tuple(_name(evaluations, *row) for row in done.rows[~done.same].tolist())
     proof = Proof(
         proved=opened.record.proved,
@@ -100,10 +103,10 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
         simulations=int(evaluations.simulated.sum()) * evaluations.rollouts.verdict.shape[1],
         again=len(done.rows),
         differ=differ,
-        files=len(names),
-        changed=tuple(changed),
+        files=len(files),
+        changed=tuple(differences),
         reasons=_reasons(opened),
-        remarks=remarks,
+        remarks=(*remarks, *left_out),
     )
     if proof.differ and not proof.reasons and _is_of_driver(opened, config, done):
         driver = opened.record.manifest.driver
@@ -114,11 +117,40 @@ def prove(run: OpenedRun | str | Path, sample: int = SAMPLE, *, jobs: int | None
             opened.folder / JOURNAL, f"the simulation of {proof.first} gives another result when it is repeated"
         )
     if proof.changed and not proof.reasons:
-        raise StoreError(
-            f"{' and '.join(f'`{opened.folder / name}`' for name in proof.changed)}: not what follows from the journal",
-            f"`cortexc report {opened.folder}` writes it again; if you changed it on purpose, keep a copy elsewhere",
-        )
+        raise refusal(opened.folder, differences)
     return proof
+
+
+@dataclass(frozen=True)
+class StudyProof:
+    """What is known of a study that can be read."""
+
+    proved: bool
+    """Whether its seal holds; a study from before there were seals has none."""
+    runs: int
+    evaluations: int
+    files: int
+    """Files beside the study that were compared with it."""
+    remarks: tuple[str, ...]
+    """What was left out."""
+
+
+def prove_study(folder: Path) -> StudyProof:
+    """Check the seal of a study, the digest of each run's evaluations, and the files beside it.
+
+    Raises:
+        StoreError: there is no readable study, it is damaged, or a file beside it does not follow from it.
+    """
+    study = read_study(folder)
+    evaluations = sum(len(read_evaluations(study, record.address)) for record in study.records)
+    files, left_out = compared_study(study)
+    if differences := _differences(files):
+        raise refusal(folder, differences)
+    return StudyProof(study.proved, len(study.records), evaluations, len(files), tuple(left_out))
+
+
+def _differences(files: Mapping[str, Difference | None]) -> dict[str, Difference]:
+    return {name: difference for name, difference in files.items() if difference is not None}
 
 
 def _is_of_driver(run: OpenedRun, config: Config, done: Repeated) -> bool:

@@ -1,13 +1,18 @@
-"""The files beside the journal of a run that is opened: compared with it, and written again (`derived_files`)."""
+"""Files beside the journal of a run, or beside a study: compared with it, and written again (`derived_files`)."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from pathlib import Path
 
-from cortex_dsl.api.derived_files import derived_files, differing, write_derived
+from cortex_dsl.api.derived_files import REMARKS, Difference, checked_checksums, derived_files, differing, write_derived
 from cortex_dsl.api.runs import OpenedRun
 from engine.search.campaign import FINISHED, INTERRUPTED, STOPPED, Campaign
 from engine.search.journal import Journal
 from engine.search.run import summarize
 from engine.search.store import JOURNAL, hold
+from engine.study.database import Study, read_study
+from engine.study.study_files import study_files
+from engine.study.verdict import Findings, findings
 
 SUMMARY = "summary.json"
 
@@ -35,21 +40,55 @@ def campaign_of_journal(run: OpenedRun, status: str) -> Campaign:
     return replace(campaign, objective=manifest.objective, elapsed=record.seconds)
 
 
-def compared(run: OpenedRun) -> tuple[list[str], list[str], str]:
-    """Compare the files of a run with those that follow from its journal: return the names that were compared, those of
-    them that differ, and why some could not be compared, if so.
+def compared(run: OpenedRun) -> tuple[dict[str, Difference | None], list[str]]:
+    """Compare the files of a run with those that follow from its journal: return how each differs, None for not at all,
+    and remarks on those that could not be compared.
 
     Raises:
         StoreError: a file cannot be read.
     """
+    found, remarks = _checked(run.folder, run.record.links)
     if not _is_written(run):
         why = "the run is not finished" if run.record.proved else "an earlier version wrote them"
-        return [], [], f"the files beside the journal are not compared: {why}"
+        return found, [*remarks, f"the files that are derived from the journal are not compared: {why}"]
     files, remark = _files_of(run, campaign_of_journal(run, run.record.status))
-    return list(files), differing(run.folder, files), remark
+    derived = dict.fromkeys(files) | differing(run.folder, files)
+    return found | derived, [*remarks, remark] if remark else remarks
 
 
-def restore(run: OpenedRun) -> list[str]:
+def _checked(folder: Path, links: Sequence[str]) -> tuple[dict[str, Difference | None], list[str]]:
+    """Return how each file with a checksum differs, and remarks on those that are not damaged for all that."""
+    found = checked_checksums(folder, links)
+    named = [name for name, difference in found.items() if difference in REMARKS]
+    return found, [f"`{name}` {found.pop(name)}" for name in named]
+
+
+def compared_study(study: Study) -> tuple[dict[str, Difference | None], list[str]]:
+    """Compare the files of a study with those that follow from it, as `compared` does for a run.
+
+    Raises:
+        StoreError: a file cannot be read.
+    """
+    found, remarks = _checked(study.folder, study.seals)
+    if not study.proved:
+        return found, [*remarks, "the tables of the study are not compared: an earlier version wrote them"]
+    files = study_files(study, findings(study.plan, study.records))
+    return found | dict.fromkeys(files) | differing(study.folder, files), remarks
+
+
+def restore_study(folder: Path) -> tuple[Study, Findings, Collection[str]]:
+    """Write the tables of a study where they are not those that follow from it; return the study, its findings, and the
+    names of the files that were written.
+
+    Raises:
+        StoreError: the study cannot be read, or a file cannot be written.
+    """
+    study = read_study(folder)
+    found = findings(study.plan, study.records)
+    return study, found, write_derived(folder, study_files(study, found))
+
+
+def restore(run: OpenedRun) -> Collection[str]:
     """Write the files of a run again where they are not those that follow from its journal; return their names. A run
     whose analysis was interrupted is analysed now.
 

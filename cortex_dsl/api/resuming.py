@@ -30,7 +30,6 @@ from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Sought
-from engine.search.searchers import find_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 from engine.search.workers import Workers
 
@@ -142,10 +141,4 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
         return manifest
     if generations < done:
         raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
-    if find_searcher(manifest.method).paced:
-        planned = settings["search"]["generations"]
-        raise StoreError(
-            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
-            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
-        )
     return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})

@@ -25,7 +25,7 @@ from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
-from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
+from engine.search.manifest import DIGEST, Link, Manifest, Origin, Text, changed_versions, make_manifest
 from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT, Sought
@@ -121,7 +121,7 @@ def search_and_keep(
         profile,
         seen_from(folder, source.name),
         [without_folders(word) for word in command_line],
-        origin_of(scenario, folder),
+        origin_of(scenario).seen_from(folder),
         objective,
         _is_reproducible(scenario),
     )
@@ -288,23 +288,12 @@ class KeptFiles:
         return []
 
 
-def origin_of(scenario: Searchable, folder: Path = Path()) -> Origin:
-    """What a manifest keeps of a scenario beside its main text; files are named as seen from the run's folder."""
+def origin_of(scenario: Searchable) -> Origin:
+    """Return what a manifest keeps of a scenario beside its main text."""
     compiled = scenario.compiled
-    imports = tuple(Text(seen_from(folder, file.name), file.text) for file in compiled.source.imported)
-    links = tuple(
-        Link(
-            seen_from(folder, link.importer),
-            link.path,
-            link.name if link.path == DIGEST else seen_from(folder, link.name),
-        )
-        for link in (*_links(compiled), *_map_links(compiled))
-    )
+    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
+    links = (*_links(compiled), *_map_links(compiled))
     return Origin(imports, links, dict(scenario.overrides), scenario.chosen)
-
-
-DIGEST = "digest"
-"""In the place of an import: what the file of a map held."""
 
 
 def _map_links(compiled: Compiled) -> Iterator[Link]:

@@ -160,16 +160,20 @@ class Scenario:
     def attempts(self, seed: int | None = None) -> "Iterator[Scenes]":
         """Yield scenes, each of a genome of its own; the last one is the scene of the seed, if it is valid.
 
-        Without a seed: of the stream that a concrete file names, or else of seed 0.
+        One scene only where it is proved that no scene is valid. Without a seed: of the stream that a concrete file
+        names, or else of seed 0.
         """
+        from engine.feasibility import explain
         from engine.sampling import draw_genomes
         from engine.streams import single_keys
 
         seed = None if seed is None else arguments.whole("seed", seed, 0)
-        for key in single_keys(self.program, seed):
+        for number, key in enumerate(single_keys(self.program, seed)):
             scenes = self._drawn(draw_genomes(self.program.space, key), key)
             yield scenes
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
+                return
+            if number == 0 and explain(self.program).infeasible:
                 return
 
     def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":

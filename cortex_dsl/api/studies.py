@@ -11,11 +11,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
+from os.path import commonpath, relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.loading import load
+from cortex_dsl.api.restoring import restore_study
 from cortex_dsl.api.run_folder import origin_of
 from cortex_dsl.api.scenario import Scenario
 from engine.display import facts_table
@@ -28,7 +30,6 @@ from engine.study.database import Study, StudyStore, read_study
 from engine.study.execution import perform_all
 from engine.study.plan import RUNS, Plan, Subject, check, with_own_seeds
 from engine.study.run_records import Finished, RunRecord
-from engine.study.study_files import write_study
 from engine.study.verdict import Findings, findings
 
 if TYPE_CHECKING:
@@ -191,9 +192,10 @@ def insist_on_same_engine(study: Study) -> None:
 
 
 def short_names(files: Sequence[Path]) -> list[str]:
-    """Return a unique name for each file: its stem, or the whole path where two stems are equal."""
+    """Return a unique name for each file: its stem, or its path from the folder of all where two stems are equal."""
     stems = [file.stem for file in files]
-    return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
+    home = commonpath([file.absolute().parent for file in files]) if files else ""
+    return [stem if stems.count(stem) == 1 else relpath(file, home) for file, stem in zip(files, stems, strict=True)]
 
 
 # -- from what was asked to a plan ------------------------------------------------------------------------------------
@@ -250,7 +252,5 @@ def _both(first: "OnRun", second: "OnRun | None") -> Callable[[Finished], None]:
 
 def _tabulated(folder: Path) -> Studied:
     """Return the study of a folder, after writing its tables there."""
-    found = read_study(folder)
-    done = Studied(found.plan, found.records, folder)
-    write_study(found, done.findings)
-    return done
+    found, _, _ = restore_study(folder)
+    return Studied(found.plan, found.records, folder)

@@ -4,13 +4,25 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import checked_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run, driver_options, flag_of
+from cortex_dsl.cli.search_output import checked_run, opened_run, usage_errors
+from cortex_dsl.console.command import (
+    DRIVER,
+    EGO,
+    EXAMPLE_RUN,
+    JOBS,
+    PARAM,
+    RUN,
+    SCENARIO,
+    SEED,
+    Command,
+    Condition,
+    Option,
+)
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
-from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
+from cortex_dsl.console.request import CompileRequest, RunRequest, filled, whole_number
 from cortex_dsl.console.simulating import open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.findings.analysis_report import analysis_content
@@ -21,7 +33,7 @@ from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PA
 
 
 def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
-    run = checked_run(options.run, terminal, options.ego)
+    run = checked_run(options.run, terminal, options.ego, json=options.json)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     analysis = _analysis(run, options)
     program = run.scenario.program
@@ -39,19 +51,6 @@ def _analysis(run: OpenedRun, options: argparse.Namespace) -> Analysis:
     return analyse(run.scenario.program, run.record.evaluations, config, profile, options.budget)
 
 
-def _analyse_options(parser: Parser) -> None:
-    add_run(parser)
-    parser.add_argument(
-        "--budget",
-        metavar="N",
-        type=whole_number(0, 10**8),
-        default=BUDGET,
-        help=f"simulations to find which params matter; 0: none ({BUDGET:,})",
-    )
-    add_jobs(parser)
-    add_ego(parser, batch=False)
-
-
 ANALYSE = Command(
     name="analyse",
     usage="RUN [--budget N] [--jobs N] [--json]",
@@ -59,9 +58,19 @@ ANALYSE = Command(
 Show the kinds of failures (those that a competent driver would have avoided
 come first), where they lie in the space of params, which params matter, and
 why collisions are avoidable or not.""",
-    options=_analyse_options,
+    options=(
+        replace(RUN, missing=("no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`")),
+        Option(
+            "--budget",
+            "simulations to find which params matter; 0: none",
+            "N",
+            whole_number(0, 10**8),
+            default=BUDGET,
+        ),
+        JOBS,
+        EGO,
+    ),
     function=_analyse,
-    needs=("run", "no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`"),
 )
 
 
@@ -98,13 +107,10 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
         raise UsageError("--condition joint needs --method mc", "leave --method out")
     if options.file.is_dir():
         return _of_run(options, terminal)
-    request = CompileRequest(
-        options.file, overrides=dict(options.param or ()), scenario=options.scenario, json=options.json
-    )
+    request, run = filled(CompileRequest, options), filled(RunRequest, options)
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    run = RunRequest(seed=options.seed, jobs=options.jobs, **driver_options(options))
     scenario = open_scenario(request, run, compiled)
     compile_kernels(terminal, SEARCH, scenario.program, scenario.config)
     seed = options.seed or 0
@@ -123,11 +129,8 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
     """The same for the scenario that a run searched, kept beside its journal."""
-    for name in ("param", "scenario", "ego_batch", "ego_observes"):
-        if getattr(options, name) is not None:
-            raise UsageError(f"{flag_of(name)} has no effect on a run: it was searched as it was", "leave it out")
+    run = opened_run(options.file, terminal, options.ego, json=options.json)
     with usage_errors():
-        run = open_run(options.file, options.ego)
         compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
@@ -148,27 +151,7 @@ def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, t
     return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid + found.lost else Exit.FINE
 
 
-def _probability_options(parser: Parser) -> None:
-    parser.add_argument("file", metavar="FILE|RUN", nargs="?", type=Path, help="a scenario, or a run directory")
-    parser.add_argument("--method", choices=METHODS, metavar="NAME", default="mc", help="mc, subset or importance (mc)")
-    parser.add_argument(
-        "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
-    )
-    parser.add_argument(
-        "--of", metavar="NAME", help="estimate how likely this `expect` of the file fails (a collision)"
-    )
-    parser.add_argument(
-        "--samples",
-        metavar="N",
-        type=whole_number(1, 10**8),
-        default=SAMPLES,
-        help=f"simulations; with subset: for each level ({SAMPLES:,})",
-    )
-    parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="fix a param")
-    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
-    parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="seed of all random numbers (0)")
-    add_jobs(parser)
-    add_ego(parser)
+OF_RUN = Condition("a run, which keeps the settings of its search", lambda options: options.file.is_dir())
 
 
 PROBABILITY = Command(
@@ -176,8 +159,32 @@ PROBABILITY = Command(
     usage="FILE|RUN [--of NAME] [--method NAME] [options]",
     description="Estimate the probability of a collision, given a valid scene. Params are drawn\n"
     "from the distributions of the file.",
-    options=_probability_options,
+    options=(
+        Option(
+            "file",
+            "a scenario, or a run directory",
+            "FILE|RUN",
+            Path,
+            nargs="?",
+            missing=("no file given", "try `cortexc probability examples/left_turn.scn`"),
+        ),
+        Option("--method", "mc, subset or importance", "NAME", choices=METHODS, default="mc"),
+        Option("--condition", "params or joint, see below", "NAME", choices=CONDITIONS, default=PARAMS),
+        Option("--of", "estimate how likely this `expect` of the file fails (a collision)", "NAME"),
+        Option(
+            "--samples",
+            "simulations; with subset: for each level",
+            "N",
+            whole_number(1, 10**8),
+            default=SAMPLES,
+        ),
+        replace(PARAM, excludes=(OF_RUN,)),
+        replace(SCENARIO, excludes=(OF_RUN,)),
+        SEED,
+        JOBS,
+        EGO,
+        *(replace(row, excludes=(OF_RUN,)) for row in DRIVER[1:]),
+    ),
     function=_probability,
     epilog=PROBABILITY_EPILOG,
-    needs=("file", "no file given", "try `cortexc probability examples/left_turn.scn`"),
 )

@@ -1,107 +1,257 @@
-"""The table of commands, and the command lines that people guess who know other tools.
+"""The table of commands, and the command lines that users of other tools guess.
 
-A *mode* is what `cortexc FILE` does under a flag: a function that takes parts of the request and the terminal.
-A *subcommand* is the first word (`cortexc NAME ...`): a `Command` of `cortex_dsl.console.command`.
-A new one is a function or a `Command`, and a row here; nothing is imported before it is asked for.
+A *mode* is the effect of a flag of `cortexc FILE`: a function of a request and the terminal. A *subcommand* is a first
+word (`cortexc NAME ...`): a function that returns a `Command`. Each row is a function that imports what it needs when
+it is called, so that a command loads its own modules only.
 """
 
 import os
 import shlex
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
 from types import MappingProxyType
-from typing import Any
 
-from cortex_dsl.console.command import run_command
+from cortex_dsl.cli.file_options import DESCRIPTION, EXAMPLES, OPTIONS, to_request
+from cortex_dsl.console.command import Command, TwoColumns, run_command
 from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.spelling import nearest
 from engine.frozen import frozen
 
-
-@frozen
-class ModeRow:
-    """What `cortexc FILE` does under a flag."""
-
-    function: str
-    """As `module:name`."""
-    reads: tuple[str, ...]
-    """The parts of the request that it takes."""
+# -- modes of `cortexc FILE` -------------------------------------------------------------------------------------------
 
 
-@frozen
-class Subcommand:
-    """A first word that `cortexc` knows, with one line for `--help`."""
+def _run(request: Request, terminal: Terminal) -> int:
+    from cortex_dsl.cli.draw_modes import run_once
 
-    command: str
-    """As `module:NAME`."""
-    summary: str
-    arguments: str = ""
-    """As shown there, behind the name."""
+    return run_once(request.compile, request.run, terminal)
 
 
-MODES: dict[Mode, ModeRow] = {
-    Mode.RUN: ModeRow("cortex_dsl.cli.draw_modes:run_once", ("compile", "run")),
-    Mode.SEARCH: ModeRow("cortex_dsl.cli.search:search", ("compile", "run", "search")),
-    Mode.SAMPLE: ModeRow("cortex_dsl.cli.draw_modes:sample_scenes", ("compile", "run", "samples")),
-    Mode.CHECK: ModeRow("cortex_dsl.cli.compile_modes:check", ("compile",)),
-    Mode.EMIT: ModeRow("cortex_dsl.cli.compile_modes:emit", ("compile", "stage")),
-}
+def _search(request: Request, terminal: Terminal) -> int:
+    from cortex_dsl.cli.search import search
 
-SUBCOMMANDS: dict[str, Subcommand] = {
-    "new": Subcommand("cortex_dsl.cli.examples:NEW", "a small scenario to begin with", "FILE"),
-    "examples": Subcommand("cortex_dsl.cli.examples:EXAMPLES", "the scenarios that come with cortexc", "[NAME]"),
-    "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, checked as you type", "[FILE]"),
-    "explain": Subcommand(
-        "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"
-    ),
-    "study": Subcommand("cortex_dsl.cli.study:STUDY", "many runs of several methods, compared run by run", "[FILES]"),
-    "resume": Subcommand("cortex_dsl.cli.search:RESUME", "continue a search that was stopped or killed", "RUN"),
-    "report": Subcommand("cortex_dsl.cli.report:REPORT", "write an HTML page of a run or a study, with replays", "RUN"),
-    "analyse": Subcommand(
-        "cortex_dsl.cli.analyse:ANALYSE", "kinds of failures, params that matter, avoidability", "RUN"
-    ),
-    "probability": Subcommand(
-        "cortex_dsl.cli.analyse:PROBABILITY", "probability of a collision, with confidence interval", "FILE"
-    ),
-    "verify": Subcommand("cortex_dsl.cli.verify:VERIFY", "check the journal; repeat worst cases with tyre slip", "RUN"),
-    "replay": Subcommand(
-        "cortex_dsl.cli.replay:REPLAY", "play a case again: in the terminal, as page or film", "RUN|FILE"
-    ),
-    "export": Subcommand(
-        "cortex_dsl.cli.export:EXPORT", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"
-    ),
-    "measure": Subcommand(
-        "cortex_dsl.cli.measure:MEASURE", "metrics and risk of a recorded case, from any driver", "FILE"
-    ),
-    "import": Subcommand(
-        "cortex_dsl.cli.measure:IMPORT", "read an OpenSCENARIO case and compute its risk", "FILE.xosc"
-    ),
-    "paper-check": Subcommand("cortex_dsl.cli.study:PAPER_CHECK", "recompute the figures of the CORTEX-AVD paper"),
-    "fmt": Subcommand("cortex_dsl.cli.fmt:FMT", "put files into the standard layout (--check, --diff)", "FILES"),
-    "lsp": Subcommand("cortex_dsl.cli.lsp:LSP", "the language server, which editors start"),
+    return search(request.compile, request.run, request.search, terminal)
+
+
+def _sample(request: Request, terminal: Terminal) -> int:
+    from cortex_dsl.cli.draw_modes import sample_scenes
+
+    return sample_scenes(request.compile, request.run, request.samples, terminal)
+
+
+def _check(request: Request, terminal: Terminal) -> int:
+    from cortex_dsl.cli.compile_modes import check
+
+    return check(request.compile, terminal)
+
+
+def _emit(request: Request, terminal: Terminal) -> int:
+    from cortex_dsl.cli.compile_modes import emit
+
+    return emit(request.compile, request.stage, terminal)
+
+
+MODES: Mapping[Mode, Callable[[Request, Terminal], int]] = {
+    Mode.RUN: _run,
+    Mode.SEARCH: _search,
+    Mode.SAMPLE: _sample,
+    Mode.CHECK: _check,
+    Mode.EMIT: _emit,
 }
 
 
 def execute(request: Request, terminal: Terminal) -> int:
-    """Run what `cortexc FILE` was asked for."""
+    """Run the mode of a request and return the exit code."""
     if request.compile.freeze is not None:
-        request = replace(request, compile=_found("cortex_dsl.console.compiling:freeze_params")(request.compile))
-    mode = MODES[request.mode]
-    function: Callable[..., int] = _found(mode.function)
-    return function(*(getattr(request, part) for part in mode.reads), terminal)
+        from cortex_dsl.console.compiling import freeze_params
+
+        request = replace(request, compile=freeze_params(request.compile))
+    return MODES[request.mode](request, terminal)
 
 
-def execute_subcommand(name: str, words: Sequence[str], terminal: Terminal) -> int:
-    """Run `cortexc NAME WORDS...`."""
-    return run_command(_found(SUBCOMMANDS[name].command), words, terminal)
+# -- subcommands -------------------------------------------------------------------------------------------------------
 
 
-def _found(place: str) -> Any:
-    """What stands at `module:name`, imported when it is asked for."""
-    module, _, name = place.partition(":")
-    return getattr(import_module(module), name)
+@frozen
+class Subcommand:
+    """A first word of a command line, with its line in `cortexc --help`."""
+
+    load: Callable[[], Command]
+    """Function that imports the command."""
+    summary: str
+    arguments: str = ""
+    """Arguments in that line."""
+
+
+SUBCOMMANDS: dict[str, Subcommand] = {}
+
+
+def _subcommand(
+    name: str, summary: str, arguments: str = ""
+) -> Callable[[Callable[[], Command]], Callable[[], Command]]:
+    """Add a row to the table."""
+
+    def add(load: Callable[[], Command]) -> Callable[[], Command]:
+        SUBCOMMANDS[name] = Subcommand(load, summary, arguments)
+        return load
+
+    return add
+
+
+@_subcommand("new", "a small scenario to begin with", "FILE")
+def _new() -> Command:
+    from cortex_dsl.cli.examples import NEW
+
+    return NEW
+
+
+@_subcommand("examples", "the scenarios that come with cortexc", "[NAME]")
+def _examples() -> Command:
+    from cortex_dsl.cli.examples import EXAMPLES
+
+    return EXAMPLES
+
+
+@_subcommand("repl", "write a scenario interactively, checked as you type", "[FILE]")
+def _repl() -> Command:
+    from cortex_dsl.repl import REPL
+
+    return REPL
+
+
+@_subcommand("explain", "what a code such as SCN203 means, with an example", "[CODE]")
+def _explain() -> Command:
+    from cortex_dsl.console.code_pages import EXPLAIN
+
+    return EXPLAIN
+
+
+@_subcommand("study", "many runs of several methods, compared run by run", "[FILES]")
+def _study() -> Command:
+    from cortex_dsl.cli.study import STUDY
+
+    return STUDY
+
+
+@_subcommand("resume", "continue a search that was stopped or killed", "RUN")
+def _resume() -> Command:
+    from cortex_dsl.cli.search import RESUME
+
+    return RESUME
+
+
+@_subcommand("report", "write an HTML page of a run or a study, with replays", "RUN")
+def _report() -> Command:
+    from cortex_dsl.cli.report import REPORT
+
+    return REPORT
+
+
+@_subcommand("analyse", "kinds of failures, params that matter, avoidability", "RUN")
+def _analyse() -> Command:
+    from cortex_dsl.cli.analyse import ANALYSE
+
+    return ANALYSE
+
+
+@_subcommand("probability", "probability of a collision, with confidence interval", "FILE")
+def _probability() -> Command:
+    from cortex_dsl.cli.analyse import PROBABILITY
+
+    return PROBABILITY
+
+
+@_subcommand("verify", "check the journal; repeat worst cases with tyre slip", "RUN")
+def _verify() -> Command:
+    from cortex_dsl.cli.verify import VERIFY
+
+    return VERIFY
+
+
+@_subcommand("replay", "play a case again: in the terminal, as page or film", "RUN|FILE")
+def _replay() -> Command:
+    from cortex_dsl.cli.replay import REPLAY
+
+    return REPLAY
+
+
+@_subcommand("export", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE")
+def _export() -> Command:
+    from cortex_dsl.cli.export import EXPORT
+
+    return EXPORT
+
+
+@_subcommand("measure", "metrics and risk of a recorded case, from any driver", "FILE")
+def _measure() -> Command:
+    from cortex_dsl.cli.measure import MEASURE
+
+    return MEASURE
+
+
+@_subcommand("import", "read an OpenSCENARIO case and compute its risk", "FILE.xosc")
+def _import() -> Command:
+    from cortex_dsl.cli.measure import IMPORT
+
+    return IMPORT
+
+
+@_subcommand("paper-check", "recompute the figures of the CORTEX-AVD paper")
+def _paper_check() -> Command:
+    from cortex_dsl.cli.study import PAPER_CHECK
+
+    return PAPER_CHECK
+
+
+@_subcommand("fmt", "put files into the standard layout (--check, --diff)", "FILES")
+def _fmt() -> Command:
+    from cortex_dsl.cli.fmt import FMT
+
+    return FMT
+
+
+@_subcommand("lsp", "the language server, which editors start")
+def _lsp() -> Command:
+    from cortex_dsl.cli.lsp import LSP
+
+    return LSP
+
+
+# -- `cortexc FILE` ----------------------------------------------------------------------------------------------------
+
+
+def _listing() -> str:
+    """Return one line per subcommand."""
+    calls = {name: f"{name} {command.arguments}".rstrip() for name, command in SUBCOMMANDS.items()}
+    return "".join(f"\n  cortexc {calls[name]:<16} {SUBCOMMANDS[name].summary}" for name in calls)
+
+
+def _perform(options: Namespace, terminal: Terminal) -> int:
+    return execute(to_request(options), terminal)
+
+
+FILE = Command(
+    name="",
+    usage="FILE [--ga] [--random] [--method NAME] [options]\nFILE [--sample N | --check | --emit STAGE] [options]",
+    description=DESCRIPTION + _listing(),
+    options=OPTIONS,
+    function=_perform,
+    epilog=EXAMPLES,
+    layout=TwoColumns,
+)
+
+
+def run_words(words: Sequence[str], terminal: Terminal) -> int:
+    """Run the command line `cortexc WORDS...` and return its exit code.
+
+    Raises:
+        UsageError: the words are not as the command needs them.
+    """
+    if words and words[0] in SUBCOMMANDS:
+        return run_command(SUBCOMMANDS[words[0]].load(), words[1:], terminal)
+    refuse_guesses(words, SUBCOMMANDS)
+    return run_command(FILE, words, terminal)
 
 
 # -- command lines as people guess them who know other tools: `cortexc check FILE`, `cortexc --explain CODE` -----------

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.file_options import build_parser, to_request
+from cortex_dsl.cli.file_options import OPTIONS, to_request
+from cortex_dsl.console.command import Parser, add_rows, settle
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.kernels import RUN, SAMPLE, compile_kernels
 from cortex_dsl.console.request import CompileRequest, RunRequest
@@ -55,7 +56,7 @@ def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
     """Say that many actors take long, before it seems to hang."""
     if (count := len(scenario.program.actors)) > CROWD:
         what = f"{count:,} actors: each is held against every other, which takes minutes; Ctrl-C ends it"
-        terminal.err.print(what, style="quiet", soft_wrap=True)
+        terminal.note(what)
 
 
 # -- the scene of a file for other commands, which show it otherwise: drawn as `cortexc FILE` draws it -----------------
@@ -76,7 +77,8 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
     Raises:
         UsageError: no scene meets the requirements.
     """
-    request = to_request(build_parser().parse_args(words), words)
+    parser = add_rows(Parser(prog="cortexc", allow_abbrev=False, add_help=False), OPTIONS)
+    request = to_request(settle(OPTIONS, parser.parse_args(words)))
     compiled = compile_request(request.compile, terminal)
     if isinstance(compiled, Exit):
         return compiled

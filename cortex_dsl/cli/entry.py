@@ -9,7 +9,6 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.installation import HOME, check_engine
@@ -72,26 +71,9 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     if strange := next(filter(_is_no_text, arguments), None):
         raise UsageError(f"`{strange}` is not UTF-8", "give the file a name of letters that are")
     check_engine()
-    from cortex_dsl.cli import command_table
-    from cortex_dsl.cli.file_options import build_parser, to_request
+    from cortex_dsl.cli.command_table import run_words
 
-    if arguments and arguments[0] in command_table.SUBCOMMANDS:
-        return command_table.execute_subcommand(arguments[0], arguments[1:], terminal)
-    command_table.refuse_guesses(arguments, command_table.SUBCOMMANDS)
-    parser = build_parser()
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help(), coloured=True)
-        return Exit.FINE
-    if options.version:
-        from cortex_dsl.version import VERSION
-
-        terminal.write(f"cortexc {VERSION}")
-        return Exit.FINE
-    if options.method == "list":
-        terminal.write(import_module("cortex_dsl.cli.search").method_list())
-        return Exit.FINE
-    return command_table.execute(to_request(options, arguments), terminal)
+    return run_words(arguments, terminal)
 
 
 def _is_no_text(word: str) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 from shlex import join
 from textwrap import wrap
 
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_bytes
 from cortex_dsl.plain_text import as_argument
@@ -134,15 +134,6 @@ def _new(options: argparse.Namespace, terminal: Terminal) -> Exit:
 # -- the commands -----------------------------------------------------------------------------------------------------
 
 
-def _examples_options(parser: Parser) -> None:
-    parser.add_argument("example", metavar="NAME", nargs="?", help="the example to print, such as left_turn")
-    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write all of them, or this one, into a folder")
-
-
-def _new_options(parser: Parser) -> None:
-    parser.add_argument("file", metavar="FILE", nargs="?", type=_file, help="its name; it gets the suffix .scn")
-
-
 def _file(text: str) -> Path:
     path = Path(text)
     if not path.name:
@@ -154,7 +145,10 @@ EXAMPLES = Command(
     name="examples",
     usage="[NAME] [--copy FOLDER] [--json]",
     description="The scenarios that come with cortexc: a line for each, or the text of one.",
-    options=_examples_options,
+    options=(
+        Option("example", "the example to print, such as left_turn", "NAME", nargs="?"),
+        Option("--copy", "write all of them, or this one, into a folder", "FOLDER", Path),
+    ),
     function=_show,
     epilog="""\
 examples:
@@ -165,8 +159,16 @@ NEW = Command(
     name="new",
     usage="FILE",
     description="Write a small scenario to begin with. An existing file is never overwritten.",
-    options=_new_options,
+    options=(
+        Option(
+            "file",
+            "its name; it gets the suffix .scn",
+            "FILE",
+            _file,
+            nargs="?",
+            missing=("no file given", "try `cortexc new first.scn`"),
+        ),
+    ),
     function=_new,
-    needs=("file", "no file given", "try `cortexc new first.scn`"),
     json=False,
 )

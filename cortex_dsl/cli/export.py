@@ -8,8 +8,18 @@ from shlex import join, split
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.console.cases import known_formats, write_cases
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, driver_words, refuse_driver, with_example
-from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
+from cortex_dsl.console.command import (
+    DRIVER,
+    EXAMPLE_RUN,
+    PARAM,
+    SCENARIO,
+    SEED,
+    Command,
+    Condition,
+    Option,
+    driver_words,
+)
+from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
 
@@ -26,26 +36,34 @@ OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
 PLAYERS = ("carla",)
 AFTER_CONTACT = ("through", "stop", "physics")
+LIST = "list"
 
 
 def _export(options: argparse.Namespace, terminal: Terminal) -> int:
-    if options.to == "list":
-        if options.json:
-            terminal.document("formats", {"formats": _formats_content()})
-        else:
-            terminal.write(format_list())
-        return Exit.FINE
-    formats = _formats(options)
-    if options.what is None:
+    if options.to is None and options.player is None:
+        raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
+    formats = options.to or ("xosc",)
+    if options.what.suffix.lower() in RECORDINGS:
         raise UsageError(
-            "export what? name a run or a scenario", with_example(f"cortexc export {EXAMPLE_RUN} --to xosc")
+            f"`{options.what}` is a recording already", f"`cortexc measure {options.what}` shows its metrics and risk"
         )
-    is_file = _is_file(options.what)
-    cases = _of_file(options, terminal) if is_file else _of_run(options)
+    is_file = _is_scenario(options.what)
+    cases = _of_file(options, terminal) if is_file else _of_run(options, terminal)
     if isinstance(cases, int):
         return cases
     folder = options.out or (Path(FOLDER) if is_file else _home(options.what) / FOLDER)
     return _write(cases, formats, folder, options, terminal)
+
+
+def _answer(options: argparse.Namespace) -> str:
+    """Return the list of formats for `--to list`, or its document."""
+    if options.to != (LIST,):
+        return ""
+    if not options.json:
+        return format_list()
+    from cortex_dsl.report.documents import document
+
+    return document("formats", {"formats": _formats_content(), "diagnostics": [], "notes": []})
 
 
 def format_list() -> str:
@@ -69,21 +87,13 @@ def _formats_content() -> list[dict[str, Any]]:
     ]
 
 
-def _formats(options: argparse.Namespace) -> tuple[str, ...]:
-    """Each format once, in the order of the list."""
-    if options.to is None and options.player is None:
-        raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
-    names = known_formats((options.to or "xosc").split(","), "--to: ")
-    for flag, value in (("--osc", options.osc), ("--mode", options.mode), ("--for", options.player)):
-        if value is not None and "xosc" not in names:
-            raise UsageError(f"{flag} has no effect without the format xosc", f"leave {flag} out, or add xosc to --to")
-    return names
+def _formats(text: str) -> tuple[str, ...]:
+    """Return each format once, in the order of the list; the word `list` stays as it is."""
+    return (text,) if text == LIST else known_formats(text.split(","), "--to: ")
 
 
-def _is_file(path: Path) -> bool:
-    """Whether a scenario is named, and not a run."""
-    if path.suffix.lower() in RECORDINGS:
-        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` shows its metrics and risk")
+def _is_scenario(path: Path) -> bool:
+    """Return True for the file of a scenario, False for a run or a recording."""
     return path.suffix == ".scn" and not path.is_dir()
 
 
@@ -95,21 +105,16 @@ def _home(path: Path) -> Path:
 # -- the cases --------------------------------------------------------------------------------------------------------
 
 
-def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import first_cases
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
-    for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
-        if value is not None:
-            raise UsageError(f"{flag} is for a scenario, and a run has its own", "name a case with --case K")
-    refuse_driver(options)
-    run = opened_run(options.what)
+    run = opened_run(options.what, terminal, json=options.json)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
-    rank = options.case or 1
-    case = cases_of(run, options.what, rank)[rank - 1]
+    case = cases_of(run, options.what, options.case)[options.case - 1]
     chosen = (case,) if options.top is None else first_cases(run, options.top)
     with usage_errors():
         return [case_of_run(run, case) for case in chosen]
@@ -122,9 +127,6 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCas
     from engine.search.store import without_folders
     from engine.vocabulary import Verdict
 
-    for flag, value in (("--case", options.case), ("--top", options.top)):
-        if value is not None:
-            raise UsageError(f"{flag} names cases of a run, and a scenario has none", f"leave {flag} out")
     words = _scene_words(options)
     drawn = drawn_scene([*words, *(["--json"] if options.json else [])], terminal)
     if isinstance(drawn, Exit):
@@ -141,7 +143,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCas
 
 def _scene_words(options: argparse.Namespace) -> list[str]:
     """The command line that shows the scene of a file."""
-    params = [word for name, value in options.param or () for word in ("-p", f"{name}={value}")]
+    params = [word for name, value in options.overrides.items() for word in ("-p", f"{name}={value}")]
     scenario = [] if options.scenario is None else ["--scenario", options.scenario]
     seed = [] if options.seed is None else ["--seed", str(options.seed)]
     driver = driver_words(options.ego, options.ego_batch, options.ego_observes)
@@ -172,7 +174,7 @@ def _write(
         how = ExportOptions(options.osc or usual, options.mode or "trajectory", options.player, options.after_contact)
     except InterchangeError as error:
         raise UsageError(error.message, error.cure) from None
-    esmini = _esmini(options, formats)
+    esmini = None if options.checking is None else esmini_named(options.esmini)
     written = write_cases(cases, formats, folder, how, force=options.force, esmini=esmini)
     gathered = written.gathered
     formats = [name for name in formats if name not in gathered.refused]
@@ -190,25 +192,17 @@ def _write(
     return Exit.DIAGNOSTICS if findings else Exit.USAGE if gathered.refused else Exit.FINE
 
 
-def _esmini(options: argparse.Namespace, formats: Sequence[str]) -> Path | None:
-    """The library that plays what is written; None where no player is asked for.
+def esmini_named(path: Path | None) -> Path:
+    """Return the library that plays what is written.
 
     Raises:
-        UsageError: there is none, or nothing for it to play.
+        UsageError: there is no library.
     """
-    if options.checking is None:
-        if options.esmini is not None:
-            raise UsageError("--esmini has no effect without --player esmini", "add --check --player esmini")
-        return None
-    if not options.check:
-        raise UsageError("--player has no effect without --check", "add --check")
-    if "xosc" not in formats:
-        raise UsageError("--player has no effect without the format xosc", "leave --player out, or add xosc to --to")
     from engine.interchange.contract import InterchangeError
     from engine.interchange.esmini import esmini_library
 
     try:
-        return esmini_library(options.esmini)
+        return esmini_library(path)
     except InterchangeError as error:
         raise UsageError(error.message, error.cure) from None
 
@@ -216,65 +210,93 @@ def _esmini(options: argparse.Namespace, formats: Sequence[str]) -> Path | None:
 def _findings(
     cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
 ) -> "list[Finding]":
-    from cortex_dsl.interchange.formats import checker_of
-
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):
         for name in formats:
-            findings |= dict.fromkeys(checker_of(name)(case, folder, names, how))
+            findings |= dict.fromkeys(FORMATS[name].checker(case, folder, names, how))
     return list(findings)
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument(
-        "--case", type=whole_number(1, 10_000_000), metavar="K", help="case of the run; 1 is the worst (1)"
-    )
-    which.add_argument("--top", type=whole_number(1, MOST_CASES), metavar="N", help="the worst N cases of the run")
-    parser.add_argument(
-        "--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="seed of the scene of a scenario (0)"
-    )
-    parser.add_argument("-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="fix a param")
-    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
-    add_ego(parser)
-    parser.add_argument("--to", metavar="FORMATS", help="one or more formats, separated by commas; `list` shows all")
-    parser.add_argument(
-        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"
-    )
-    parser.add_argument(
+RUN_ONLY = Condition("a scenario, which has no cases", lambda options: _is_scenario(options.what))
+SCENARIO_ONLY = Condition(
+    "a run, whose cases have scenes and decisions of their own",
+    lambda options: not _is_scenario(options.what) and options.what.suffix.lower() not in RECORDINGS,
+    "name a case with --case K",
+)
+XOSC = Condition("the format xosc", lambda options: "xosc" in (options.to or ("xosc",)), "add xosc to --to")
+OSC = Option("--osc", f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)", "V", choices=OSC_VERSIONS)
+OPTIONS = (
+    Option(
+        "what",
+        "folder of a run, or a scenario",
+        "RUN|FILE.scn",
+        Path,
+        nargs="?",
+        missing=("export what? name a run or a scenario", f"cortexc export {EXAMPLE_RUN} --to xosc"),
+    ),
+    Option(
+        "--case",
+        "case of the run; 1 is the worst",
+        "K",
+        whole_number(1, 10_000_000),
+        default=1,
+        choice="case",
+        excludes=(RUN_ONLY,),
+    ),
+    Option(
+        "--top",
+        "the worst N cases of the run",
+        "N",
+        whole_number(1, MOST_CASES),
+        choice="top",
+        excludes=(RUN_ONLY,),
+    ),
+    *(
+        replace(row, excludes=(SCENARIO_ONLY,))
+        for row in (
+            replace(SEED, help="seed of the scene of a scenario (0)"),
+            PARAM,
+            replace(SCENARIO, help="the scenario to run, where the file has several"),
+            *DRIVER,
+        )
+    ),
+    Option("--to", "one or more formats, separated by commas; `list` shows all", "FORMATS", _formats, answer=_answer),
+    replace(OSC, needs=(XOSC,)),
+    Option(
         "--mode",
+        "form of an xosc: trajectory, an exact replay, or maneuver, with speeds, routes and triggers (trajectory)",
+        "HOW",
         choices=MODES,
-        metavar="HOW",
-        help="form of an xosc: trajectory, an exact replay, or maneuver, with speeds, routes and triggers (trajectory)",
-    )
-    parser.add_argument(
+        needs=(XOSC,),
+    ),
+    Option(
         "--for",
-        dest="player",
+        "carla: an xosc, and a script that replays it exactly in CARLA",
+        "PLAYER",
         choices=PLAYERS,
-        metavar="PLAYER",
-        help="carla: an xosc, and a script that replays it exactly in CARLA",
-    )
-    parser.add_argument(
+        name="player",
+        needs=(XOSC,),
+    ),
+    Option(
         "--after-contact",
+        "motion after contact: through, actors pass through each other (default of xosc), stop, or physics (default "
+        "of all other formats)",
+        "HOW",
         choices=AFTER_CONTACT,
-        metavar="HOW",
-        help="motion after contact: through, actors pass through each other (default of xosc), stop, or "
-        "physics (default of all other formats)",
-    )
-    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
-    parser.add_argument("--force", action="store_true", help="overwrite files that have other contents")
-    parser.add_argument(
-        "--check", action="store_true", help="read the written files back and compare them with the run"
-    )
-    parser.add_argument(
+    ),
+    Option("--out", f"folder for the files (RUN/{FOLDER}, or {FOLDER})", "DIR", Path),
+    Option("--force", "overwrite files that have other contents", default=False),
+    Option("--check", "read the written files back and compare them with the run", default=False),
+    Option(
         "--player",
-        dest="checking",
+        "with --check: let esmini play each xosc, and write a certificate of its fidelity",
+        "NAME",
         choices=("esmini",),
-        metavar="NAME",
-        help="with --check: let esmini play each xosc, and write a certificate of its fidelity",
-    )
-    parser.add_argument("--esmini", type=Path, metavar="PATH", help="path of the esmini library (CORTEXC_ESMINI)")
+        name="checking",
+        needs=("check", XOSC),
+    ),
+    Option("--esmini", "path of the esmini library (CORTEXC_ESMINI)", "PATH", Path, needs=("checking",)),
+)
 
 
 def _readers() -> str:
@@ -287,7 +309,7 @@ EXPORT = Command(
     usage="RUN [--case K | --top N] --to FORMATS [options]\nFILE.scn [--seed N] [-p NAME=VALUE] --to FORMATS [options]",
     description="Write a found case, or the scene of a scenario, for other tools. Everything that\n"
     "a tool needs is written into one folder; no existing file gets other contents.",
-    options=_options,
+    options=OPTIONS,
     function=_export,
     epilog=f"formats:\n{_readers()}",
 )

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import is_folder, read_bytes, write_bytes
 from cortex_dsl.diagnostics import CompileError
@@ -157,23 +157,26 @@ def _show(error: CompileError, terminal: Terminal) -> None:
 # -- the command -------------------------------------------------------------------------------------------------------
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("files", metavar="FILES", nargs="*", help="files, folders (all *.scn below), or `-` for stdin")
-    parser.add_argument(
-        "--from", dest="written_in", choices=("scenic2",), help="rewrite scripts of Scenic 2: `new`, `():`, monitors"
-    )
-    parser.add_argument("--check", action="store_true", help="write nothing; name the files that would change")
-    parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
-
-
 FMT = Command(
     name="fmt",
     usage="FILES [--check] [--diff] [--from scenic2]",
     description="Put scenario files into the standard layout. Comments and meaning stay the same.",
-    options=_options,
+    options=(
+        Option(
+            "files",
+            "files, folders (all *.scn below), or `-` for stdin",
+            "FILES",
+            nargs="*",
+            missing=("no files to format", "name files or folders, `.` for all below this one, or `-` for stdin"),
+        ),
+        Option(
+            "--from", "rewrite scripts of Scenic 2: `new`, `():`, monitors", choices=("scenic2",), name="written_in"
+        ),
+        Option("--check", "write nothing; name the files that would change", default=False),
+        Option("--diff", "write nothing; show what would change", default=False),
+    ),
     function=_fmt,
     epilog="exit codes: 0 fine, 1 a file has errors (or, with --check, would change), 2 a path cannot be used",
-    needs=("files", "no files to format", "name files or folders, `.` for all below this one, or `-` for stdin"),
     json=False,
-    wrapped=True,
+    layout=argparse.HelpFormatter,
 )

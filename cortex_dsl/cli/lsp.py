@@ -2,7 +2,7 @@
 
 import argparse
 
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.extras import installing
 
@@ -23,17 +23,13 @@ def _serve(_options: argparse.Namespace, _terminal: Terminal) -> Exit:
     return Exit.FINE
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("--stdio", action="store_true", help="the only way; editors like to say it")
-
-
 LSP = Command(
     name="lsp",
     usage="",
     description="A language server for .scn files, on standard input and output, for editors to start: see "
     "docs/how-to/editors.md.",
-    options=_options,
+    options=(Option("--stdio", "the only way; editors like to say it"),),
     function=_serve,
     json=False,
-    wrapped=True,
+    layout=argparse.HelpFormatter,
 )

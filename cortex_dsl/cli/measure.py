@@ -4,27 +4,27 @@
 """
 
 import argparse
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.export import OSC_VERSIONS, as_word
-from cortex_dsl.cli.measure_all import check_options, esmini_of, options_of_all, rank
-from cortex_dsl.cli.recording_options import columns_again, columns_of, rate_of, window_of
-from cortex_dsl.console.command import Command, Parser
-from cortex_dsl.console.request import seconds
+from cortex_dsl.cli.export import OSC, esmini_named
+from cortex_dsl.console.command import Command, Condition, Option, typed_again
+from cortex_dsl.console.request import seconds, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.console.user_files import place_files, reason
+from cortex_dsl.console.user_files import Asked, place_files, reason
 from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport
+    from cortex_dsl.report.findings.ranking_report import RankedReport
     from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
+    from engine.interchange.tables.track import Tracks
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,12 @@ def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) ->
     """Read, measure, show."""
     from engine.interchange.contract import InterchangeError
 
+    for row in (*TABLES, *RANKING):  # `import` has none of them
+        vars(options).setdefault(row.dest, row.default)
     _check(reader, options)
     try:
         if options.all:
-            return rank(options, terminal)
+            return _rank(options, terminal)
         report = _report(reader, options, terminal)
         report = _converted(report, options) if options.to else report
     except InterchangeError as error:
@@ -70,13 +72,8 @@ def _check(reader: Reader, options: argparse.Namespace) -> None:
         raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
     except ValueError:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
-    check_options(options)
-    if options.out is not None and not options.to:
-        raise UsageError("--out has no effect without --to", "leave --out out, or name formats with --to")
-    if options.force and not (options.to or options.table or options.page):
-        raise UsageError("--force has no effect without --to", "leave --force out, or name formats with --to")
-    if options.osc is not None and "xosc" not in (options.to or ()):
-        raise UsageError("--osc has no effect without --to xosc", "leave --osc out, or add xosc to --to")
+    if options.table is not None and options.table == options.page:
+        raise UsageError(f"--table and --page are both `{options.table}`", "name two files")
 
 
 def _instead(path: Path, reader: Reader) -> str:
@@ -121,7 +118,7 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
         remarks=(*read.remarks, *measured.not_judged),
         road=read.road,
         lines=road_outline(read.road) if own is None else outline(build_network(own)),
-        again=_again(reader, options),
+        again=typed_again(reader.name, options.command_line),
     )
 
 
@@ -135,19 +132,8 @@ def _read(options: argparse.Namespace) -> "Imported":
         rate=options.rate,
         columns=dict(options.columns),
         window=options.window,
-        esmini=esmini_of(options),
+        esmini=_esmini_of(options),
     )
-
-
-def _again(reader: Reader, options: argparse.Namespace) -> str:
-    words = ["cortexc", reader.name, as_word(options.file)]
-    words += [] if options.ego is None else ["--ego", options.ego]
-    words += [] if options.step is None else ["--step", f"{options.step!r}"]
-    words += [] if options.rate is None else ["--rate", f"{options.rate:g}"]
-    words += columns_again(options)
-    words += [] if options.window is None else ["--window", "{:g},{:g}".format(*options.window)]
-    words += [] if options.profile == "paper" else ["--profile", options.profile]
-    return join(words)
 
 
 def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
@@ -171,6 +157,9 @@ def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Termi
         console.print(measured_view(report, console.width, ascii_only=console.options.ascii_only))
 
 
+# -- values of options that say how a recording is read ----------------------------------------------------------------
+
+
 def _profile(text: str) -> str:
     from engine.risk import PROFILES
 
@@ -181,38 +170,50 @@ def _profile(text: str) -> str:
     return text
 
 
-def _options(reader: Reader, parser: Parser) -> None:
-    endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
-    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
-    parser.add_argument("--ego", metavar="NAME", help="the actor to judge (the one called ego, or else the first)")
-    parser.add_argument(
-        "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
+def _rate_of(text: str) -> float:
+    """Return the samples per second."""
+    try:
+        value = float(text.removesuffix("Hz"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be samples a second, not `{text}`") from None
+    if not 0.001 <= value <= 100_000.0:
+        raise argparse.ArgumentTypeError(f"must lie between 0.001 and 100,000 a second, not {text}")
+    return value
+
+
+def _columns_of(text: str) -> tuple[tuple[str, str], ...]:
+    """Return pairs: meaning of a column, with its unit if one is given, and its name in the table."""
+    pairs = tuple(
+        (name.strip(), column.strip()) for name, _, column in (each.partition("=") for each in text.split(","))
     )
-    if reader is MEASURED:
-        parser.add_argument("--rate", type=rate_of, metavar="HZ", help="frames per second of a table of frames")
-        parser.add_argument(
-            "--columns",
-            type=columns_of,
-            default=(),
-            metavar="NAME=COLUMN,…",
-            help="columns of a table whose names are not known: time=zeit,actor=objekt",
-        )
-    else:
-        parser.set_defaults(rate=None, columns=())
-    parser.add_argument(
-        "--window", type=window_of, metavar="S,S", help="only a part: start and end, in seconds after the first row"
-    )
-    parser.add_argument(
-        "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
-    )
-    parser.add_argument("--esmini", type=Path, metavar="PATH", help="library that plays an xosc (CORTEXC_ESMINI)")
-    parser.add_argument("--to", type=_formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
-    parser.add_argument(
-        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"version of OpenSCENARIO: {', '.join(OSC_VERSIONS)} (1.2)"
-    )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the written files (that of FILE)")
-    parser.add_argument("--force", action="store_true", help="overwrite files that have other contents")
-    options_of_all(parser, offered=reader is MEASURED)
+    if not all(name and column for name, column in pairs):
+        raise argparse.ArgumentTypeError(f"must be names and columns, as in time=zeit,actor=objekt, not `{text}`")
+    for place in (0, 1):
+        named = [pair[place] for pair in pairs]
+        if twice := next((name for name in named if named.count(name) > 1), None):
+            raise argparse.ArgumentTypeError(f"names `{twice}` twice")
+    return pairs
+
+
+def _window_of(text: str) -> tuple[float, float]:
+    """Return begin and end [s]."""
+    try:
+        begin, end = (float(part.removesuffix("s")) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be two times, as in 12.4,18, not `{text}`") from None
+    if not 0.0 <= begin < end < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a time from 0 on and a later one, not `{text}`")
+    return begin, end
+
+
+def _meters(text: str) -> float:
+    try:
+        value = float(text.removesuffix("m"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be a number of metres, not `{text}`") from None
+    if not NEAREST <= value <= FARTHEST:
+        raise argparse.ArgumentTypeError(f"must lie between {NEAREST:g} and {FARTHEST:g} m, not {text}")
+    return value
 
 
 # -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
@@ -255,11 +256,9 @@ def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "Measur
 
 
 def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
-    from cortex_dsl.interchange.formats import recording_writer_of
-
     for name in options.to:
-        if FORMATS[name].of_recording:
-            yield recording_writer_of(name)(report.recording, options.file.stem)
+        if write := FORMATS[name].of_recording:
+            yield write(report.recording, options.file.stem)
         else:
             yield _with_road(report, _scenario if name == "scn" else _openscenario, options)
 
@@ -293,6 +292,82 @@ def _scenario(report: "MeasuredReport", road: str | None, options: argparse.Name
     return write_recorded(report.recording, options.file.stem, road, report.pair + 1)
 
 
+# -- `--all`: every pair of a recording, the worst first ---------------------------------------------------------------
+
+NEAREST, FARTHEST = 1.0, 1000.0
+ASKED = Asked("--table or --page", "--force")
+
+
+def _rank(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    """Read a recording, assess every pair, write the requested files, and show the worst.
+
+    Raises:
+        InterchangeError: it cannot be read, or is too much.
+        UsageError: a file stands in the way, or cannot be written.
+    """
+    from cortex_dsl.console.kernels import PAIRS, compile_kernels
+    from cortex_dsl.report.findings.ranking_report import RankedReport
+    from engine.interchange.every_pair import NEAR, rank_pairs
+    from engine.interchange.sources import read_traffic
+
+    tracks = read_traffic(options.file, options.rate, _esmini_of(options), dict(options.columns))
+    compile_kernels(terminal, PAIRS)
+    near = NEAR if options.near is None else options.near
+    ranked = rank_pairs(tracks, near=near, step=options.step, profile=options.profile)
+    written = tuple(str(path) for path in (options.table, options.page) if path is not None)
+    report = RankedReport(
+        str(options.file),
+        ranked,
+        near,
+        options.profile,
+        options.top,
+        ranked.remarks,
+        typed_again("measure", options.command_line),
+        written,
+    )
+    _write_ranking(report, tracks, options)
+    _show_ranking(report, options, terminal)
+    return Exit.FINE
+
+
+def _write_ranking(report: "RankedReport", tracks: "Tracks", options: argparse.Namespace) -> None:
+    """Both files, once both are made; what stands in the way of either is said before one is written."""
+    files: dict[Path, bytes] = {}
+    if options.table is not None:
+        from cortex_dsl.report.findings.ranking_report import ranking_csv
+
+        files[options.table] = ranking_csv(report.ranked).encode()
+    if options.page is not None:
+        from cortex_dsl.report.page.ranking_page import ranking_page
+
+        files[options.page] = ranking_page(report, tracks).encode()
+    for path in sorted(files, key=os.path.lexists, reverse=True):
+        place_files(path.parent, {path.name: files[path]}, force=options.force, asked=ASKED)
+
+
+def _show_ranking(report: "RankedReport", options: argparse.Namespace, terminal: Terminal) -> None:
+    if options.json:
+        from cortex_dsl.report.findings.ranking_report import ranking_content
+
+        terminal.document("ranking", ranking_content(report))
+    else:
+        from cortex_dsl.report.terminal.ranking_view import ranking_view
+
+        terminal.out.print(ranking_view(report))
+
+
+def _esmini_of(options: argparse.Namespace) -> Path | None:
+    """Return the library of esmini that plays an `.xosc`; None if no library is named.
+
+    Raises:
+        UsageError: there is no library.
+    """
+    from engine.interchange.esmini import VARIABLE
+
+    plays = options.file.suffix.lower() == SCENARIO
+    return esmini_named(options.esmini) if options.esmini or (plays and os.environ.get(VARIABLE)) else None
+
+
 # -- the two commands --------------------------------------------------------------------------------------------------
 
 EPILOG = """\
@@ -308,6 +383,61 @@ yaw, type, role, subtype), or
 inD, rounD, uniD, exiD, highD, INTERACTION, Argoverse 2, NGSIM, and logs of
 esmini, SUMO (FCD), CARLA, CommonRoad and OSI are recognized by their contents,
 and read with their units and conventions; keep their files in one folder."""
+OF_PAIRS = Condition("--all, which has no ego", lambda options: options.all is not None)
+OTHER_FILE = Condition("a file that is no .xosc", lambda options: options.file.suffix.lower() != SCENARIO)
+TO_XOSC = Condition("--to xosc", lambda options: "xosc" in (options.to or ()), "add xosc to --to")
+TABLES = (
+    Option("--rate", "frames per second of a table of frames", "HZ", _rate_of),
+    Option(
+        "--columns",
+        "columns of a table whose names are not known: time=zeit,actor=objekt",
+        "NAME=COLUMN,…",
+        _columns_of,
+        default=(),
+    ),
+)
+RANKING = (
+    Option("--all", "judge every pair of actors that comes near each other, the worst first", default=False),
+    Option("--near", "with --all: the largest distance of a pair to judge (50 m)", "M", _meters, needs=("all",)),
+    Option(
+        "--top",
+        "with --all: number of rows to show",
+        "N",
+        whole_number(1, 100_000),
+        default=20,
+        needs=("all",),
+    ),
+    Option("--table", "with --all: write every row into a table", "CSV", Path, needs=("all",)),
+    Option("--page", "with --all: write a page with drawings", "HTML", Path, needs=("all",)),
+)
+
+
+def _options(reader: Reader) -> tuple[Option, ...]:
+    endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
+    alone = (OF_PAIRS,) if reader is MEASURED else ()
+    missing = (f"{reader.name} what? name a recording", reader.example)
+    return (
+        Option("file", f"a recording: {endings}", "FILE", Path, nargs="?", missing=missing),
+        Option("--ego", "the actor to judge (the one called ego, or else the first)", "NAME", excludes=alone),
+        Option("--step", "time step of the metrics (that of the file)", "S", seconds(0.0001, 10.0)),
+        *(TABLES if reader is MEASURED else ()),
+        Option(
+            "--window",
+            "only a part: start and end, in seconds after the first row",
+            "S,S",
+            _window_of,
+            excludes=alone,
+        ),
+        Option("--profile", "thresholds of the risk", "NAME", _profile, default="paper"),
+        Option("--esmini", "library that plays an xosc (CORTEXC_ESMINI)", "PATH", Path, excludes=(OTHER_FILE,)),
+        Option("--to", f"also write it as: {', '.join(CONVERTIBLE)}", "FORMATS", _formats, excludes=alone),
+        replace(OSC, needs=(TO_XOSC,)),
+        Option("--out", "folder for the written files (that of FILE)", "DIR", Path, needs=("to",)),
+        Option("--force", "overwrite files that have other contents", default=False, needs=("to table page",)),
+        *(RANKING if reader is MEASURED else ()),
+    )
+
+
 USAGE = "FILE [--ego NAME] [--to FORMATS] [options]"
 USAGE_OF_ALL = "FILE [--ego NAME | --all] [--to FORMATS] [options]"
 
@@ -317,10 +447,9 @@ def _command(reader: Reader, description: str, epilog: str = "") -> Command:
         name=reader.name,
         usage=USAGE_OF_ALL if reader is MEASURED else USAGE,
         description=description,
-        options=partial(_options, reader),
+        options=_options(reader),
         function=partial(_perform, reader),
         epilog=epilog,
-        needs=("file", f"{reader.name} what? name a recording", reader.example),
     )
 
 

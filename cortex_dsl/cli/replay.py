@@ -1,15 +1,16 @@
 """`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, in the terminal or as a file to show."""
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import PICTURES, pace, picture, play_case
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, driver_words, refuse_driver
-from cortex_dsl.console.request import SEED_LIMIT, whole_number
+from cortex_dsl.console.command import DRIVER, EXAMPLE_RUN, SEED, Command, Condition, Option, driver_words
+from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
+from cortex_dsl.shipped import SUFFIX
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.case_replay import CaseReplay
@@ -28,12 +29,7 @@ class Replayed:
 
 
 def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
-    _check_target(options.to)
-    if options.seed is not None and options.what.suffix != ".scn":
-        raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
-    if options.what.suffix != ".scn":
-        refuse_driver(options)
-    found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options.what, options.case or 1)
+    found = _of_file(options, terminal) if options.what.suffix == SUFFIX else _of_run(options, terminal)
     if isinstance(found, int):
         return found
     if options.to is None:
@@ -44,18 +40,21 @@ def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
     return Exit.FINE
 
 
-def _check_target(path: Path | None) -> None:
-    if path is not None and path.suffix.lower() not in PICTURES:
+def _target(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in PICTURES:
         cure = "name a file that ends in .html, .gif or .svg"
         raise UsageError(f"`{path}`: a replay becomes a page, a film or a picture", cure)
+    return path
 
 
-def _of_run(folder: Path, rank: int) -> Replayed:
-    """Case `rank` of a run, 1 the worst."""
+def _of_run(options: argparse.Namespace, terminal: Terminal) -> Replayed:
+    """A case of a run, by default the worst."""
     from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.report.page.run_page import replay_of_case
 
-    run = opened_run(folder)
+    folder, rank = options.what, options.case or 1
+    run = opened_run(folder, terminal)
     case = cases_of(run, folder, rank)[rank - 1]
     with usage_errors():
         return Replayed(replay_of_case(run, case), case, run.folder)
@@ -66,8 +65,6 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     from cortex_dsl.cli.draw_modes import drawn_scene
     from cortex_dsl.report.findings.case_replay import replay_case
 
-    if options.case is not None:
-        raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
     words = [str(options.what), *([] if options.seed is None else ["--seed", str(options.seed)])]
     words += driver_words(options.ego, options.ego_batch, options.ego_observes)
     drawn = drawn_scene(words, terminal)
@@ -76,29 +73,39 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     return Replayed(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
-    parser.add_argument(
-        "--case", type=whole_number(1, MOST_CASES), metavar="K", help="which of the run's cases; 1 is the worst (1)"
-    )
-    parser.add_argument(
-        "--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="seed of the scene of a scenario (0)"
-    )
-    add_ego(parser)
-    parser.add_argument(
-        "--speed", type=pace, default=1.0, metavar="X", help="speed of playback; 2 is twice as fast (1)"
-    )
-    parser.add_argument(
-        "--to", type=Path, metavar="FILE", help="write a page (.html), film (.gif) or picture (.svg) instead"
-    )
-
+_RUN = Condition(
+    "a run, whose cases have scenes and decisions of their own",
+    lambda options: options.what.suffix != SUFFIX,
+    "name a case with --case K",
+)
+_SCENARIO = Condition("a scenario, which has no cases", lambda options: options.what.suffix == SUFFIX)
 
 REPLAY = Command(
     name="replay",
     usage="RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
     description="Run one case again and watch it: in the terminal, as a page, film or picture.",
-    options=_options,
+    options=(
+        Option(
+            "what",
+            "folder of a run, or a scenario",
+            "RUN|FILE.scn",
+            Path,
+            nargs="?",
+            missing=("replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),
+        ),
+        Option(
+            "--case",
+            "which of the run's cases; 1 is the worst",
+            "K",
+            whole_number(1, MOST_CASES),
+            default=1,
+            excludes=(_SCENARIO,),
+        ),
+        replace(SEED, help="seed of the scene of a scenario (0)", excludes=(_RUN,)),
+        *(replace(row, excludes=(_RUN,)) for row in DRIVER),
+        Option("--speed", "speed of playback; 2 is twice as fast", "X", pace, default=1.0),
+        Option("--to", "write a page (.html), film (.gif) or picture (.svg) instead", "FILE", _target),
+    ),
     function=_replay,
-    needs=("what", "replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),
     json=False,
 )

@@ -1,22 +1,23 @@
 """`cortexc report RUN`: a run or a study as one HTML file, and its figures for a paper."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_run
+from cortex_dsl.api.derived_files import PAGE
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, RUN, Command, Option
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
+from engine.search.store import StoreError
 
 if TYPE_CHECKING:
     from cortex_dsl.api.runs import OpenedRun
     from engine.study.database import Study
 
-PAGE = "report.html"
-"""The page's name inside the run directory."""
 MOST_CASES = 50
 
 Figures = Callable[[Path], Sequence[Path]]
@@ -44,28 +45,38 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
     from cortex_dsl.api.runs import open_run
     from cortex_dsl.cli.search_output import checked_run, usage_errors
     from cortex_dsl.report.page.run_page import run_page
-    from engine.search.store import StoreError
 
     run = checked_run(options.run, terminal, options.ego)
     try:
         if names := restore(run):
-            terminal.err.print(f"written again from the journal: {', '.join(names)}", style="quiet", soft_wrap=True)
+            _note_written(names, "journal", terminal)
             run = open_run(options.run, options.ego)
     except StoreError as error:  # a page of a run that cannot be written is still a page
-        terminal.err.print(f"{error.message}; {error.cure}", style="quiet", soft_wrap=True)
+        terminal.note(f"{error.message}; {error.cure}")
     with usage_errors():
         return run.folder, run_page(run, options.cases), partial(_run_figures, run)
 
 
-def _study_page(options: argparse.Namespace, _terminal: Terminal) -> tuple[Path, str, Figures]:
+def _study_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
     """The same of a whole study."""
+    from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.study_page import study_page
     from engine.study.database import read_study
 
     with usage_errors():
         study = read_study(options.run)
+    try:
+        _, _, names = restore_study(options.run)
+        _note_written(names, "study", terminal)
+    except StoreError as error:
+        terminal.note(f"{error.message}; {error.cure}")
     return options.run, study_page(study), partial(_study_figures, study)
+
+
+def _note_written(names: Collection[str], source: str, terminal: Terminal) -> None:
+    if names:
+        terminal.note(f"written again from the {source}: {', '.join(names)}")
 
 
 def _run_figures(run: "OpenedRun", folder: Path) -> Sequence[Path]:
@@ -100,17 +111,6 @@ def _open(path: Path, terminal: Terminal) -> None:
         terminal.complain("no browser could be started", f"open {path} in one")
 
 
-def _options(parser: Parser) -> None:
-    add_run(parser, f"folder of a run or a study, such as {EXAMPLE_RUN}")
-    parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
-    parser.add_argument(
-        "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"
-    )
-    parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
-    add_ego(parser, batch=False)
-    parser.add_argument("--open", action="store_true", help="show the page in a browser")
-
-
 REPORT = Command(
     name="report",
     usage="RUN|STUDY [--out FILE.html] [--cases N] [options]",
@@ -118,8 +118,18 @@ REPORT = Command(
 Write a report of a run as one HTML file that needs no network: summary, course
 of the search, where in the space of params it found failures, and the worst
 cases, each with a replay. For a study: verdict, box plots, curves and tests.""",
-    options=_options,
+    options=(
+        replace(
+            RUN,
+            help=f"folder of a run or a study, such as {EXAMPLE_RUN}",
+            missing=("which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
+        ),
+        Option("--out", f"the page; by default {PAGE} in the run's folder", "FILE", Path),
+        Option("--cases", "cases with a replay", "N", whole_number(0, MOST_CASES), default=10),
+        Option("--figures", "figures for papers, as SVG, PNG and PDF, into DIR", "DIR", Path),
+        EGO,
+        Option("--open", "show the page in a browser"),
+    ),
     function=_report,
-    needs=("run", "which run? name its folder", f"cortexc report {EXAMPLE_RUN}"),
     json=False,
 )

@@ -2,17 +2,18 @@
 
 import argparse
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
 from cortex_dsl.api.run_folder import Found, search_and_keep
-from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_ego, add_jobs, add_run
+from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
+from cortex_dsl.console.command import DASK, EGO, EXAMPLE_RUN, GENERATIONS, JOBS, RUN, Command, Condition
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
-from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
+from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.searching import watched
 from cortex_dsl.console.simulating import open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -24,6 +25,7 @@ from engine.search.objectives import objectives
 from engine.search.protocol import Box
 from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers, seek
 from engine.search.store import new_directory, numbered_directory
+from engine.study.database import is_study
 
 
 def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
@@ -95,10 +97,12 @@ def named(text: str) -> tuple[str, ...]:
     try:
         return tuple(canonical(word) for word in text.split(","))
     except UnknownMethodError as error:
+        if error.replacement is not None:
+            raise UsageError(f"--method: `{error.name}` was removed", f"use `{error.replacement}`") from None
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
         cure = f"did you mean `{near}`?" if near else "`cortexc --method list` lists them all"
-        raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
+        raise UsageError(f"--method: there is no method `{error.name}`", cure) from None
 
 
 def method_list() -> str:
@@ -123,16 +127,12 @@ def _missing(entry: SearcherEntry) -> list[str]:
 
 
 def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
-    from engine.study.database import is_study
-
     if is_study(options.run):
         from cortex_dsl.cli.study import resume_study, study_workers
 
-        if options.generations is not None:
-            raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
         return resume_study(options.run, terminal, study_workers(options), json=options.json, ego=options.ego)
+    run = opened_run(options.run, terminal, options.ego, json=options.json)
     with usage_errors():
-        run = open_run(options.run, options.ego)
         manifest, planned = run.record.manifest, run.scenario.config.search
         generations = options.generations or planned.generations
         workers = chosen_workers(planned.engine, options.jobs, options.dask)
@@ -141,40 +141,42 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
             compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
             with watched(terminal, manifest.method, generations, run.record) as on_generation:
                 found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
-    return show_found([found], run.scenario, CompileRequest(Path(manifest.file), json=options.json), terminal)
+    return show_found([found], run.scenario, request_of(run, json=options.json), terminal)
 
 
 def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
     """Warn on stderr of what the user may not expect."""
     done, manifest = len(run.record.generations), run.record.manifest
     if run.record.status == "finished" and generations == run.scenario.config.search.generations:
-        terminal.err.print(f"finished already, all {done} generations; this is its report", style="quiet")
+        terminal.note(f"finished already, all {done} generations; this is its report")
         return
-    terminal.err.print(f"going on after generation {done} of {generations}", style="quiet")
+    terminal.note(f"going on after generation {done} of {generations}")
     for name in run.edited:
-        terminal.err.print(f"`{name}` was edited since; the run goes on with the text that it was started with")
+        terminal.note(f"`{name}` was edited since; the run goes on with the text that it was started with", "warn")
     if changed := changed_versions(manifest):
-        terminal.err.print(f"started with {', '.join(changed)}: what follows may differ from what it would have been")
+        what = f"started with {', '.join(changed)}: what follows may differ from what it would have been"
+        terminal.note(what, "warn")
 
 
-def _resume_options(parser: Parser) -> None:
-    add_run(parser, "a run directory, or that of a study")
-    parser.add_argument(
-        "--generations",
-        metavar="N",
-        type=whole_number(1, GENERATION_LIMIT),
-        help="total number of generations (as planned)",
-    )
-    add_jobs(parser, "workers: threads of --engine batch, processes of --engine world")
-    add_dask(parser, "search")
-    add_ego(parser, batch=False)
-
+_STUDY = Condition("a study, which continues as it was begun", lambda options: is_study(options.run))
 
 RESUME = Command(
     name="resume",
     usage="RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
     description="Continue a search or a study that was stopped with Ctrl-C, or killed.",
-    options=_resume_options,
+    options=(
+        replace(
+            RUN,
+            help="a run directory, or that of a study",
+            missing=("no run given", f"name the folder of one, such as `cortexc resume {EXAMPLE_RUN}`"),
+        ),
+        replace(GENERATIONS, help="total number of generations (as planned)", default=None, excludes=(_STUDY,)),
+        replace(
+            JOBS, help="workers: threads of --engine batch, processes of --engine world; results never depend on it"
+        ),
+        DASK,
+        EGO,
+    ),
     function=_resume,
     epilog=f"""\
 The search continues with the text and the settings that it was started with,
@@ -183,5 +185,4 @@ already, its report is shown again, unless --generations asks for more.
 
 example:
   cortexc resume {EXAMPLE_RUN}""",
-    needs=("run", "no run given", f"name the folder of one, such as `cortexc resume {EXAMPLE_RUN}`"),
 )

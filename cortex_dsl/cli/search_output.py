@@ -15,7 +15,7 @@ from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
-from cortex_dsl.console.compiling import show
+from cortex_dsl.console.compiling import show, show_compiled
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -162,14 +162,21 @@ def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
 # -- runs that commands show: opened, and held against the searcher that their journals name --------------------------
 
 
-def opened_run(folder: Path, ego: Egos | None = None) -> OpenedRun:
-    """A run.
+def opened_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, json: bool = False) -> OpenedRun:
+    """Read a run, and show the warnings about its scenario.
 
     Raises:
         UsageError: there is no readable run.
     """
     with usage_errors():
-        return open_run(folder, ego)
+        run = open_run(folder, ego)
+    show_compiled(run.scenario.compiled, request_of(run, json=json), terminal)
+    return run
+
+
+def request_of(run: OpenedRun, *, json: bool = False) -> CompileRequest:
+    """Return the request that compiles the scenario of a run."""
+    return CompileRequest(Path(run.record.manifest.file), json=json)
 
 
 def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
@@ -186,7 +193,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     return cases
 
 
-def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None) -> OpenedRun:
+def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None, *, json: bool = False) -> OpenedRun:
     """A run with a finished generation, whose individuals are those that its method proposes.
 
     What the simulations came to is not simulated again: a changed result shows only where it changes what the method
@@ -195,11 +202,11 @@ def checked_run(folder: Path, terminal: Terminal, ego: Egos | None = None) -> Op
     Raises:
         UsageError: there is no readable run, or its journal does not follow from its own beginning.
     """
-    run = opened_run(folder, ego)
+    run = opened_run(folder, terminal, ego, json=json)
     driver = run.scenario.config.driver
     if driver is not None and not driver.can_drive_new_scenes:
         alone = f"without `{driver.name}`, who drove, only runs whose decisions are kept can be run again"
-        terminal.err.print(f"{alone}; for more, {driver_hint(driver.name)}", style="quiet", soft_wrap=True)
+        terminal.note(f"{alone}; for more, {driver_hint(driver.name)}")
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     check_past(run, terminal)
@@ -213,14 +220,14 @@ def check_past(run: OpenedRun, terminal: Terminal) -> None:
         UsageError: they are not.
     """
     if not run.record.proved:
-        terminal.err.print(UNPROVED, style="quiet", soft_wrap=True)
+        terminal.note(UNPROVED)
     try:
         check_journal(run)
     except ForeignPastError as error:
         _foreign(run, error, terminal)
     except (MissingExtraError, PluginError, UnknownMethodError):
         method = run.record.manifest.method
-        terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
+        terminal.note(f"not checked: the searcher {method} of this journal is not installed here")
 
 
 def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> None:
@@ -228,6 +235,6 @@ def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> Non
     what = f"generation {error.generation} in the journal of `{run.folder}` is not what {run.record.manifest.method} "
     what += "proposes after the ones before it"
     if changed := changed_versions(run.record.manifest):
-        terminal.err.print(f"{what}; it was started with {', '.join(changed)}", style="warn")
+        terminal.note(f"{what}; it was started with {', '.join(changed)}", "warn")
         return
     raise UsageError(what, "rows were changed since they were written: restore the file from a copy, or search again")

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.cli.study_options import DESCRIPTION, OPTIONS, study_plan
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal
+from cortex_dsl.plain_text import as_argument
 
 if TYPE_CHECKING:
     from engine.driving.names import Egos
@@ -33,7 +34,6 @@ class Job:
 
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
-    settle(options)
     if options.resume is not None:
         return resume_study(options.resume, terminal, study_workers(options), json=options.json, ego=options.ego)
     with _usage_errors():
@@ -69,7 +69,7 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
     size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
-        with closing(StudyStore.create(folder, plan, facts(plan, options.words))) as store:
+        with closing(StudyStore.create(folder, plan, facts(plan, options.command_line))) as store:
             stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
         return show_study(folder, terminal, json=options.json, stopped=stopped)
 
@@ -89,7 +89,7 @@ def resume_study(
     with _usage_errors():
         study = read_study(folder).driven_by(ego)
         for name in study.edited:
-            terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
+            terminal.note(f"`{name}` was edited since; the study goes on with what it said", "warn")
         if study.complete:
             return show_study(folder, terminal, json=json)
         insist_on_same_engine(study)
@@ -120,28 +120,26 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
+    from cortex_dsl.api.restoring import restore_study
     from cortex_dsl.report.terminal.study_view import study_view
-    from engine.study.database import read_study
-    from engine.study.study_files import write_study
-    from engine.study.verdict import findings
 
-    study = read_study(folder)
-    found = findings(study.plan, study.records)
-    write_study(study, found)
+    study, found, _ = restore_study(folder)
+    if not json:
+        terminal.out.print(study_view(study, found, terminal.out.width))
+    code = _end_of(study, terminal)
+    if stopped:
+        terminal.note(f"interrupted; continue with: cortexc study --resume {folder}", "warn")
+        code = Exit.INTERRUPTED
     if json:
         from cortex_dsl.report.findings.study_report import study_content
 
         terminal.document("study", {"folder": folder, **study_content(study, found)})
-    else:
-        terminal.out.print(study_view(study, found, terminal.out.width))
-    if stopped:
-        terminal.err.print(f"interrupted; continue with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
-        return Exit.INTERRUPTED
-    return _end_of(study, terminal)
+    return code
 
 
 def _end_of(study: "Study", terminal: Terminal) -> Exit:
     """How the command ends: runs may have failed over their file, or over us."""
+    from engine.search.store import located
     from engine.study.database import read_evaluations
 
     failed = [record for record in study.records if record.figures.simulations.error_runs]
@@ -150,8 +148,8 @@ def _end_of(study: "Study", terminal: Terminal) -> Exit:
     if not all(_over_the_file(read_evaluations(study, record.address)) for record in failed):
         return Exit.BUG
     for number in sorted({record.address.scenario for record in failed}):
-        file = study.plan.subjects[number].file
-        terminal.err.print(f"`{file}` has a mistake; `cortexc {file} --random` shows it", style="warn", soft_wrap=True)
+        file = as_argument(Path(located(study.folder, study.plan.subjects[number].file)))
+        terminal.note(f"`{file}` has a mistake; `cortexc {file} --random` shows it", "warn")
     return Exit.DIAGNOSTICS
 
 
@@ -168,7 +166,7 @@ STUDY = Command(
     name="study",
     usage="[FILES] [--runs N] [--methods LIST] [options]",
     description=DESCRIPTION,
-    options=add_options,
+    options=OPTIONS,
     function=_study,
 )
 
@@ -188,15 +186,11 @@ def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
     return Exit.FINE
 
 
-def _paper_options(parser: Parser) -> None:
-    parser.add_argument("--all", action="store_true", help="also show what is correct")
-
-
 PAPER_CHECK = Command(
     name="paper-check",
     usage="[--all] [--json]",
     description="Recompute the figures of the paper from its own numbers, and show those that are wrong.",
-    options=_paper_options,
+    options=(Option("--all", "also show what is correct", default=False),),
     function=_check_paper,
-    wrapped=True,
+    layout=argparse.HelpFormatter,
 )

@@ -2,20 +2,26 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import Parser, add_dask, add_ego, add_jobs, driver_options
-from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.request import (
-    GENERATION_LIMIT,
-    SEED_LIMIT,
-    CompileRequest,
-    RunRequest,
-    SearchRequest,
-    aggregate,
-    whole_number,
+from cortex_dsl.console.command import (
+    AGGREGATE,
+    DASK,
+    DRIVER,
+    GENERATIONS,
+    JOBS,
+    OBJECTIVE,
+    POPULATION,
+    PRESET,
+    PROFILE,
+    ROLLOUTS,
+    SEED,
+    Option,
 )
+from cortex_dsl.console.compiling import compile_request
+from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest, filled, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.installation import resource
 from cortex_dsl.spelling import nearest
@@ -32,78 +38,54 @@ compare the methods run by run.
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
   cortexc study --resume runs/study-6x2x30-001
                                   continue a study that was stopped or killed"""
-METHODS = "random,ga"
+METHODS = ("random", "ga")
 RUNS = 30
-DEFAULTS = {
-    "runs": RUNS,
-    "methods": METHODS,
-    "generations": 30,
-    "population": 100,
-    "seed": 0,
-    "preset": "cortex",
-    "profile": "paper",
-    "objective": ["risk"],
-    "rollouts": 1,
-    "aggregate": "mean",
-}
-"""The options of a study where they are not given; a study that is gone on with has its own."""
 LIMIT = 1_000_000_000
 
 
-def settle(options: argparse.Namespace) -> None:
-    """Give every option that was not given its default.
+def _methods(text: str) -> tuple[str, ...]:
+    """Return the names in a list with commas; `all`: every installed method.
 
     Raises:
-        UsageError: options that do not go together.
+        UsageError: a method is not known.
     """
-    given = [name for name in (*DEFAULTS, "out") if getattr(options, name) is not None]
-    if options.resume is not None and (options.files or given):
-        what = f"--{given[0]}" if given else "a file"
-        raise UsageError(f"{what} has no effect with --resume: the study goes on as it was begun", "leave it out")
-    for name, value in DEFAULTS.items():
-        if getattr(options, name) is None:
-            setattr(options, name, value)
+    from engine.extras import is_installed
+    from engine.search.searchers import UnknownMethodError, canonical, known_searchers
+
+    if text.strip() == "all":
+        return tuple(name for name, entry in known_searchers().items() if is_installed(entry.package))
+    try:
+        return tuple(dict.fromkeys(canonical(word) for word in text.split(",")))
+    except UnknownMethodError as error:
+        known = list(known_searchers())
+        match = nearest(error.name, known)
+        meant = f"; did you mean `{match}`?" if match else ""
+        raise UsageError(
+            f"--methods: no method is called `{error.name.strip()}`{meant}", f"there are {', '.join(known)}"
+        ) from error
 
 
-def add_options(parser: Parser) -> None:
-    """All options of a study."""
-    add = parser.add_argument
-    add("files", metavar="FILES", nargs="*", type=Path, help="scenarios, or a folder of them (the paper's six)")
-    add("--runs", metavar="N", type=whole_number(1, 65_536), help=f"runs of each method on each scenario ({RUNS})")
-    add("--methods", metavar="LIST", help=f"methods, separated by commas, or `all` ({METHODS})")
-    add("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations of each run (30)")
-    add("--population", metavar="N", type=whole_number(2, 10**6), help="individuals in each generation (100)")
-    add(
-        "--seed",
-        metavar="N",
-        type=whole_number(0, SEED_LIMIT),
-        help="seed of the first scenario; each further one has the next number (0)",
-    )
-    add_jobs(parser, "processes, each with a whole run")
-    add_dask(parser, "study")
-    add(
-        "--preset",
-        choices=("cortex", "cortex-literal"),
-        metavar="NAME",
-        help="preset of the genetic algorithm (cortex)",
-    )
-    add(
-        "--profile",
-        choices=("paper", "paper-mm", "literature"),
-        metavar="NAME",
-        help="thresholds of the risk score (paper)",
-    )
-    add("--objective", metavar="NAME", action="append", help="goal of the search; may be repeated (risk)")
-    add("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
-    add(
-        "--aggregate",
-        metavar="HOW",
-        type=aggregate,
-        help="one score from K: mean, max or a quantile such as q90 (mean)",
-    )
-    add_ego(parser)
-    add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
-    add("--resume", metavar="DIR", type=Path, help="continue the study in this folder")
+def _new(*rows: Option) -> tuple[Option, ...]:
+    """Return rows that have no effect on a study that is continued, which has its own settings."""
+    return tuple(replace(row, excludes=(*row.excludes, "resume")) for row in rows)
+
+
+OPTIONS = (
+    *_new(
+        Option("files", "scenarios, or a folder of them (the paper's six)", "FILES", Path, nargs="*", default=()),
+        Option("--runs", "runs of each method on each scenario", "N", whole_number(1, 65_536), default=RUNS),
+        Option("--methods", "methods, separated by commas, or `all`", "LIST", _methods, default=METHODS),
+        replace(GENERATIONS, help="generations of each run"),
+        POPULATION,
+        replace(SEED, help="seed of the first scenario; each further one has the next number", default=0),
+    ),
+    replace(JOBS, help="processes, each with a whole run; results never depend on it"),
+    replace(DASK, help="address of a Dask scheduler; `local` starts one for the study"),
+    *_new(PRESET, PROFILE, OBJECTIVE, ROLLOUTS, AGGREGATE),
+    *DRIVER,
+    *_new(Option("--out", "new folder for the study (one under runs/)", "DIR", Path)),
+    Option("--resume", "continue the study in this folder", "DIR", Path),
+)
 
 
 def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit":
@@ -119,7 +101,6 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
     from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
     from engine.study.plan import Plan, check, with_own_seeds
 
-    methods = tuple(dict.fromkeys(_methods(options.methods)))
     files = _unfolded(options.files) or _the_six(terminal)
     subjects: list[Subject] = []
     for file, name in zip(files, short_names(files), strict=True):
@@ -127,8 +108,8 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
         if isinstance(subject, Exit):
             return subject
         subjects.append(subject)
-    plan = Plan(with_own_seeds(subjects), methods, options.runs, options.profile, tuple(options.objective))
-    if plan.individuals * options.rollouts * plan.runs * len(subjects) * len(methods) > LIMIT:
+    plan = Plan(with_own_seeds(subjects), options.methods, options.runs, options.profile, options.objective)
+    if plan.individuals * options.rollouts * plan.runs * len(subjects) * len(options.methods) > LIMIT:
         raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
     try:
         check(plan)
@@ -139,24 +120,6 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
     except (ArgumentError, UnknownMethodError, PluginError) as error:
         raise UsageError(error.message, "`cortexc study --help` lists every option") from error
     return plan
-
-
-def _methods(text: str) -> list[str]:
-    """The names of a list with commas."""
-    from engine.extras import is_installed
-    from engine.search.searchers import UnknownMethodError, canonical, known_searchers
-
-    if text.strip() == "all":
-        return [name for name, entry in known_searchers().items() if is_installed(entry.package)]
-    try:
-        return [canonical(word) for word in text.split(",")]
-    except UnknownMethodError as error:
-        known = list(known_searchers())
-        match = nearest(error.name, known)
-        meant = f"; did you mean `{match}`?" if match else ""
-        raise UsageError(
-            f"--methods: no method is called `{error.name.strip()}`{meant}", f"there are {', '.join(known)}"
-        ) from error
 
 
 def _unfolded(paths: Sequence[Path]) -> list[Path]:
@@ -183,12 +146,8 @@ def _the_six(terminal: Terminal) -> list[Path]:
         raise UsageError("the six examples are not installed here", "name one or more scenario files")
     here = Path.cwd()
     files = [file.relative_to(here) if file.is_relative_to(here) else file for file in files]
-    terminal.err.print(f"no FILES: the paper's six scenarios, {files[0].parent}/", style="quiet")
+    terminal.note(f"no FILES: the paper's six scenarios, {files[0].parent}/")
     return files
-
-
-def _run_request(options: argparse.Namespace) -> RunRequest:
-    return RunRequest(seed=options.seed, **driver_options(options))
 
 
 def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Terminal) -> "Subject | Exit":
@@ -202,6 +161,6 @@ def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Termi
     from cortex_dsl.console.simulating import open_scenario
     from engine.study.plan import Subject
 
-    sizes = {each: getattr(options, each) for each in ("generations", "population", "preset", "rollouts", "aggregate")}
-    scenario = open_scenario(request, _run_request(options), compiled, SearchRequest(**sizes))
+    run = replace(filled(RunRequest, options), jobs=1)
+    scenario = open_scenario(request, run, compiled, filled(SearchRequest, options))
     return Subject(name, str(file), scenario.program, scenario.config, origin_of(scenario))

@@ -3,68 +3,65 @@ second opinion on its worst cases, by a better model of the car.
 """
 
 import argparse
+from dataclasses import replace
 
 from cortex_dsl.api.opinions import MODELS, keep, verify
-from cortex_dsl.api.proofs import SAMPLE, Proof, prove
+from cortex_dsl.api.proofs import SAMPLE, Proof, prove, prove_study
 from cortex_dsl.api.runs import WORST, OpenedRun
 from cortex_dsl.cli.search_output import check_past, checked_run, opened_run, usage_errors
-from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_ego, add_jobs, add_run
+from cortex_dsl.console.command import EGO, EXAMPLE_RUN, JOBS, RUN, Command, Condition, Option
 from cortex_dsl.console.kernels import SEARCH, compile_kernels
 from cortex_dsl.console.request import whole_number
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.findings.verification_report import verification_content
 from cortex_dsl.report.terminal.verification_view import verification_view
 from engine.strict_json import plain
-from engine.study.database import is_study, read_evaluations, read_study
-
-BELONGS = "`--model dynamic` looks at the worst cases; without it a sample of all simulations is run again"
+from engine.study.database import is_study
 
 
 def _verify(options: argparse.Namespace, terminal: Terminal) -> int:
-    if options.model is None:
-        if options.worst is not None:
-            raise UsageError("--worst goes with --model dynamic", BELONGS)
-        return _journal(options, terminal)
-    if options.sample is not None:
-        raise UsageError("--sample goes without --model", BELONGS)
-    return _opinion(options, terminal)
+    return (_journal if options.model is None else _opinion)(options, terminal)
 
 
 def _journal(options: argparse.Namespace, terminal: Terminal) -> int:
     """The journal itself."""
     if is_study(options.run):
         return _study(options, terminal)
-    run = opened_run(options.run, options.ego)
+    run = opened_run(options.run, terminal, options.ego, json=options.json)
     check_past(run, terminal)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
-        proof = prove(run, SAMPLE if options.sample is None else options.sample, jobs=options.jobs)
+        proof = prove(run, options.sample, jobs=options.jobs)
+    for remark in proof.remarks:
+        terminal.note(remark)
     if options.json:
         terminal.document("proof", {"folder": run.folder, **plain(proof)})
         return Exit.FINE
     for line in _lines(run, proof):
         terminal.out.print(line, soft_wrap=True)
-    for remark in proof.remarks:
-        terminal.err.print(remark, style="quiet", soft_wrap=True)
     return Exit.FINE
 
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """All runs of a study, and their evaluations, against its seal."""
-    if options.sample is not None:
-        raise UsageError("--sample goes with a run", "leave it out: of a study the seal is checked")
     with usage_errors():
-        study = read_study(options.run)
-        evaluations = sum(len(read_evaluations(study, record.address)) for record in study.records)
-    content = {"folder": str(study.folder), "proved": study.proved, "runs": len(study.records)}
+        proof = prove_study(options.run)
+    for remark in proof.remarks:
+        terminal.note(remark)
     if options.json:
-        terminal.document("proof", {**content, "evaluations": evaluations})
+        terminal.document("proof", {"folder": options.run, **plain(proof)})
         return Exit.FINE
-    size = f"{counted(len(study.records), 'run')}, {counted(evaluations, 'evaluation')}"
-    seal = f"the seal holds: {size} as they were written" if study.proved else f"{size}, unproved"
-    terminal.out.print(f"{study.folder}\n  {seal}", soft_wrap=True)
+    size = f"{counted(proof.runs, 'run')}, {counted(proof.evaluations, 'evaluation')}"
+    seal = f"the seal holds: {size} as they were written" if proof.proved else f"{size}, unproved"
+    terminal.out.print(f"{options.run}\n  {seal}", soft_wrap=True)
+    if proof.files:
+        terminal.out.print(f"  {_agreeing(proof.files, 'study')}")
     return Exit.FINE
+
+
+def _agreeing(count: int, source: str) -> str:
+    return f"{counted(count, 'file')} beside the {source} follow{'s' * (count == 1)} from it"
 
 
 def _lines(run: OpenedRun, proof: Proof) -> list[str]:
@@ -72,8 +69,8 @@ def _lines(run: OpenedRun, proof: Proof) -> list[str]:
     chain = f"the chain holds: {size} as they were written" if proof.proved else f"{size}, unproved"
     lines = [f"{run.folder}", f"  {chain}", f"  {proof.text}"]
     if proof.files:
-        agree = f"{counted(proof.files - len(proof.changed), 'file')} beside the journal follow from it"
-        lines.append(f"  {agree}" + (f"; not so: {', '.join(proof.changed)}" if proof.changed else ""))
+        changed = f"; not so: {', '.join(proof.changed)}" if proof.changed else ""
+        lines.append(f"  {_agreeing(proof.files - len(proof.changed), 'journal')}{changed}")
     if proof.differ:
         lines.append(f"  something else came of {proof.first} as {'; '.join(proof.reasons)}")
     return lines
@@ -81,10 +78,10 @@ def _lines(run: OpenedRun, proof: Proof) -> list[str]:
 
 def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     """The worst cases, by another model."""
-    run = checked_run(options.run, terminal, options.ego)
+    run = checked_run(options.run, terminal, options.ego, json=options.json)
     compile_kernels(terminal, SEARCH, run.scenario.program, run.scenario.config)
     with usage_errors():
-        found = verify(run, WORST if options.worst is None else options.worst, model=options.model, jobs=options.jobs)
+        found = verify(run, options.worst, model=options.model, jobs=options.jobs)
     program = run.scenario.program
     content = plain(verification_content(program, found.cases, found.answers))
     if options.json:
@@ -97,20 +94,7 @@ def _opinion(options: argparse.Namespace, terminal: Terminal) -> int:
     return Exit.FINE if len(found) else Exit.NO_SCENE
 
 
-def _options(parser: Parser) -> None:
-    add_run(parser)
-    parser.add_argument(
-        "--sample", metavar="N", type=whole_number(0, 10**9), help=f"number of simulations to run again ({SAMPLE})"
-    )
-    parser.add_argument(
-        "--model", choices=MODELS, metavar="NAME", help="dynamic: repeat the worst cases with tyres that slip"
-    )
-    parser.add_argument(
-        "--worst", metavar="N", type=whole_number(1, 10**6), help=f"how many of the worst cases ({WORST})"
-    )
-    add_jobs(parser)
-    add_ego(parser, batch=False)
-
+_STUDY = Condition("a study, whose seal is checked", lambda options: is_study(options.run))
 
 VERIFY = Command(
     name="verify",
@@ -120,12 +104,33 @@ Check that the journal of a run is what its search wrote: compare the digests
 of all its contents, run a sample of its simulations again, which must give
 the same results, bit for bit, and compare the files beside it, which must be
 those that follow from it. For a study, check that all runs and evaluations
-are as they were written. The exit code is 0 unless something is damaged.
+are as they were written, and compare the files beside it. The exit code is 0
+unless something is damaged.
 
 With --model dynamic, repeat the worst cases with a vehicle model whose tyres
 slip: which cases survive, which differ, and which are artefacts of the model
 or of the time step of the search.""",
-    options=_options,
+    options=(
+        replace(RUN, missing=("no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`")),
+        Option(
+            "--sample",
+            "number of simulations to run again",
+            "N",
+            whole_number(0, 10**9),
+            default=SAMPLE,
+            excludes=("model", _STUDY),
+        ),
+        Option("--model", "dynamic: repeat the worst cases with tyres that slip", "NAME", choices=MODELS),
+        Option(
+            "--worst",
+            "how many of the worst cases",
+            "N",
+            whole_number(1, 10**6),
+            default=WORST,
+            needs=("model",),
+        ),
+        JOBS,
+        EGO,
+    ),
     function=_verify,
-    needs=("run", "no run given", f"name the folder of one, such as `cortexc verify {EXAMPLE_RUN}`"),
 )

@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.command import Command, Option
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
@@ -124,15 +124,11 @@ def _said(code: str, page: "Page") -> tuple["Source", list["Diagnostic"]]:
 # -- the command -------------------------------------------------------------------------------------------------------
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("code", metavar="CODE", nargs="*", help="such as SCN203, scn203 or 203")
-
-
 EXPLAIN = Command(
     name="explain",
     usage="[CODE] [--json]",
     description="What a code means: its reason, an example, and the example corrected. Without CODE: all codes.",
-    options=_options,
+    options=(Option("code", "such as SCN203, scn203 or 203", "CODE", nargs="*"),),
     function=_explain,
-    wrapped=True,
+    layout=argparse.HelpFormatter,
 )

@@ -1,7 +1,6 @@
-"""A command as a row: its words, its help, and the function behind it.
+"""Commands and options as rows: parsing, help, and the messages about options without effect follow from them.
 
-What all commands have is said once, here: --help, --json, --no-colour, how a slip on the command line is answered, and
-the options that several of them share.
+The options that several commands have are rows here as well.
 """
 
 import argparse
@@ -9,11 +8,21 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from shlex import join
 from typing import Any, NoReturn
 
-from cortex_dsl.console.request import RunRequest, whole_number
+from cortex_dsl.console.request import (
+    GENERATION_LIMIT,
+    SEED_LIMIT,
+    RunRequest,
+    SearchRequest,
+    aggregate,
+    assignment,
+    whole_number,
+)
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.plain_text import harmless
 from cortex_dsl.spelling import nearest
@@ -79,75 +88,269 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-# -- a command ---------------------------------------------------------------------------------------------------------
+# -- an option ---------------------------------------------------------------------------------------------------------
 
 EXAMPLE_RUN = "{run}"
-"""Stands in a help or a cure for the run that is named as an example: the latest that is there."""
+"""Placeholder in a help or a cure for the folder of the latest run."""
+
+
+@frozen
+class Condition:
+    """A property of the command line on which the effect of options depends."""
+
+    name: str
+    """Noun phrase of messages: `has no effect on NAME`, `has no effect without NAME`."""
+    holds: Callable[[argparse.Namespace], bool]
+    """Predicate of the parsed options."""
+    cure: str = ""
+    """Cure of an option without effect; "": the cure of its row."""
+
+
+@frozen
+class Option:
+    """An option or an argument of a command: words, value, and relations to other options."""
+
+    flag: str
+    """Spellings, separated by blanks, such as `-p --param`; name of an argument without a flag."""
+    help: str
+    """Text of the help; the default is appended in brackets."""
+    metavar: str = ""
+    """Name of the value; "" without `type` and `choices`: a switch."""
+    type: Callable[[str], Any] | None = None
+    """Function from text to value; raises `ArgumentTypeError` or `UsageError`."""
+    choices: tuple[str, ...] = ()
+    """Permitted values; (): all."""
+    default: Any = None
+    """Value of an option that is not given, set after all relations were checked."""
+    name: str = ""
+    """Attribute of the parsed options, and field of a request; "": the flag without dashes."""
+    nargs: str | None = None
+    """As in `argparse`."""
+    const: Any = True
+    """Value of an option that is given without a value."""
+    collect: Callable[[Any, Any], Any] | None = None
+    """Function from the earlier value (None at first) and the new value to both; raises `ValueError`."""
+    answer: Callable[[argparse.Namespace], str] | None = None
+    """Function from the options to a text that is printed instead of running the command; "": the command runs."""
+    missing: tuple[str, str] | None = None
+    """Message and cure if an argument that the command needs is not given."""
+    group: str = ""
+    """Heading in the help."""
+    choice: str = ""
+    """Task that the option chooses; options that choose different tasks exclude each other."""
+    needs: tuple[str | Condition, ...] = ()
+    """Conditions, or names of other options; "a b": at least one of the two."""
+    excludes: tuple[str | Condition, ...] = ()
+    """Conditions, or names of other options, under which the option has no effect."""
+    cure: str = ""
+    """Cure if the option has no effect; "": leave it out."""
+
+    @property
+    def typed(self) -> str:
+        """The spelling that messages use."""
+        return self.flag.split(" ")[0] if self.flag.startswith("-") else self.metavar
+
+    @property
+    def dest(self) -> str:
+        """The attribute of the parsed options."""
+        return self.name or self.flag.split(" ")[0].lstrip("-").replace("-", "_")
+
+    def words(self, value: str) -> str:
+        """Return flag and value, as one types them."""
+        return f"{self.typed} {self.choices[0] if len(self.choices) == 1 else value}".rstrip()
+
+    def add_to(self, parser: argparse._ActionsContainer) -> None:
+        """Add the option to a parser, or to a group of one."""
+        is_flag = self.flag.startswith("-")
+        is_switch = is_flag and not (self.metavar or self.type or self.choices)
+        keywords: dict[str, Any] = {
+            "row": self,
+            "nargs": 0 if is_switch else self.nargs,
+            "const": self.const,
+            "type": self.type,
+            "choices": self.choices or None,
+            "help": self.help if self.help is argparse.SUPPRESS else with_example(self.help) + _shown(self.default),
+            "metavar": self.metavar or None,
+        }
+        if is_flag:
+            parser.add_argument(*self.flag.split(" "), action=_Store, dest=self.dest, **keywords)
+        else:
+            parser.add_argument(self.dest, action=_Store, **keywords)
+
+
+def _shown(default: Any) -> str:
+    """Return a default as the help shows it, such as ` (30)`; "" if there is none."""
+    if default is None or default is False or default in ((), {}):
+        return ""
+    if isinstance(default, tuple):
+        return f" ({','.join(default)})"
+    return (
+        f" ({default})"
+        if isinstance(default, str)
+        else f" ({default:,})"
+        if isinstance(default, int)
+        else f" ({default:g})"
+    )
+
+
+class _Store(argparse.Action):
+    """Stores the value of an option; the row says how values of a repeated option are collected."""
+
+    def __init__(self, row: Option, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.row = row
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,  # noqa: ARG002 - a parameter of argparse
+    ) -> None:
+        value = self.const if self.nargs == 0 else values
+        if self.row.collect is not None:
+            try:
+                value = self.row.collect(getattr(namespace, self.dest), value)
+            except ValueError as error:
+                parser.error(f"{self.row.typed} {values}: {error}")
+        setattr(namespace, self.dest, value)
+
+
+def add_rows(parser: Parser, rows: Sequence[Option]) -> Parser:
+    """Add options to a parser, each below its heading; return the parser."""
+    groups: dict[str, argparse._ActionsContainer] = {"": parser}
+    for row in rows:
+        if row.group not in groups:
+            groups[row.group] = parser.add_argument_group(row.group)
+        row.add_to(groups[row.group])
+    return parser
+
+
+def settle(rows: Sequence[Option], options: argparse.Namespace) -> argparse.Namespace:
+    """Check what was given, set the defaults and `options.choice`, and return the options.
+
+    Raises:
+        UsageError: an argument is missing, or an option has no effect; the row gives message and cure.
+    """
+    given = {row.dest: row for row in rows if getattr(options, row.dest) not in (None, [])}
+    for row in rows:
+        if row.missing is not None and row.dest not in given:
+            raise UsageError(row.missing[0], with_example(row.missing[1]))
+    chosen = {row.choice: row.typed for row in reversed(given.values()) if row.choice}
+    if len(chosen) > 1:
+        raise UsageError(f"{' and '.join(reversed(chosen.values()))} ask for different things", "give one of them")
+    options.choice = next(iter(chosen), "")
+    for row in given.values():
+        _check_effect(row, {each.dest: each for each in rows}, given, options)
+    for row in rows:
+        if row.dest not in given:
+            setattr(options, row.dest, row.default)
+    return options
+
+
+def _check_effect(
+    row: Option, known: Mapping[str, Option], given: Mapping[str, Option], options: argparse.Namespace
+) -> None:
+    """Check the relations of an option that is given.
+
+    Raises:
+        UsageError: the option has no effect.
+    """
+    leave_out = row.cure or f"leave {row.typed} out"
+    for each in row.excludes:
+        if isinstance(each, Condition) and each.holds(options):
+            raise UsageError(f"{row.typed} has no effect on {each.name}", each.cure or leave_out)
+        if each in given:
+            raise UsageError(f"{row.typed} has no effect with {given[str(each)].typed}", leave_out)
+    for each in row.needs:
+        if isinstance(each, Condition):
+            if not each.holds(options):
+                raise UsageError(f"{row.typed} has no effect without {each.name}", each.cure or leave_out)
+            continue
+        others = [known[name] for name in each.split() if name in known]
+        if not any(other.dest in given for other in others):
+            without = " or ".join(other.words("") for other in others)
+            add = " or ".join(other.words(other.metavar) for other in others)
+            raise UsageError(f"{row.typed} has no effect without {without}", f"add {add}, or {leave_out}")
+
+
+# -- a command ---------------------------------------------------------------------------------------------------------
 
 
 @frozen
 class Command:
-    """One `cortexc NAME ...`: its words, what its help says, and the function behind it.
+    """A command `cortexc NAME`: words, help, options, and the function behind them.
 
-    --help, --no-colour, --json and the complaint about a missing first word are here for all commands.
+    All commands have --help and --no-colour, and --json if they can answer with a document.
     """
 
     name: str
+    """First word; "": the command `cortexc FILE`."""
     usage: str
-    """What follows the name, in a line."""
+    """Words after the name, one line per form."""
     description: str
-    options: Callable[["Parser"], None]
-    """Adds the options of this command alone."""
+    options: Sequence[Option]
+    """Rows of the options, in the order of the help."""
     function: Callable[[argparse.Namespace, Terminal], int]
-    """What it does, from the options to an exit code; `options.words` is the command line as typed."""
+    """Function from the options to an exit code; `options.command_line` holds the words as typed."""
     epilog: str = ""
-    needs: tuple[str, str, str] | None = None
-    """An argument that it cannot do without, and the message and the cure where that is missing."""
+    """Text at the end of the help."""
     json: bool = True
-    """Whether it can answer with one document."""
-    wrapped: bool = False
-    """Whether its texts are wrapped to the width of the terminal."""
-    no_colour: str = argparse.SUPPRESS
-    """What the help says of --no-colour."""
+    """Whether the command can answer with one document."""
+    layout: type[argparse.HelpFormatter] = argparse.RawDescriptionHelpFormatter
+    """Layout of the help; `argparse.HelpFormatter` wraps the texts to the width of the terminal."""
 
-    def parser(self) -> "Parser":
-        """The parser of `cortexc NAME`, whose options keep their order."""
+    @property
+    def rows(self) -> list[Option]:
+        """All options, including those that every command has."""
+        own = {row.dest for row in self.options}
+        shared = (*((JSON,) if self.json else ()), replace(NO_COLOUR, help=argparse.SUPPRESS), HELP)
+        return [*self.options, *(row for row in shared if row.dest not in own)]
+
+    def parser(self) -> Parser:
+        """Return the parser of the command line, whose options keep their order."""
         parser = Parser(
-            prog=f"cortexc {self.name}",
-            usage="\n       ".join(f"cortexc {self.name} {line}".rstrip() for line in self.usage.split("\n")),
+            prog=f"cortexc {self.name}".rstrip(),
+            usage="\n       ".join(f"cortexc {f'{self.name} {line}'.strip()}" for line in self.usage.split("\n")),
             description=self.description,
             epilog=with_example(self.epilog) or None,
-            formatter_class=argparse.HelpFormatter if self.wrapped else argparse.RawDescriptionHelpFormatter,
+            formatter_class=self.layout,
             allow_abbrev=False,
             add_help=False,
         )
-        self.options(parser)
-        if self.json:
-            add_json(parser)
-        parser.add_argument("--no-colour", "--no-color", action="store_true", help=self.no_colour)
-        parser.add_argument("-h", "--help", action="store_true", help="this page")
-        return parser
+        return add_rows(parser, self.rows)
 
 
 def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> int:
-    """Run `cortexc NAME WORDS...` and return its exit code.
+    """Run a command with these words and return its exit code.
 
     Raises:
         UsageError: the words are not as the command needs them.
     """
-    parser = command.parser()
+    parser, rows = command.parser(), command.rows
     options = parser.parse_args(words)
     if options.help:
         terminal.write(parser.format_help(), coloured=True)
         return Exit.FINE
-    if command.needs is not None and not getattr(options, command.needs[0]):
-        raise UsageError(command.needs[1], with_example(command.needs[2]))
-    options.words = tuple(words)
-    return command.function(options, terminal)
+    for row in rows:
+        if row.answer and getattr(options, row.dest) is not None and (text := row.answer(options)):
+            terminal.write(text)
+            return Exit.FINE
+    options.command_line = tuple(words)
+    return command.function(settle(rows, options), terminal)
+
+
+FORM = ("--json", "--no-colour", "--no-color")
+"""Options that change only the form of the output."""
+
+
+def typed_again(name: str, words: Sequence[str]) -> str:
+    """Return the command line as it was typed, without the options of `FORM`."""
+    return join(["cortexc", name, *(word for word in words if word not in FORM)])
 
 
 def with_example(text: str) -> str:
-    """The text with an example of a run in its place."""
+    """Return the text with the folder of a run in the place of `EXAMPLE_RUN`."""
     if EXAMPLE_RUN not in text:
         return text
     from engine.search.store import example_run
@@ -155,110 +358,97 @@ def with_example(text: str) -> str:
     return text.replace(EXAMPLE_RUN, str(example_run()))
 
 
-# -- options that several commands have, each worded once --------------------------------------------------------------
+# -- rows that several commands have -----------------------------------------------------------------------------------
 
 
-def add_run(parser: Parser, text: str = "a run directory") -> None:
-    """RUN: where a search left what it found."""
-    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help=with_example(text))
+def _with_param(earlier: dict[str, str] | None, pair: tuple[str, str]) -> dict[str, str]:
+    name, value = pair
+    if name in (earlier or {}):
+        raise UsageError(f"-p {name} is given twice", "give every param once")
+    return {**(earlier or {}), name: value}
 
 
-def add_jobs(parser: Parser, who: str = "threads") -> None:
-    """--jobs: as many at a time; as many as there are cores unless it is given."""
-    parser.add_argument(
-        "--jobs",
-        metavar="N",
-        type=whole_number(1, 1024),
-        default=cores(),
-        help=f"{who}; results never depend on it ({cores()})",
-    )
-
-
-def add_dask(parser: Parser, what: str) -> None:
-    """--dask: workers elsewhere."""
-    parser.add_argument(
-        "--dask", metavar="ADDRESS", help=f"address of a Dask scheduler; `local` starts one for the {what}"
-    )
-
-
-def add_ego(parser: argparse._ActionsContainer, *, batch: bool = True) -> None:
-    """--ego: who drives for a controller of the file; `batch`: how many scenes at once, and what is observed, too."""
-    parser.add_argument(
-        "--ego",
-        metavar="NAME",
-        action=_OneMoreDriver,
-        help="driver of the ego: python:package.module:function or process:COMMAND; of several controllers one for "
-        "each: --ego CONTROLLER=python:...",
-    )
-    if batch:
-        parser.add_argument(
-            "--ego-observes",
-            metavar="WHAT",
-            choices=OBSERVABLE,
-            help="what it observes: records of the file, where it has any, or egocentric, what is seen from its seat "
-            "(records)",
-        )
-        parser.add_argument(
-            "--ego-batch",
-            metavar="N",
-            type=whole_number(1, 10**6),
-            help="scenes passed to this driver in one call (256)",
-        )
-
-
-DRIVER_OPTIONS = ("ego", "ego_batch", "ego_observes")
-
-
-def flag_of(name: str) -> str:
-    """How an option is written on the command line."""
-    return "--" + name.replace("_", "-")
-
-
-def driver_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Those about the driver that were given.
-
-    Raises:
-        UsageError: there are some, and no driver.
-    """
-    given = {name: value for name in DRIVER_OPTIONS if (value := getattr(options, name)) is not None}
-    if given and "ego" not in given:
-        raise UsageError(f"{flag_of(next(iter(given)))} has no effect without a driver", "add --ego NAME")
-    return given
+HELP = Option("-h --help", "this page", name="help")
+JSON = Option("--json", "one JSON document on stdout, and nothing else there", default=False)
+NO_COLOUR = Option("--no-colour --no-color", "plain output", default=False)
+RUN = Option("run", "a run directory", "RUN", type=Path, nargs="?")
+JOBS = Option("--jobs", "threads; results never depend on it", "N", whole_number(1, 1024), default=cores())
+DASK = Option("--dask", "address of a Dask scheduler; `local` starts one for the search", "ADDRESS")
+PARAM = Option("-p --param", "fix a param", "NAME=VALUE", assignment, name="overrides", default={}, collect=_with_param)
+SCENARIO = Option("--scenario", "the scenario to run, where the file has several (Main)", "NAME")
+SEED = Option("--seed", "seed of all random numbers (0)", "N", whole_number(0, SEED_LIMIT))
+EGO = Option(
+    "--ego",
+    "driver of the ego: python:package.module:function or process:COMMAND; of several controllers one for each: "
+    "--ego CONTROLLER=python:...",
+    "NAME",
+    collect=added,
+)
+DRIVER = (
+    EGO,
+    Option(
+        "--ego-observes",
+        "what it observes: records of the file, where it has any, or egocentric, what is seen from its seat",
+        "WHAT",
+        choices=OBSERVABLE,
+        default=RunRequest.ego_observes,
+        needs=("ego",),
+    ),
+    Option(
+        "--ego-batch",
+        "scenes passed to this driver in one call",
+        "N",
+        whole_number(1, 10**6),
+        default=RunRequest.ego_batch,
+        needs=("ego",),
+    ),
+)
+PROFILE = Option(
+    "--profile",
+    "thresholds of the risk score",
+    "NAME",
+    choices=("paper", "paper-mm", "literature"),
+    default=RunRequest.profile,
+)
+GENERATIONS = Option(
+    "--generations", "generations", "N", whole_number(1, GENERATION_LIMIT), default=SearchRequest.generations
+)
+POPULATION = Option(
+    "--population",
+    "individuals in each generation",
+    "N",
+    whole_number(2, 10**6, "a crossover needs two parents"),
+    default=SearchRequest.population,
+)
+PRESET = Option(
+    "--preset",
+    "preset of the genetic algorithm",
+    "NAME",
+    choices=("cortex", "cortex-literal"),
+    default=SearchRequest.preset,
+)
+OBJECTIVE = Option(
+    "--objective",
+    "goal of the search; may be repeated",
+    "NAME",
+    default=SearchRequest.objective,
+    collect=lambda earlier, name: (*(earlier or ()), name),
+)
+ROLLOUTS = Option(
+    "--rollouts", "scenes for each individual", "K", whole_number(1, 10_000), default=SearchRequest.rollouts
+)
+AGGREGATE = Option(
+    "--aggregate",
+    "one score from K: mean, max or a quantile such as q90",
+    "HOW",
+    aggregate,
+    default=SearchRequest.aggregate,
+    needs=("rollouts",),
+)
 
 
 def driver_words(ego: Egos | None, batch: int | None, observes: str | None) -> list[str]:
-    """The words of a command line that name a driver again; of what is as it is anyway, nothing."""
-    usual = RunRequest()
+    """Return the words of a command line that name a driver again; settings that are usual give no word."""
     words = [] if ego is None else words_of(ego)
-    words += [] if batch in (None, usual.ego_batch) else ["--ego-batch", str(batch)]
-    return words + ([] if observes in (None, usual.ego_observes) else ["--ego-observes", str(observes)])
-
-
-def refuse_driver(options: argparse.Namespace) -> None:
-    """Raise UsageError for options about the driver where a run is shown: it has its own, and keeps what it decided."""
-    for name in DRIVER_OPTIONS:
-        if getattr(options, name) is not None:
-            flag = flag_of(name)
-            raise UsageError(f"{flag} is for a scenario, and a run keeps what its driver decided", f"leave {flag} out")
-
-
-class _OneMoreDriver(argparse.Action):
-    """Drivers of several controllers are named one after the other."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,  # noqa: ARG002 - argparse's
-    ) -> None:
-        before: Egos | None = getattr(namespace, self.dest)
-        try:
-            setattr(namespace, self.dest, added(before, values))
-        except ValueError as error:
-            parser.error(f"--ego {values}: {error}")
-
-
-def add_json(parser: argparse._ActionsContainer) -> None:
-    """--json: for programs that read the answer."""
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    words += [] if batch in (None, RunRequest.ego_batch) else ["--ego-batch", str(batch)]
+    return words + ([] if observes in (None, RunRequest.ego_observes) else ["--ego-observes", str(observes)])

@@ -30,9 +30,14 @@ def compile_request(request: CompileRequest, terminal: Terminal) -> "Compiled | 
     except CompileError as error:
         show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
+    show_compiled(compiled, request, terminal)
+    return compiled
+
+
+def show_compiled(compiled: "Compiled", request: CompileRequest, terminal: Terminal) -> None:
+    """Show warnings and notes of a file that compiles, and hints if the request asks for them."""
     shown = [d for d in compiled.diagnostics if request.hints or d.severity is not Severity.HINT]
     show(compiled.source, shown, request, terminal)
-    return compiled
 
 
 def show(

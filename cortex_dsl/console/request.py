@@ -2,11 +2,12 @@
 
 import math
 import re
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from enum import Enum
 from pathlib import Path
+from typing import TypeVar
 
 from engine.driving.names import Egos
 from engine.frozen import frozen
@@ -94,6 +95,15 @@ class Request:
     """Of `--sample`."""
     stage: str = ""
     """Of `--emit`."""
+
+
+Part = TypeVar("Part")
+
+
+def filled(part: type[Part], options: Namespace) -> Part:
+    """Return a part of a request from the options of the same names; an option that is None leaves the default."""
+    given = {name: getattr(options, name, None) for name in part.__dataclass_fields__}  # type: ignore[attr-defined]
+    return part(**{name: value for name, value in given.items() if value is not None})
 
 
 # -- types of arguments: each takes the text and gives a value, or says what would be right ----------------------------

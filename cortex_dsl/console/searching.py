@@ -22,7 +22,7 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
             best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
             progress.generation_done(done.figures.by_individual, done.simulations, best)
             if done.generation == 0 and is_constant(done):
-                terminal.err.print(constant_line(done), style="warn", soft_wrap=True)
+                terminal.note(constant_line(done), "warn")
 
         yield on_generation
 

@@ -226,8 +226,9 @@ def _no_scene(
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
     from engine.acceptance import account, weigh
+    from engine.feasibility import explain
 
-    genome = scenes.genomes[0] if tally.scenes == 1 else None
+    genome = scenes.genomes[0] if tally.scenes == 1 and not explain(scenario.program).infeasible else None
     blame = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
         from cortex_dsl.report.findings.run_report import no_scene_content

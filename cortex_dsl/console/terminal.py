@@ -41,6 +41,9 @@ class Terminal:
     noted: list[dict[str, Any]] = field(default_factory=list, repr=False)
     """Diagnostics that the next document contains."""
 
+    notes: list[str] = field(default_factory=list, repr=False)
+    """Warnings and remarks of the command itself, which the next document contains too."""
+
     @cached_property
     def out(self) -> "Console":
         return _console(sys.stdout, self.colour)
@@ -56,10 +59,15 @@ class Terminal:
         sys.stdout.write(shown if shown.endswith("\n") else shown + "\n")
 
     def document(self, kind: str, content: Mapping[str, Any]) -> None:
-        """The one document of --json, with all diagnostics of the command."""
+        """The one document of --json, with all diagnostics and notes of the command."""
         from cortex_dsl.report.documents import document
 
-        self.write(document(kind, {**content, "diagnostics": self.noted}))
+        self.write(document(kind, {**content, "diagnostics": self.noted, "notes": self.notes}))
+
+    def note(self, text: str, style: str = "quiet") -> None:
+        """A warning (`warn`) or a remark on the results, on stderr and in the document."""
+        self.notes.append(text)
+        self.err.print(text, style=style, soft_wrap=True)
 
     def complain(self, message: str, cure: str = "") -> None:
         """An error of the command itself, on stderr."""

@@ -1,10 +1,12 @@
-"""The table of formats that a case can be written in. A new one is a row here and a function; see CONTRIBUTING.md."""
+"""The table of formats that a case can be written in, and their writers and checkers.
+
+Each function imports what it needs when it is called. A new format is a row and two functions; see CONTRIBUTING.md.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Protocol
 
 from engine.extras import installing, is_installed
 
@@ -22,9 +24,23 @@ RECORDINGS = (*TABLES, *LOGS, SCENARIO)
 
 
 class Writer(Protocol):
-    """What a row names: the files of one case, whose names begin with `stem`."""
+    """Returns the files of one case, whose names begin with `stem`."""
 
     def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions", /) -> "Export": ...
+
+
+class RecordingWriter(Protocol):
+    """Returns the files of a recording, whose names begin with `stem`."""
+
+    def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
+
+
+class Checker(Protocol):
+    """Returns what is wrong with the files of one case, which were written into a folder under these names."""
+
+    def __call__(
+        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
+    ) -> "Iterator[Finding]": ...
 
 
 @dataclass(frozen=True)
@@ -39,15 +55,14 @@ class Format:
     """Who reads them."""
     opened: str
     """What to do with it, `{file}` being the first file."""
-    checker: str
-    """`module:function` of its `Checker`, which reads back what was written; imported when it is asked for."""
+    writer: Writer
+    """Function that writes a case."""
+    checker: Checker
+    """Function that reads the written files back and compares them with the run."""
     checked: str
-    """What that holds against the run, `{mode}` being how OpenSCENARIO is written."""
-    writer: str = ""
-    """The same of its `Writer`."""
-    of_recording: str = ""
-    """`module:function` of a recording and a stem: in its place where nothing else of the case is written, and for
-    recordings from elsewhere."""
+    """Quantities that the checker compares; `{mode}`: the form of an OpenSCENARIO file."""
+    of_recording: RecordingWriter | None = None
+    """Function that writes a recording from elsewhere; None: the format needs more than motion."""
     needs: str = ""
     """What a recording from elsewhere lacks, so that it cannot be turned into this."""
     package: str = ""
@@ -56,121 +71,107 @@ class Format:
     """The extra of cortexc that brings it."""
 
 
-class RecordingWriter(Protocol):
-    """The files of a recording, whose names begin with `stem`."""
-
-    def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
+# -- writers: one case in one format, with its road --------------------------------------------------------------------
 
 
-class Checker(Protocol):
-    """What is wrong with the files of one case, which were written into a folder under these names."""
+def openscenario(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    """Return the `.xosc`, by replay or by maneuvers, and its road."""
+    from engine.interchange.after_contact import shown_after_contact
+    from engine.interchange.contract import Export
 
-    def __call__(
-        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
-    ) -> "Iterator[Finding]": ...
+    road = opendrive(case, stem, options)
+    (road_file,) = road.files
+    if options.mode == "maneuver":
+        from cortex_dsl.interchange.maneuvers import maneuver_files
 
-
-PLAYED_BY_CARLA = "python scenario_runner.py --sync --frameRate RATE --openscenario {file}"
-"""What to do with an `.xosc` written for CARLA, in the folder of ScenarioRunner; RATE is in ticks a second."""
-_HERE, _ENGINE = "cortex_dsl.interchange", "engine.interchange"
-_ROAD, _SCENARIO = "a road made by `map`", "the scenario that it was a run of"
-_MOTION = "motion at every sample, metrics and risk"
-FORMATS: Mapping[str, Format] = {
-    "xosc": Format(
-        suffixes=(".xosc", ".xodr"),
-        summary="OpenSCENARIO XML, and its road",
-        readers="esmini, CARLA's ScenarioRunner, RoadRunner, dSPACE, Vector",
-        opened="esmini --window 60 60 1000 600 --traj_filter 0 --osc {file}",
-        writer=f"{_HERE}.writing:openscenario",
-        checker=f"{_ENGINE}.openscenario.check:check_openscenario",
-        checked="{mode}; the road's lanes",
-    ),
-    "xodr": Format(
-        suffixes=(".xodr",),
-        summary="OpenDRIVE: the road alone",
-        readers="esmini, CARLA, SUMO's netconvert, Scenic",
-        opened="odrviewer --window 60 60 1000 600 --odr {file}",
-        writer=f"{_HERE}.writing:opendrive",
-        checker=f"{_ENGINE}.opendrive.check:check_opendrive",
-        checked="ids, links, and where the lanes lie",
-        needs=_ROAD,
-    ),
-    "commonroad": Format(
-        suffixes=(".cr.xml", ".solution.xml"),
-        summary="CommonRoad 2020a: scenario, and the ego's motion as a solution",
-        readers="commonroad-io, its drivability checker, CriMe",
-        opened="from Python: CommonRoadFileReader('{file}').open()",
-        of_recording=f"{_ENGINE}.commonroad:write_commonroad",
-        needs=_ROAD,
-        checker=f"{_ENGINE}.commonroad.check:check_commonroad",
-        checked="ids, references, the actors; motion is not read back",
-    ),
-    "scenic": Format(
-        suffixes=(".scenic", ".xodr"),
-        summary="Scenic source with every value fixed, and its road",
-        readers="Scenic 3, and through it CARLA and MetaDrive",
-        opened="scenic --2d {file}",
-        writer=f"{_HERE}.writing:scenic",
-        checker=f"{_HERE}.scenic.write:check_scenic",
-        checked="the start of every actor; what follows is Scenic's own simulation",
-        needs=_SCENARIO,
-    ),
-    "csv": Format(
-        suffixes=(".csv",),
-        summary="trajectories, in omega-prime's columns",
-        readers="pandas, omega-prime, spreadsheets",
-        opened="cortexc measure {file}",
-        of_recording=f"{_ENGINE}.tables:write_csv",
-        checker=f"{_ENGINE}.tables.read:check_table",
-        checked=_MOTION,
-    ),
-    "parquet": Format(
-        suffixes=(".parquet",),
-        summary="the same as a Parquet table, and the road in its metadata",
-        readers="pandas, polars, DuckDB",
-        opened="cortexc measure {file}",
-        writer=f"{_HERE}.writing:parquet",
-        of_recording=f"{_ENGINE}.tables:write_parquet",
-        checker=f"{_ENGINE}.tables.read:check_table",
-        checked=_MOTION,
-        package="pyarrow",
-        extra="export",
-    ),
-    "mcap": Format(
-        suffixes=(".mcap",),
-        summary="a scene that plays in a viewer",
-        readers="Foxglove, Lichtblick, rerun",
-        opened="open {file} in Foxglove or Lichtblick",
-        of_recording=f"{_ENGINE}.mcap:write_mcap",
-        checker=f"{_ENGINE}.mcap.check:check_mcap",
-        checked="every message: actors, positions, headings, sizes, speeds, pedals",
-        package="mcap",
-        extra="export",
-    ),
-    "scn": Format(
-        suffixes=(".scn",),
-        summary="a scenario of cortexc that runs to the same outcome",
-        readers="cortexc",
-        opened="cortexc {file}",
-        writer=f"{_HERE}.scn:write_scn",
-        checker=f"{_HERE}.scn:check_scn",
-        checked="compiled and run again: every state and every metric, bit for bit",
-    ),
-}
-"""By the name that `--to` takes."""
+        export = maneuver_files(case, stem, options, road_file)
+        return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
+    if options.player == "carla":
+        from engine.interchange.openscenario.carla import write_for_carla as write
+    else:
+        from engine.interchange.openscenario import write_trajectories as write
+    replay = shown_after_contact(case.replay, options.after_contact or "through")
+    export = write(replay, stem, options, road_file)
+    return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
 
 
-CHECKED_BY_MODE: Mapping[str, str] = {
-    "trajectory": _MOTION,
-    "maneuver": "the rules of the format; motion is not checked, as only a simulator produces it",
-}
-"""What is checked of an `.xosc`, by how it is written."""
+def opendrive(case: "ExportCase", _stem: str, options: "ExportOptions") -> "Export":
+    """Return the road, under a name that all cases of the scenario share."""
+    from cortex_dsl.api.concrete import map_copies
+    from cortex_dsl.interchange.cases import road_name
+    from engine.interchange.contract import Export
+    from engine.interchange.opendrive import SOMEWHERE, write_opendrive
+    from engine.maps import MapFile
+
+    program, name = case.scenario.program, road_name(case.scenario)
+    if isinstance(program.road_spec, MapFile):
+        return Export(dict(map_copies(program)))
+    place = SOMEWHERE if options.player == "carla" else ""
+    text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance, place)
+    return Export({f"{name}.xodr": text})
 
 
-def writer_of(name: str) -> Writer:
-    """The function behind a row."""
-    entry = FORMATS[name]
-    return _function(entry.writer) if entry.writer else _of_recording(recording_writer_of(name))
+def parquet(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    """Return the table of trajectories, with the road in its metadata, as omega-prime stores it.
+
+    Raises:
+        InterchangeError: pyarrow is not installed.
+    """
+    from engine.interchange.after_contact import shown_after_contact
+    from engine.interchange.contract import Export
+    from engine.interchange.tables import write_parquet
+
+    ((name, road),) = opendrive(case, stem, options).files.items()
+    text = road if isinstance(road, str) else road.decode("utf-8", "replace")
+    replay = shown_after_contact(case.replay, options.after_contact or "physics")
+    export = write_parquet(replay, stem, (PurePath(name).stem, text))
+    return Export(export.files, (*case.left_out, *export.remarks))
+
+
+def scenic(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    """Return `<stem>.scenic` and the road that it reads.
+
+    Raises:
+        InterchangeError: the road, or what the scenario imports, is nothing that Scenic reads.
+    """
+    from cortex_dsl.interchange.scenic import refuse_left_hand, write_scenic
+    from engine.interchange.contract import Export
+
+    refuse_left_hand(case)
+    road = opendrive(case, stem, options)
+    (road_file,) = road.files
+    export = write_scenic(case, f"{stem}.scenic", road_file)
+    return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
+
+
+def csv(recording: "Recording", stem: str) -> "Export":
+    from engine.interchange.tables import write_csv
+
+    return write_csv(recording, stem)
+
+
+def parquet_of_recording(recording: "Recording", stem: str) -> "Export":
+    from engine.interchange.tables import write_parquet
+
+    return write_parquet(recording, stem)
+
+
+def mcap(recording: "Recording", stem: str) -> "Export":
+    from engine.interchange.mcap import write_mcap
+
+    return write_mcap(recording, stem)
+
+
+def commonroad(recording: "Recording", stem: str) -> "Export":
+    from engine.interchange.commonroad import write_commonroad
+
+    return write_commonroad(recording, stem)
+
+
+def scn(case: "ExportCase", stem: str, options: "ExportOptions") -> "Export":
+    from cortex_dsl.interchange.scn import write_scn
+
+    return write_scn(case, stem, options)
 
 
 def _of_recording(write: RecordingWriter) -> Writer:
@@ -185,24 +186,167 @@ def _of_recording(write: RecordingWriter) -> Writer:
     return written
 
 
-def recording_writer_of(name: str) -> "RecordingWriter":
-    """Return the row's writer that needs a recording only."""
-    return _function(FORMATS[name].of_recording)
+# -- checkers: the files of one case, read back ------------------------------------------------------------------------
 
 
-def checker_of(name: str) -> Checker:
-    """The one that checks what was written."""
-    return _function(FORMATS[name].checker)
+def _check_xosc(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from engine.interchange.openscenario.check import check_openscenario
+
+    return check_openscenario(case, folder, names, options)
+
+
+def _check_xodr(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from engine.interchange.opendrive.check import check_opendrive
+
+    return check_opendrive(case, folder, names, options)
+
+
+def _check_commonroad(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from engine.interchange.commonroad.check import check_commonroad
+
+    return check_commonroad(case, folder, names, options)
+
+
+def _check_scenic(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from cortex_dsl.interchange.scenic.write import check_scenic
+
+    return check_scenic(case, folder, names, options)
+
+
+def _check_table(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from engine.interchange.tables.read import check_table
+
+    return check_table(case, folder, names, options)
+
+
+def _check_mcap(
+    case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+) -> "Iterator[Finding]":
+    from engine.interchange.mcap.check import check_mcap
+
+    return check_mcap(case, folder, names, options)
+
+
+def _check_scn(case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions") -> "Iterator[Finding]":
+    from cortex_dsl.interchange.scn import check_scn
+
+    return check_scn(case, folder, names, options)
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
+
+PLAYED_BY_CARLA = "python scenario_runner.py --sync --frameRate RATE --openscenario {file}"
+"""What to do with an `.xosc` written for CARLA, in the folder of ScenarioRunner; RATE is in ticks a second."""
+_ROAD, _SCENARIO = "a road made by `map`", "the scenario that it was a run of"
+_MOTION = "motion at every sample, metrics and risk"
+FORMATS: Mapping[str, Format] = {
+    "xosc": Format(
+        suffixes=(".xosc", ".xodr"),
+        summary="OpenSCENARIO XML, and its road",
+        readers="esmini, CARLA's ScenarioRunner, RoadRunner, dSPACE, Vector",
+        opened="esmini --window 60 60 1000 600 --traj_filter 0 --osc {file}",
+        writer=openscenario,
+        checker=_check_xosc,
+        checked="{mode}; the road's lanes",
+    ),
+    "xodr": Format(
+        suffixes=(".xodr",),
+        summary="OpenDRIVE: the road alone",
+        readers="esmini, CARLA, SUMO's netconvert, Scenic",
+        opened="odrviewer --window 60 60 1000 600 --odr {file}",
+        writer=opendrive,
+        checker=_check_xodr,
+        checked="ids, links, and where the lanes lie",
+        needs=_ROAD,
+    ),
+    "commonroad": Format(
+        suffixes=(".cr.xml", ".solution.xml"),
+        summary="CommonRoad 2020a: scenario, and the ego's motion as a solution",
+        readers="commonroad-io, its drivability checker, CriMe",
+        opened="from Python: CommonRoadFileReader('{file}').open()",
+        writer=_of_recording(commonroad),
+        of_recording=commonroad,
+        needs=_ROAD,
+        checker=_check_commonroad,
+        checked="ids, references, the actors; motion is not read back",
+    ),
+    "scenic": Format(
+        suffixes=(".scenic", ".xodr"),
+        summary="Scenic source with every value fixed, and its road",
+        readers="Scenic 3, and through it CARLA and MetaDrive",
+        opened="scenic --2d {file}",
+        writer=scenic,
+        checker=_check_scenic,
+        checked="the start of every actor; what follows is Scenic's own simulation",
+        needs=_SCENARIO,
+    ),
+    "csv": Format(
+        suffixes=(".csv",),
+        summary="trajectories, in omega-prime's columns",
+        readers="pandas, omega-prime, spreadsheets",
+        opened="cortexc measure {file}",
+        writer=_of_recording(csv),
+        of_recording=csv,
+        checker=_check_table,
+        checked=_MOTION,
+    ),
+    "parquet": Format(
+        suffixes=(".parquet",),
+        summary="the same as a Parquet table, and the road in its metadata",
+        readers="pandas, polars, DuckDB",
+        opened="cortexc measure {file}",
+        writer=parquet,
+        of_recording=parquet_of_recording,
+        checker=_check_table,
+        checked=_MOTION,
+        package="pyarrow",
+        extra="export",
+    ),
+    "mcap": Format(
+        suffixes=(".mcap",),
+        summary="a scene that plays in a viewer",
+        readers="Foxglove, Lichtblick, rerun",
+        opened="open {file} in Foxglove or Lichtblick",
+        writer=_of_recording(mcap),
+        of_recording=mcap,
+        checker=_check_mcap,
+        checked="every message: actors, positions, headings, sizes, speeds, pedals",
+        package="mcap",
+        extra="export",
+    ),
+    "scn": Format(
+        suffixes=(".scn",),
+        summary="a scenario of cortexc that runs to the same outcome",
+        readers="cortexc",
+        opened="cortexc {file}",
+        writer=scn,
+        checker=_check_scn,
+        checked="compiled and run again: every state and every metric, bit for bit",
+    ),
+}
+"""By the name that `--to` takes."""
+
+
+CHECKED_BY_MODE: Mapping[str, str] = {
+    "trajectory": _MOTION,
+    "maneuver": "the rules of the format; motion is not checked, as only a simulator produces it",
+}
+"""What is checked of an `.xosc`, by how it is written."""
 
 
 def checked_of(name: str, mode: str) -> str:
     """What a check looks at."""
     return FORMATS[name].checked.format(mode=CHECKED_BY_MODE[mode])
-
-
-def _function(place: str) -> Any:
-    module, _, function = place.partition(":")
-    return getattr(import_module(module), function)
 
 
 def missing_extra(name: str) -> str:

@@ -1,17 +1,11 @@
-"""All files of all cases that were asked for, in memory, before the first of them is written; and each format that
-needs more of a case than its recording.
-"""
+"""All files of the requested cases, in memory, before the first file is written."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import PurePath
 
-from cortex_dsl.api.concrete import map_copies
-from cortex_dsl.interchange.cases import ExportCase, road_name
-from cortex_dsl.interchange.formats import FORMATS, missing_extra, writer_of
-from engine.interchange.after_contact import shown_after_contact
+from cortex_dsl.interchange.cases import ExportCase
+from cortex_dsl.interchange.formats import FORMATS, missing_extra
 from engine.interchange.contract import Export, ExportOptions, InterchangeError
-from engine.maps import MapFile
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ def _refuse_without_package(name: str) -> None:
 def _export(case: ExportCase, name: str, options: ExportOptions) -> Export:
     stem = case.recording.name
     try:
-        return writer_of(name)(case, stem, options)
+        return FORMATS[name].writer(case, stem, options)
     except InterchangeError as error:
         raise InterchangeError(error.message, error.cure, error.place or f"{stem} as {name}") from error
 
@@ -77,66 +71,3 @@ def _add(gathered: Gathered, number: int, name: str, export: Export) -> None:
             gathered.names[number].append(file)
     for remark in export.remarks:
         gathered.remarks.setdefault((name, remark), []).append(number)
-
-
-# -- one case in one format, with its road -----------------------------------------------------------------------------
-
-
-def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:
-    """The `.xosc`, by replay or by maneuvers, and its road."""
-    road = opendrive(case, stem, options)
-    (road_file,) = road.files
-    if options.mode == "maneuver":
-        from cortex_dsl.interchange.maneuvers import maneuver_files
-
-        export = maneuver_files(case, stem, options, road_file)
-        return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))
-    if options.player == "carla":
-        from engine.interchange.openscenario.carla import write_for_carla as write
-    else:
-        from engine.interchange.openscenario import write_trajectories as write
-    replay = shown_after_contact(case.replay, options.after_contact or "through")
-    export = write(replay, stem, options, road_file)
-    return Export({**export.files, **road.files}, (*case.left_out, *export.remarks, *road.remarks))
-
-
-def opendrive(case: ExportCase, _stem: str, options: ExportOptions) -> Export:
-    """The road, under a name that all cases of the scenario share."""
-    from engine.interchange.opendrive import SOMEWHERE, write_opendrive
-
-    program, name = case.scenario.program, road_name(case.scenario)
-    if isinstance(program.road_spec, MapFile):
-        return Export(dict(map_copies(program)))
-    place = SOMEWHERE if options.player == "carla" else ""
-    text = write_opendrive(program.road_spec, case.recording.signals, name, case.road_provenance, place)
-    return Export({f"{name}.xodr": text})
-
-
-def parquet(case: ExportCase, stem: str, options: ExportOptions) -> Export:
-    """The table of trajectories, and in its metadata the road, as omega-prime keeps it.
-
-    Raises:
-        InterchangeError: pyarrow is not installed.
-    """
-    from engine.interchange.tables import write_parquet
-
-    ((name, road),) = opendrive(case, stem, options).files.items()
-    text = road if isinstance(road, str) else road.decode("utf-8", "replace")
-    replay = shown_after_contact(case.replay, options.after_contact or "physics")
-    export = write_parquet(replay, stem, (PurePath(name).stem, text))
-    return Export(export.files, (*case.left_out, *export.remarks))
-
-
-def scenic(case: ExportCase, stem: str, options: ExportOptions) -> Export:
-    """`<stem>.scenic` and the road that it reads.
-
-    Raises:
-        InterchangeError: the road, or what the scenario imports, is nothing that Scenic reads.
-    """
-    from cortex_dsl.interchange.scenic import refuse_left_hand, write_scenic
-
-    refuse_left_hand(case)
-    road = opendrive(case, stem, options)
-    (road_file,) = road.files
-    export = write_scenic(case, f"{stem}.scenic", road_file)
-    return Export({**export.files, **road.files}, (*export.remarks, *road.remarks))

@@ -8,7 +8,7 @@ from cortex_dsl import ir
 from cortex_dsl.lowering.code_tables import code_tables, floats, group_variants, ints
 from cortex_dsl.lowering.templates import VariantCode, lower_variant
 from cortex_dsl.semantics.quantities.units import UNITS, si_word
-from cortex_dsl.source import FileText, Source
+from cortex_dsl.source import Source
 from engine.judged import Judged, Objective, Reading
 from engine.program import (
     ChoiceLabel,
@@ -89,12 +89,7 @@ def _reading(reading: ir.Reading) -> Reading:
 def _imported(source: Source) -> tuple[ImportedText, ...]:
     """The imported files, named as seen from the main one."""
     folder = str(PurePath(source.name).parent)
-
-    def name(file: FileText) -> str:
-        seen = relpath(file.name, folder)
-        return file.name if seen.startswith("..") else seen
-
-    return tuple(ImportedText(name(f), f.start, f.first_line, f.text) for f in source.imported)
+    return tuple(ImportedText(relpath(f.name, folder), f.start, f.first_line, f.text) for f in source.imported)
 
 
 def _routes(variant: ir.Variant, actors: int) -> list[int]:

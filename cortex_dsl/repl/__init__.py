@@ -7,7 +7,7 @@ holds what both work on.
 import argparse
 from pathlib import Path
 
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.command import NO_COLOUR, Command, Option
 from cortex_dsl.console.terminal import Terminal
 
 
@@ -17,10 +17,6 @@ def _start(options: argparse.Namespace, terminal: Terminal) -> int:
     return start(Path(options.file) if options.file else None, terminal)
 
 
-def _options(parser: Parser) -> None:
-    parser.add_argument("file", metavar="FILE", nargs="?", help="a scenario to begin with")
-
-
 REPL = Command(
     name="repl",
     usage="[FILE]",
@@ -28,7 +24,7 @@ REPL = Command(
 Write a scenario entry by entry: each is checked at once, each `require` is
 tested on 10,000 draws. Commands sample, draw, plot, run and search; `:help`
 lists them. From a pipe (`cortexc repl < script`) entries are done one by one.""",
-    options=_options,
+    options=(Option("file", "a scenario to begin with", "FILE", nargs="?"), NO_COLOUR),
     function=_start,
     epilog="""\
 exit codes of a script on standard input:
@@ -41,5 +37,4 @@ exit codes of a script on standard input:
 At a terminal it is 0.
 """,
     json=False,
-    no_colour="plain output",
 )

@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.console.cases import PICTURES, known_formats, pace, picture, play_case, write_cases
+from cortex_dsl.console.kernels import SEARCH
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.console.user_files import Asked, is_folder, place_files, user_path
 from cortex_dsl.interchange.formats import FORMATS
-from cortex_dsl.repl.commands import whole_number
-from cortex_dsl.repl.state import Found, State
+from cortex_dsl.repl.state import Found, State, whole_number
 from cortex_dsl.report.terminal.theme import heading
 from cortex_dsl.spelling import nearest
-from engine.search.ranking import Case
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.case_replay import CaseReplay
+    from engine.search.ranking import Case
 
 IN_SESSION = Asked(":export N", ":export!")
 
@@ -25,7 +25,7 @@ IN_SESSION = Asked(":export N", ":export!")
 def do_worst(state: State, _argument: str) -> None:
     """What each case is; the drive of the reference driver is asked for once."""
     found = _last(state)
-    state.kernels.wait(state.terminal)
+    _wait_for(state, found)
     from cortex_dsl.report.findings.cases_found import cases_found
     from cortex_dsl.report.findings.readable import speed_unit
     from cortex_dsl.report.terminal.worst_view import found_view
@@ -48,8 +48,8 @@ def do_watch(state: State, argument: str) -> None:
     play_case(_replayed(state, case), times, state.terminal)
 
 
-def _replayed(state: State, case: Case) -> "CaseReplay":
-    state.kernels.wait(state.terminal)
+def _replayed(state: State, case: "Case") -> "CaseReplay":
+    _wait_for(state, _last(state))
     from cortex_dsl.report.findings.case_replay import replay_case
 
     scenario = _last(state).scenario
@@ -70,7 +70,11 @@ def _last(state: State) -> Found:
     return state.found
 
 
-def _case(state: State, number: str) -> Case:
+def _wait_for(state: State, found: Found) -> None:
+    state.kernels.wait(state.terminal, SEARCH, found.scenario.program, found.scenario.config)
+
+
+def _case(state: State, number: str) -> "Case":
     worst = _last(state).campaign.worst
     return worst[whole_number(number, 1, "the number of a case", len(worst)) - 1]
 
@@ -117,8 +121,8 @@ def _unknown_suffix(path: Path) -> UsageError:
     return UsageError(f"no case is written as `{path.suffix}`", cure)
 
 
-def _write(state: State, case: Case, stem: str, folder: Path, formats: Sequence[str], *, force: bool) -> None:
-    state.kernels.wait(state.terminal)
+def _write(state: State, case: "Case", stem: str, folder: Path, formats: Sequence[str], *, force: bool) -> None:
+    _wait_for(state, _last(state))
     from cortex_dsl.interchange.cases import case_of_search
     from cortex_dsl.report.terminal.interchange_view import export_view
     from engine.interchange.contract import ExportOptions
@@ -134,7 +138,7 @@ def _write(state: State, case: Case, stem: str, folder: Path, formats: Sequence[
         state.terminal.complain(f"{error.place}: {error.message}", error.cure)
 
 
-def _write_picture(state: State, case: Case, path: Path, *, force: bool) -> None:
+def _write_picture(state: State, case: "Case", path: Path, *, force: bool) -> None:
     content = picture(_replayed(state, case), path, case=case)
     data = content if isinstance(content, bytes) else content.encode("utf-8")
     place_files(path.parent, {path.name: data}, force=force, asked=IN_SESSION)

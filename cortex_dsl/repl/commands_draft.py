@@ -9,18 +9,17 @@ from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.console.user_files import is_folder, read_source, reason, user_path, write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl import entering
-from cortex_dsl.repl.colours import coloured
-from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.draft import Draft, History, comments_above, split
-from cortex_dsl.repl.state import State, check, new_errors, refuse
+from cortex_dsl.repl.state import State, check, new_errors, refuse, whole_number
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from cortex_dsl.syntax.formatting import format_source
 
 
 def do_list(state: State, _argument: str) -> None:
     """The text with line numbers, and before the first line of each entry its own number."""
+    from cortex_dsl.repl.colours import coloured
+
     draft, out = state.draft, state.terminal.out
     if not draft.entries:
         out.print("nothing has been entered yet", style="quiet")
@@ -148,6 +147,8 @@ def do_save(state: State, argument: str) -> None:
 
 def _formatted(state: State) -> str:
     """The text in the one layout; where that cannot be had, as it is."""
+    from cortex_dsl.syntax.formatting import format_source
+
     try:
         return format_source(Source(state.name, state.draft.text))
     except CompileError:

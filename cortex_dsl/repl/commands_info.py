@@ -10,30 +10,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.state import LIKE, State, check, new_errors
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-from cortex_dsl.report.terminal.theme import columns, left
 from cortex_dsl.spelling import did_you_mean
-
-ENTERING = """\
-Enter statements: each is checked at once, each `require` is tested on 10,000
-draws, each `expect` on 400 runs. A definition replaces the old one of its name;
-an expression shows what it is. After a colon, a comma or an open bracket a line
-goes on; a blank line ends a block, Escape and Enter end anything."""
-
-
-def do_help(state: State, argument: str) -> None:
-    from cortex_dsl.repl.commands import COMMANDS
-
-    out, name = state.terminal.out, argument.removeprefix(":")
-    if name and name not in COMMANDS:
-        raise UsageError(f"there is no command `:{name}`", did_you_mean(name, COMMANDS) or "`:help` lists them all")
-    rows = [
-        (Text(f":{row.name}", "title"), Text(row.argument, "unit"), Text(row.summary))
-        for row in COMMANDS.values()
-        if not name or row.name == name
-    ]
-    if not name:
-        out.print(Text(ENTERING), end="\n\n")
-    out.print(columns(left(), left(), left(wrap=True), rows=rows))
 
 
 def do_explain(state: State, argument: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.repl.chunks import parted
 from cortex_dsl.repl.expressions import Over, Probe, probed
-from cortex_dsl.repl.instant import Instant, instant_runs
+from cortex_dsl.repl.instant import INSTANT, Instant, instant_runs
 from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.choices import choice_names, options_made
 from cortex_dsl.report.findings.plotted import Plotted, Shown
@@ -47,7 +47,7 @@ def do_plot(state: State, argument: str) -> None:
 
 def _plot_param(state: State, program: "Program", gene: int) -> None:
     """The accepted values against those that were drawn, of very many draws: nothing is run for them."""
-    state.kernels.wait(state.terminal)
+    state.kernels.wait(state.terminal, ("weigh",), program)
     from cortex_dsl.report.terminal.plot_view import distribution_view
 
     weighing = _plenty(state, state.weighing(program))
@@ -75,7 +75,7 @@ def _plot(state: State, program: "Program", expressions: Sequence[str]) -> None:
     found = probed(state, [each for each in expressions if each not in choices])
     if found is None:
         return
-    scenario = state.scenario_of(found.compiled)
+    scenario = state.scenario_of(found.compiled, INSTANT)
     instant = instant_runs(state, scenario)
     if instant is None:
         return

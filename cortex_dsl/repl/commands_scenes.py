@@ -7,20 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
-from cortex_dsl.console.simulating import blame_of_search, mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
-from cortex_dsl.repl.commands import whole_number
-from cortex_dsl.repl.instant import draw, is_undefined
-from cortex_dsl.repl.state import Found, State, refuse
+from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
+from cortex_dsl.repl.state import Found, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
 from engine.errors import ArgumentError
-from engine.search.campaign import Campaign
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from engine.scenes import Scenes
+    from engine.search.campaign import Campaign
 
 
 SCENES = 10_000
@@ -33,7 +31,7 @@ TRIES = 200
 
 def do_sample(state: State, argument: str) -> None:
     count = whole_number(argument, SCENES, "the number of scenes", MOST_SCENES)
-    scenario = state.scenario()
+    scenario = state.scenario(SAMPLE)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
         for first in range(0, count, CHUNK):
@@ -60,7 +58,7 @@ def _show_tally(state: State, scenario: "Scenario", tally: Tally, seconds: float
 
 
 def do_scene(state: State, _argument: str) -> None:
-    scenario = state.scenario()
+    scenario = state.scenario(INSTANT)
     scenes = _next_scene(state, scenario)
     if scenes is None:
         return
@@ -109,7 +107,7 @@ def do_relax(state: State, argument: str) -> None:
         target = share(argument) if argument else None
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
-    state.kernels.wait(state.terminal)
+    state.kernels.wait(state.terminal, ("weigh",), program)
     from cortex_dsl.report.findings.tally import blame_note
     from cortex_dsl.report.terminal.requirements_view import blame_view
     from cortex_dsl.report.terminal.theme import section
@@ -146,7 +144,7 @@ def do_run(state: State, argument: str) -> None:
     from cortex_dsl.console.simulating import perform_run
 
     seed = seed_of(argument, state.seed)
-    scenario = state.scenario()
+    scenario = state.scenario(RUN)
     request = CompileRequest(Path(state.name), overrides=state.overrides)
     code = perform_run(request, RunRequest(seed=seed), scenario, state.terminal, reproduce=f":run {seed}")
     state.no_scene = code == Exit.NO_SCENE
@@ -163,8 +161,10 @@ def do_random(state: State, argument: str) -> None:
 
 def _search(state: State, method: str, argument: str) -> None:
     """Search, show what was found, and keep it for the commands on cases."""
+    from cortex_dsl.console.simulating import blame_of_search, mistake_of
+
     generations, aims = _asked(method, argument)
-    scenario = state.scenario()
+    scenario = state.scenario(SEARCH)
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     campaign = _campaign(state, scenario, method, generations, aims)
@@ -203,7 +203,7 @@ def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
     return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
 
 
-def _campaign(state: State, scenario: Scenario, method: str, generations: int, aims: tuple[str, ...]) -> Campaign:
+def _campaign(state: State, scenario: "Scenario", method: str, generations: int, aims: tuple[str, ...]) -> "Campaign":
     """The search; Ctrl-C ends it, and what was found until then stays."""
     from cortex_dsl.console.searching import watched
 

@@ -43,7 +43,7 @@ def _show_acceptance(state: State, before: Checked, after: Checked) -> None:
         return
     from engine.acceptance import account
 
-    state.kernels.wait(state.terminal)
+    state.kernels.wait(state.terminal, ("weigh",), after.weighable)
     old = None if before.weighable is None else state.weighing(before.weighable)
     new = state.weighing(after.weighable)
     if not fresh and (old is None or new.acceptance >= NOTABLE * old.acceptance):
@@ -71,13 +71,13 @@ def _show_objectives(state: State, before: Checked, after: Checked) -> None:
     program, lines = after.compiled.program, _new_lines(before.draft, after.draft)
     if not any(each.line in lines for each in (*program.judged.objectives, *_on_run(program))):
         return
-    from cortex_dsl.repl.instant import instant_runs
+    from cortex_dsl.repl.instant import INSTANT, instant_runs
     from cortex_dsl.report.findings.objectives import weighed_objectives
     from cortex_dsl.report.findings.readable import speed_unit
     from cortex_dsl.report.terminal.measures_view import weighed_view
     from cortex_dsl.report.terminal.theme import indented
 
-    instant = instant_runs(state, state.scenario())
+    instant = instant_runs(state, state.scenario(INSTANT))
     if instant is None:
         return
     found = [each for each in weighed_objectives(program, instant.outcomes) if each.line in lines]

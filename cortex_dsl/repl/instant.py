@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import failure_of
 from cortex_dsl.repl.state import State, refuse
 from engine.vocabulary import Verdict
 
@@ -16,6 +14,8 @@ if TYPE_CHECKING:
     from engine.scenes import Scenes
     from engine.tables import Ints
 
+INSTANT = ("sample", "simulate")
+"""Parts of `engine.compiling_apart.PARTS` that instant runs call."""
 RUNS = 400
 """Enough to tell a tenth from a fifth; a run takes less than a millisecond."""
 MOST_ATTEMPTS = 2_000_000
@@ -65,6 +65,8 @@ def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
+    from cortex_dsl.console.scenario_mistakes import undefined_value
+
     diagnostic = undefined_value(scenario.compiled, scenes, int(errors[0]))
     if diagnostic is None:
         raise RuntimeError("a scene held a value that is not a number")
@@ -78,6 +80,8 @@ def _fails(state: State, scenario: "Scenario", scenes: "Scenes", outcomes: "Outc
     if not len(errors):
         return False
     row = int(errors[0])
+    from cortex_dsl.console.simulating import failure_of
+
     diagnostic = failure_of(scenario, scenes, outcomes, row)
     if diagnostic is None:
         raise RuntimeError(f"the simulation failed after {outcomes.end_time[row]:.2f} s")

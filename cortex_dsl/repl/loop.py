@@ -41,7 +41,10 @@ def start(file: Path | None, terminal: Terminal) -> int:
         from cortex_dsl.repl.commands_draft import load
 
         load(state, file)
-    return run(state, chunks)
+    try:
+        return run(state, chunks)
+    finally:
+        state.kernels.stop()
 
 
 def _input(state: State) -> Input:

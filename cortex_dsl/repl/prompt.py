@@ -16,6 +16,7 @@ from prompt_toolkit.filters import completion_is_selected, has_completions
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.keys import Keys
 from prompt_toolkit.lexers import DynamicLexer, Lexer, PygmentsLexer, SimpleLexer
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style, merge_styles
@@ -172,7 +173,7 @@ def state_of(state: State) -> str:
 def _accepted(state: State) -> str:
     share = state.acceptance
     if share is None:
-        return "compiling kernels …" if state.kernels.cold else "loading kernels …"
+        return "compiling kernels …" if state.kernels.missing else "loading kernels …"
     return f"{percent(share, 2 if 0 < share < 0.1 else 1)} accepted"
 
 
@@ -192,6 +193,7 @@ def _style() -> Style:
 
 def _keys() -> KeyBindings:
     keys = KeyBindings()
+    indented: list[str] = []  # the text that ends with an indentation of ours, until more is typed
 
     @keys.add("enter", filter=has_completions & completion_is_selected)
     def _(event: KeyPressEvent) -> None:
@@ -204,6 +206,19 @@ def _keys() -> KeyBindings:
             buffer.validate_and_handle()
         else:
             buffer.insert_text("\n" + _indent(buffer.document.current_line_before_cursor))
+            indented[:] = [buffer.text]
+
+    @keys.add(" ")
+    def _(event: KeyPressEvent) -> None:
+        _replace_indentation(event.current_buffer, indented)
+        event.current_buffer.insert_text(" ")
+
+    @keys.add(Keys.BracketedPaste)
+    def _(event: KeyPressEvent) -> None:
+        pasted = event.data.replace("\r\n", "\n").replace("\r", "\n")
+        if pasted.startswith((" ", "\t")):
+            _replace_indentation(event.current_buffer, indented)
+        event.current_buffer.insert_text(pasted)
 
     @keys.add("tab", filter=~has_completions)
     def _(event: KeyPressEvent) -> None:
@@ -214,6 +229,13 @@ def _keys() -> KeyBindings:
         event.current_buffer.validate_and_handle()
 
     return keys
+
+
+def _replace_indentation(buffer: Buffer, indented: list[str]) -> None:
+    """Take back the indentation that Enter wrote before a line that begins with blanks of its own."""
+    if indented == [buffer.text] and not buffer.document.text_after_cursor:
+        buffer.delete_before_cursor(len(buffer.document.current_line_before_cursor))
+    indented.clear()
 
 
 def _complete(buffer: Buffer) -> None:

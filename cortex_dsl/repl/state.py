@@ -1,11 +1,9 @@
 """The state of a session: the one mutable object that entries and commands work on.
 
-It knows the draft and what the compiler says of it, and the kernels, which are compiled while the user types.
+It knows the draft and what the compiler says of it, and what the last search has found.
 """
 
-import threading
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +13,7 @@ from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import Draft, History
+from cortex_dsl.repl.session_kernels import Kernels
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
 from cortex_dsl.semantics.errors.objects import NO_EGO
@@ -107,101 +106,6 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
     first, last = checked.draft.first_lines[index : index + 2]
     fitting = (d for d in checked.remarks if d.severity is not Severity.HINT and d.code not in OF_THE_WHOLE)
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
-
-
-# -- kernels, compiled while the user types ---------------------------------------------------------------------------
-
-TINY = """map intersection(ways=4)
-param V = Range(1, 9) m/s
-ego = new Car on road, with speed V
-require V > 2 m/s
-terminate after 1 s
-"""
-"""A scenario that needs the kernels of every scenario."""
-
-
-PATIENCE = 0.6
-"""Seconds of waiting after which a word is due."""
-
-
-@dataclass
-class Kernels:
-    """Kernels that are compiled in the background from `start` on, or when they are first needed."""
-
-    thread: threading.Thread | None = None
-    cold: bool = False
-    """Whether they have to be compiled, not only loaded."""
-    failed: list[BaseException] = field(default_factory=list)
-    heard: ExitStack = field(default_factory=ExitStack)
-    listening: bool = False
-    told: bool = False
-    """Whether the present command has said that it waits."""
-
-    def start(self) -> None:
-        self.thread = threading.Thread(target=self._work, daemon=True)
-        self.thread.start()
-
-    @property
-    def ready(self) -> bool:
-        """Whether nothing has to be waited for; without a background, work is done when it is needed."""
-        return self.thread is None or not self.thread.is_alive()
-
-    def wait(self, terminal: "Terminal") -> None:
-        """Wait until they are compiled; Ctrl-C ends the waiting, not the work."""
-        from cortex_dsl.report.terminal.kernel_progress import COMPILING
-
-        self.listen(terminal)
-        if self.thread is None:
-            return
-        self.thread.join(PATIENCE)
-        if self.thread.is_alive():
-            self.told = True
-            terminal.err.print(COMPILING if self.cold else "loading kernels …", style="quiet")
-        while self.thread.is_alive():
-            self.thread.join(0.1)
-
-    def listen(self, terminal: "Terminal") -> None:
-        """Until the command is over, say so once when it has to wait for a kernel that is in no cache."""
-        if self.listening:
-            return
-        from cortex_dsl.report.terminal.kernel_progress import COMPILING
-        from engine.compiling import before_compiling
-
-        def tell() -> None:
-            if not self.told and threading.current_thread() is not self.thread:
-                self.told = True
-                terminal.err.print(COMPILING, style="quiet")
-
-        self.heard.enter_context(before_compiling(tell))
-        self.listening = True
-
-    def over(self) -> None:
-        """A command is done."""
-        self.heard.close()
-        self.listening = self.told = False
-
-    def _work(self) -> None:
-        try:
-            from engine.kernels.jit import kernels_are_cached
-
-            self.cold = not kernels_are_cached()
-            warm_up()
-        except BaseException as error:  # the code that needs a kernel gets the same error and shows it
-            self.failed.append(error)
-
-
-def warm_up() -> None:
-    """Load, or compile, all that a session calls."""
-    from cortex_dsl.api.loading import compile_text
-    from engine.acceptance import weigh
-    from engine.avoidability import avoidability
-
-    scenario = compile_text(TINY)
-    weigh(scenario.program, 1)
-    scenes = scenario.sample(1)
-    scenario.simulate(scenes)
-    scenario.watch(scenes)
-    avoidability(scenario.program, scenes, scenario.config.simulation)
 
 
 # -- what a search has found ------------------------------------------------------------------------------------------
@@ -314,8 +218,8 @@ class State:
         program = self.checked.weighable
         return self.weighing(program).acceptance if program is not None and self.kernels.ready else None
 
-    def scenario(self) -> "Scenario":
-        """The draft, ready to be sampled and run.
+    def scenario(self, parts: tuple[str, ...]) -> "Scenario":
+        """The draft, ready for `parts` of `engine.compiling_apart.PARTS`.
 
         Raises:
             UsageError: it is not complete.
@@ -323,17 +227,17 @@ class State:
         compiled = self.checked.compiled
         if compiled is None:
             raise self.not_ready()
-        return self.scenario_of(compiled)
+        return self.scenario_of(compiled, parts)
 
-    def scenario_of(self, compiled: Compiled) -> "Scenario":
+    def scenario_of(self, compiled: Compiled, parts: tuple[str, ...]) -> "Scenario":
         """A compiled text by the settings of the session, once the kernels are there."""
         from cortex_dsl.api.loading import in_file
         from cortex_dsl.api.scenario import Scenario
         from engine.config import Config, SimulationConfig
 
-        self.kernels.wait(self.terminal)
-        simulation = in_file(SimulationConfig(), compiled.program.settings)
-        return Scenario(compiled, Config(simulation=simulation), self.overrides)
+        config = Config(simulation=in_file(SimulationConfig(), compiled.program.settings))
+        self.kernels.wait(self.terminal, parts, compiled.program, config)
+        return Scenario(compiled, config, self.overrides)
 
     def not_ready(self) -> UsageError:
         """Why nothing can be drawn yet."""
@@ -347,3 +251,17 @@ def refuse(state: State, source: Source, diagnostics: Sequence[Diagnostic]) -> N
     state.mistakes += 1
     state.terminal.out.file.flush()
     print_diagnostics(source, diagnostics, state.terminal.err)
+
+
+def whole_number(text: str, default: int, what: str, most: int) -> int:
+    """A count from 1 to `most`; without a text the default.
+
+    Raises:
+        UsageError: the text is no such count.
+    """
+    digits = text.replace(",", "").replace("_", "")
+    if not text:
+        return default
+    if not digits.isascii() or not digits.isdigit() or not 1 <= int(digits[:12]) <= most:
+        raise UsageError(f"{what} must be a whole number from 1 to {most:,}, not `{text}`")
+    return int(digits)

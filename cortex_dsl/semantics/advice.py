@@ -14,11 +14,19 @@ from dataclasses import dataclass, field, fields, is_dataclass
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
-from cortex_dsl.semantics.errors.names import DEAD_GENE, SHADOWS, UNUSED_CLASS, UNUSED_NAME, UNUSED_SCENARIO
+from cortex_dsl.semantics.errors.names import (
+    DEAD_GENE,
+    SHADOWS,
+    UNREAD_PROPERTY,
+    UNUSED_CLASS,
+    UNUSED_NAME,
+    UNUSED_SCENARIO,
+)
 from cortex_dsl.semantics.errors.statements import ALWAYS_TRUE
 from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.properties import IGNORED
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.semantics.quantities.bounds import Interval, folded, part_interval
 from cortex_dsl.source import Span
@@ -234,6 +242,24 @@ def _top_level(module: nodes.Module) -> Iterator[tuple[str, Span]]:
                 yield from ((entry.name, entry.name_span) for entry in entries if entry.name != "map")
 
 
+def unread_properties(module: nodes.Module) -> Iterator[Diagnostic]:
+    """Yield one note for all properties that have no effect, at the first one."""
+    places: dict[str, list[Span]] = {}
+    for node in everything_in(module):
+        match node:
+            case nodes.With(property=name, property_span=span) | nodes.PropertyDefault(name=name, name_span=span):
+                places.setdefault(name, []).append(span)
+    if found := [name for name in IGNORED if name in places]:
+        first = {min(places[name], key=lambda span: span.start): f"`{name}` has no effect" for name in found}
+        labels = [Label(span, first[span]) for span in sorted(first, key=lambda span: span.start)]
+        yield UNREAD_PROPERTY.at(
+            labels[0].span,
+            names=", ".join(f"`{name}` ({len(places[name])})" for name in found),
+            reason="; ".join(dict.fromkeys(IGNORED[name] for name in found)),
+            secondary=tuple(labels[1:]),
+        )
+
+
 # -- the advice --------------------------------------------------------------------------------------------------------
 
 _ALLOWED = re.compile(r"#[ \t]*allow[ \t]+(SCN\d+(?:[ \t,]+SCN\d+)*)")
@@ -258,6 +284,7 @@ def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> I
     yield from bare_numbers(module, file.genes)
     yield from windows(module, file.source)
     yield from contacts(module, file.settings.time_step)
+    yield from unread_properties(module)
     yield from unused_names(module)
     yield from unused_definitions(module, file.entry)
     yield from shadowing_names(module)

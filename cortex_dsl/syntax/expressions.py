@@ -176,7 +176,7 @@ class ExpressionBuilder:
         word = str(tree.children[0])
         if (ours := _FOREIGN_CONSTANTS.get(word)) is not None:
             cure = f"write `{ours}`"
-            self.report(errors.FOREIGN_SPELLING.at(span, f"`{word}` is written `{ours}`", cure, cure=cure))
+            self.report(errors.FOREIGN_SPELLING.at(span, f"`{word}` is written `{ours}`", cure=cure))
         return nodes.Name(word, span=span)
 
     # -- access and calls --------------------------------------------------------------------------------------------

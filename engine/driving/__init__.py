@@ -1,5 +1,5 @@
 """Drivers from outside of a program.
 
-Who is asked is in `controllers`, `named` and `stacks`; scenes side by side that pause for the answers in `stepping`;
-whole scenes driven so in `blocks`, and what is kept of them in `decisions`; environments to train in in `environment`.
+`controllers`, `named` and `stacks` define drivers; `stepping` runs scenes in parallel and pauses them for actions;
+`blocks` drives whole scenes; `decisions` stores the actions; `environment` offers environments for training.
 """

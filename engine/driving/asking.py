@@ -1,7 +1,7 @@
-"""A question to a controller in a block of scenes, some of which it may fail over.
+"""A question to a controller in a block of scenes, with a second try after a failure.
 
-A function remembers nothing: where it fails over a question twice, it is asked about each half of the scenes alone,
-until those are left over which it always fails. With a memory, or in a process, the block has to be driven again
+A function has no memory: if it fails twice over a question, it is asked about each half of the scenes separately, until
+only those remain over which it always fails. A block with a stateful controller or a process has to be driven again
 (`engine.driving.blocks`).
 """
 
@@ -14,43 +14,43 @@ from engine.errors import LostError
 from engine.tables import Bools, Floats, Ints
 
 HOPELESS = 16
-"""So many scenes are lost, and none finished, before a driver is given up."""
+"""Number of lost scenes, with none finished, at which a driver is given up."""
 
 
 @dataclass
 class DriverHistory:
-    """What is known of a driver by now."""
+    """Results of the questions that a driver has answered so far."""
 
     answered: set[int] = field(default_factory=set)
-    """Controls for which it has ever given an action that can be driven: who never did is no driver."""
+    """Numbers of the controls for which it has given an action that can be driven; if empty, it is no usable driver."""
     finished: bool = False
-    """Whether any scene has come to its end."""
+    """True if a scene has reached its end."""
     lost: int = 0
-    """Scenes over which it failed."""
+    """Number of scenes over which it failed."""
 
     @property
     def should_abort(self) -> bool:
-        """Whether so much was lost, and nothing finished, that more would be lost as well."""
+        """Return True if `HOPELESS` scenes are lost and none has finished."""
         return not self.finished and self.lost >= HOPELESS
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a controller decides."""
+    """Answer of a controller to one question."""
 
     actions: Floats
     """(n, a)"""
     lost: dict[int, LostError] = field(default_factory=dict)
-    """The rows over which it fails, and how."""
+    """Error of each row over which it fails."""
     recovered: LostError | None = None
-    """How it failed the first time, where that cost no row."""
+    """Error of the first try, if the second one succeeded for all rows."""
 
 
 def query_with_retries(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) -> Answer:
-    """Ask about the rows of `seen` (n, d) that are `asked` (n,), of samples at these `times` (n,).
+    """Return the answer about the rows of `seen` (n, d) selected by `asked` (n,), for samples at `times` (n,) [s].
 
     Raises:
-        LostError: it fails, and remembers.
+        LostError: the controller fails, and is stateful.
     """
     try:
         return Answer(seat.answer(seen, asked, times))
@@ -82,7 +82,10 @@ def _in_halves(seat: ControllerSlot, seen: Floats, asked: Bools, times: Floats) 
 
 
 def _alone(seen: Floats, rows: Ints) -> Floats:
-    """As many rows, for a product of matrices has other bits of another number: these, and elsewhere one of them."""
+    """Return (len(seen), d): `rows` of `seen` in place, and copies of the first of them elsewhere.
+
+    The number of rows stays the same, because the bits of a matrix product depend on it.
+    """
     only = np.repeat(seen[rows[:1]], len(seen), axis=0)
     only[rows] = seen[rows]
     return only

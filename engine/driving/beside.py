@@ -1,4 +1,4 @@
-"""Who drives beside the agents of an environment."""
+"""Drivers of the controllers that are no agents of an environment."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,10 +12,10 @@ from engine.program import Program
 
 
 def number_of(program: Program, name: str) -> int:
-    """Which of the program's controls a controller has.
+    """Return the number of the control with this controller.
 
     Raises:
-        ArgumentError: none, with the nearest name.
+        ArgumentError: no control has it; the hint names the nearest name.
     """
     names = [control.controller for control in program.controls]
     if name not in names:
@@ -28,10 +28,10 @@ def number_of(program: Program, name: str) -> int:
 
 
 def others_of(program: Program, driver: ActorDriver | None, agent: str, observe: str) -> Mapping[str, object]:
-    """Who drives beside an agent, of those whom a scenario is driven by.
+    """Return the drivers of a scenario's controllers except the agent's, by controller name.
 
     Raises:
-        ArgumentError: they observe something else.
+        ArgumentError: they observe something else than the environment.
     """
     if driver is None:
         return {}
@@ -49,7 +49,11 @@ def others_of(program: Program, driver: ActorDriver | None, agent: str, observe:
 def seats_beside(
     program: Program, agents: Sequence[str], others: Mapping[str, object]
 ) -> list[tuple[ControllerSlot, int]]:
-    """Who drives for the controllers that are no agents."""
+    """Return the slot and control number of each controller that is no agent.
+
+    Raises:
+        ArgumentError: a controller has no driver, or is both an agent and in `others`.
+    """
     if both := [name for name in agents if name in others]:
         raise ArgumentError(
             f"`{both[0]}` decides step by step, and has a driver in `others`", "leave it out of `others`"

@@ -1,10 +1,10 @@
 """Scenes driven by controllers (`engine.driving.controllers`).
 
-A `Driver` hands scenes to a controller in fixed blocks, in their order, padded at the end, for a matrix product gives
-other bits for another n.
+A `Driver` passes scenes to a controller in fixed blocks, in their order. The last block is padded, because the bits of
+a matrix product depend on the number of rows.
 
-What was decided is kept with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
-runs them, the reference driver is held against them, they replay and export, and no controller is asked again.
+The decisions are stored with the scenes (`Scenes.actions`). From then on they are scenes like all others: either host
+runs them, the reference driver is applied to them, they are replayed and exported, and no controller is asked again.
 """
 
 import logging
@@ -31,18 +31,18 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, Verdict
 
 BLOCK = 256
-"""Scenes that a controller is asked about at once."""
+"""Number of scenes about which a controller is asked in one call."""
 RESTING = -1
-"""In the place of the verdict of a scene that is not driven with its block."""
+"""Verdict code of a scene that is not driven with its block."""
 ENDS = (Verdict.VALID, Verdict.ABORTED)
-"""Of scenes that have come to an end."""
+"""Verdicts of scenes that have come to an end."""
 RECOVERED = "; this did not happen again"
 TWICE = 2
-"""So often a block is driven over which a controller fails, before it is halved."""
+"""Number of times a block is driven in which a controller fails, before it is halved."""
 MAX_LOGGED_FAILURES = 5
-"""Ways of failing that are told of one by one; more of them as their number."""
+"""Number of kinds of failure that are logged separately; the rest is logged as a count."""
 LOG = logging.getLogger(__name__)
-"""Where failures of controllers are told; on a command line on stderr."""
+"""Log of the controllers' failures; a command line writes it to stderr."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 
@@ -52,25 +52,25 @@ CONTACT = ContactConfig()
 
 @dataclass(frozen=True)
 class Driven:
-    """Scenes with what was decided in them, and what became of them."""
+    """Driven scenes with their actions, outcomes and failures."""
 
     scenes: Scenes
     outcomes: Outcomes
     failures: tuple[ControllerError, ...] = ()
-    """Of controllers, one for each scene that was lost."""
+    """Failures of controllers, one for each scene that was lost."""
     recovered: tuple[ControllerError, ...] = ()
-    """Failures that did not come back when the scenes were driven once more: they cost no scene."""
+    """Failures that did not recur when the scenes were driven again; no scene was lost."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A line for each failure, for `controller.log`."""
+        """Return one line for each failure, for `controller.log`."""
         return (
             *(failure.message for failure in self.failures),
             *(f"{failure.message}{RECOVERED}" for failure in self.recovered),
         )
 
     def tell(self, told: set[str] | None = None) -> "Driven":
-        """Log each way of failing that is not `told` yet, in brief, and return these scenes."""
+        """Log each kind of failure that `told` does not contain yet, add it there, and return these scenes."""
         told = set() if told is None else told
         for failures, more, end in ((self.failures, "scene", ""), (self.recovered, "time", RECOVERED)):
             for line in _in_brief([each for each in failures if each.kind not in told], more):
@@ -81,28 +81,28 @@ class Driven:
 
 @dataclass(frozen=True, eq=False)
 class Driver:
-    """Who drives, as a setting of a run (`Config.driver`)."""
+    """A driver as a setting of a run (`Config.driver`)."""
 
     given: object
-    """A controller, or a mapping from names to controllers."""
+    """A controller, or a mapping from controller names to controllers."""
     block: int = BLOCK
-    """Scenes that it is asked about at once; part of what decides a result."""
+    """Number of scenes per question; results depend on it."""
     observe: str = RECORDS
-    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
+    """Kind of its observations (`engine.vocabulary.OBSERVABLE`)."""
     name: str = ""
-    """What people know it by: `python:mine.planner:drive`."""
+    """Its name for users: `python:mine.planner:drive`."""
     digest: str = ""
-    """SHA-256 of the file that defines it; "" where there is none."""
+    """SHA-256 of the file that defines it; "" if there is no such file."""
     can_drive_new_scenes: bool = True
-    """Whether it can be asked about scenes that nobody has driven."""
+    """True if it can drive scenes that were not driven before."""
     history: DriverHistory = field(default_factory=DriverHistory, repr=False)
 
     def without_history(self) -> "Driver":
-        """The same, of whom nothing is known yet: what one search learns decides nothing in another."""
+        """Return a copy with an empty history, so that no search influences another."""
         return replace(self, history=DriverHistory())
 
     def has(self, key: Ints, genome: Floats) -> bool:
-        """Whether the scene of a stream key and a genome can be driven: anyone can."""
+        """Return `can_drive_new_scenes`: a controller can drive the scene of every stream key and genome."""
         del key, genome
         return self.can_drive_new_scenes
 
@@ -117,7 +117,7 @@ class Driver:
         """Drive all valid scenes.
 
         Raises:
-            ControllerError: a controller cannot be asked, or has never given an action that can be driven, or fails
+            ControllerError: a controller cannot be asked, has never given an action that can be driven, or fails
                 everywhere.
         """
         work = self._work(program, config, contact, jobs)
@@ -140,7 +140,7 @@ class Driver:
         return Driven(scenes, outcomes(results), tuple(work.failures), tuple(work.recovered))
 
     def _work(self, program: Program, config: SimulationConfig, contact: ContactConfig, jobs: int) -> "_Work":
-        """Seats that have been told what they will be asked, and slots for a block."""
+        """Return slots for a block, with controllers that have received the header of their questions."""
         seats, records = seats_of(program, self.given), self.observe == RECORDS
         for seat in seats:
             seat.meet(self.block, observed(program, records), config.time_step)
@@ -148,10 +148,10 @@ class Driver:
 
 
 def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return the scenes with what the driver of the config decides in them; unchanged if it names none.
+    """Return the scenes with the actions of the config's driver; unchanged if it names no driver.
 
     Raises:
-        ControllerError: as `Driver.drive`, and where a controller failed over all of them.
+        ControllerError: as `Driver.drive`, and if a controller failed over all of them.
     """
     if config.driver is None:
         return scenes
@@ -162,14 +162,14 @@ def driven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> S
 
 
 def can_be_driven(driver: ActorDriver | None, keys: Ints, genomes: Floats) -> Bools:
-    """(n,) whether the scene of each key and genome can be driven; all can where there is no driver to ask."""
+    """Return (n,) True if the scene of a key and genome can be driven; all True if there is no driver."""
     if driver is None:
         return np.ones(len(keys), dtype=bool)
     return np.array([driver.has(key, genome) for key, genome in zip(keys, genomes, strict=True)], dtype=bool)
 
 
 def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) -> Scenes:
-    """Return scenes that were driven before, with what is decided in them this time: nobody is told of failures again.
+    """Return scenes that were driven before, with the decisions of this time; failures are not logged again.
 
     Raises:
         ControllerError: as `Driver.drive`.
@@ -181,7 +181,7 @@ def redriven(program: Program, scenes: Scenes, config: Config, jobs: int = 1) ->
 
 
 def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
-    """A line for each way of failing, with the scene in which it came first, and how many there are more."""
+    """Yield a line for each kind of failure, with its first scene and the number of further ones."""
     alike: dict[str, list[ControllerError]] = {}
     for failure in failures:
         alike.setdefault(failure.kind, []).append(failure)
@@ -194,18 +194,18 @@ def _in_brief(failures: Sequence[ControllerError], noun: str) -> Iterator[str]:
 
 @dataclass
 class _Work:
-    """Who drives where, and how it went so far."""
+    """Controllers, slots and failures so far of scenes being driven."""
 
     runs: ParallelRuns
     seats: Sequence[ControllerSlot]
     history: DriverHistory
     failures: list[ControllerError] = field(default_factory=list)
-    """One for each scene that is lost."""
+    """Errors, one for each scene that is lost."""
     recovered: list[ControllerError] = field(default_factory=list)
 
 
 def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
-    """A block of scenes; what is left of it repeats the last one, and is not valid."""
+    """Return the scenes `rows` as a block; its padding repeats the last row and has the verdict `RESTING`."""
     chosen = np.concatenate([rows, np.full(block - len(rows), rows[-1])])
     taken = take(replace(scenes, actions=np.zeros((len(scenes), 0, 0))), chosen)
     taken.verdict[len(rows) :] = RESTING
@@ -214,7 +214,7 @@ def _padded(scenes: Scenes, rows: Ints, block: int) -> Scenes:
 
 @dataclass(frozen=True)
 class _Block:
-    """What a block came to."""
+    """Decisions and results of a block."""
 
     actions: Floats
     results: tuple[NDArray[Any], ...]
@@ -223,11 +223,11 @@ class _Block:
 def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Block:
     """Drive a block, whose actions may be written into `room`.
 
-    Where a controller fails over it twice, each half of its scenes is driven alone, until one scene is left over which
-    it always fails: that one has the verdict CONTROLLER.
+    If a controller fails over it twice, each half of its scenes is driven separately, until only one scene remains over
+    which it always fails: that scene has the verdict CONTROLLER.
 
     Raises:
-        LostError: it has failed over one scene after the other, and none has ever come to its end.
+        LostError: it has failed over `HOPELESS` scenes, and none has ever come to its end.
     """
     rows, before, failed = np.flatnonzero(scenes.valid), len(work.failures), list[ControllerError]()
     told = len(work.recovered)
@@ -255,7 +255,7 @@ def _patiently(work: _Work, scenes: Scenes, room: Floats | None = None) -> _Bloc
 
 
 def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _Block:
-    """A scene over which a controller fails, alone in its block."""
+    """Return the block whose scenes `rows` are lost to a controller's error, with the verdict CONTROLLER."""
     work.history.lost += len(rows)
     if work.history.should_abort:
         raise error
@@ -268,13 +268,13 @@ def _lost(work: _Work, scenes: Scenes, rows: Ints, error: ControllerError) -> _B
 
 
 def _place(runs: ParallelRuns, scenes: Scenes, slot: int) -> str:
-    """In which scene a slot is, and when."""
+    """Return the scene and the time of a slot in words."""
     scene, when = scene_in_words(scenes.keys[slot]), f"at {runs.times[slot]:.2f} s"
     return f"in {scene} {when}" if scene else when
 
 
 def _only(scenes: Scenes, rows: Ints) -> Scenes:
-    """The same block, in which these scenes alone are driven."""
+    """Return the same block with only the scenes `rows` to be driven; other valid scenes rest."""
     verdict = np.full(len(scenes), RESTING, dtype=np.int32)
     verdict[rows] = scenes.verdict[rows]
     return replace(scenes, verdict=np.where(scenes.valid, verdict, scenes.verdict).astype(np.int32))
@@ -285,7 +285,7 @@ def _either(chosen: Bools, one: NDArray[Any], other: NDArray[Any]) -> NDArray[An
 
 
 def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
-    """What is decided in a block, slot by slot (see `ParallelRuns.decided`)."""
+    """Return the decisions in a block, slot by slot (see `ParallelRuns.decided`)."""
     runs, every = work.runs, np.arange(len(work.runs))
     runs.place(every, scenes)
     rows = np.flatnonzero(scenes.valid)
@@ -304,10 +304,11 @@ def _drive_block(work: _Work, scenes: Scenes, room: Floats | None) -> Floats:
 
 
 def _decide(work: _Work, number: int, scenes: Scenes, asked: Bools, answer: Answer) -> None:
-    """Let slots do what was decided; one for which that cannot be driven, or nothing was, is lost. All others go on.
+    """Apply the decisions of a control to its slots; slots without an action that can be driven are lost, all others go
+    on.
 
     Raises:
-        ControllerError: none can be driven, and none ever could.
+        ControllerError: no action can be driven, and none ever could.
     """
     control, history = work.seats[number].control, work.history
     if answer.recovered is not None:

@@ -1,11 +1,11 @@
-"""Controllers in their places: who answers for whom, what they are asked, and whether the answer can be driven.
+"""Controllers of a program's controls, their questions, and checks of their answers.
 
-A controller is a function of observations (n, d) to actions (n, a), or an object that has a memory:
+A controller is a function of observations (n, d) to actions (n, a), or an object with a memory:
 
     reset(lanes, keys)               new scenes begin in these slots (m,); `keys` (m, 6) are their stream keys
-    act(observations, active)        actions (n, a); what a lane gives that is not `active` (n,) is left
-    meet(header)                     before all that, where it has this method: what it will be asked, as a process is
-                                     told (`engine.driving.stacks`)
+    act(observations, active)        actions (n, a); rows of lanes that are not `active` (n,) are ignored
+    meet(header)                     optional, called first: the header of the questions, as a process receives it
+                                     (`engine.driving.stacks`)
 
 Rows are slots of parallel runs, n of them at every call.
 """
@@ -27,24 +27,24 @@ from engine.program import Program
 from engine.tables import PLAIN, Bools, Floats, Ints
 
 ROUNDED = 1e-6
-"""By so much an action may be out of range, relative to its end, or absolute where that is less than 1: float32 has 24
-bits.
+"""Tolerance by which an action may exceed its range, relative to the end of the range, or absolute if that is below 1;
+float32 has 24 bits.
 """
 QUOTED = 300
-"""Characters of what an error says."""
+"""Maximum number of characters quoted from an error."""
 
 
 # -- controllers -------------------------------------------------------------------------------------------------------
 @runtime_checkable
 class Controller(Protocol):
-    """One with a memory."""
+    """A controller with a memory."""
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
         """Begin new scenes in these slots."""
         ...
 
     def act(self, observations: Floats, active: Bools) -> Floats:
-        """(n, a) actions."""
+        """Return (n, a) actions."""
         ...
 
 
@@ -55,7 +55,7 @@ class _Memoryless:
     function: Callable[[Floats], Floats]
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
-        """Nothing is remembered."""
+        """Do nothing: a function has no memory."""
 
     def act(self, observations: Floats, active: Bools) -> Floats:
         del active
@@ -63,7 +63,11 @@ class _Memoryless:
 
 
 def controller_of(name: str, driver: object) -> Controller:
-    """Return what is asked for the controller of this name."""
+    """Return the controller of this name, as an object with `reset` and `act`.
+
+    Raises:
+        ControllerError: `driver` is neither a function of the observations nor such an object.
+    """
     if isinstance(driver, Controller) and not isinstance(driver, type):
         for method, given in (("reset", "lanes, keys"), ("act", "observations, active")):
             _refuse_other_methods(name, driver, method, given)
@@ -82,7 +86,7 @@ def _refuse_other_arguments(name: str, function: Callable[..., Any]) -> None:
     """Raise ControllerError unless a function can be called with the observations alone."""
     try:
         arguments = signature(function)
-    except (TypeError, ValueError):  # of what is compiled nothing may be known
+    except (TypeError, ValueError):  # compiled functions may have no signature
         return
     try:
         arguments.bind(None)
@@ -97,7 +101,7 @@ def _refuse_other_arguments(name: str, function: Callable[..., Any]) -> None:
 def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
     """Return one controller for each control of a program, in its order.
 
-    `given` is the one of the ego, or of the only one there is, or a mapping from names to controllers.
+    `given` is the controller of the ego, or of the only control, or a mapping from names to controllers.
     """
     names = names_of(program.controls)
     if not names:
@@ -124,15 +128,15 @@ def controllers_of(program: Program, given: object) -> tuple[Controller, ...]:
 
 
 def meant(program: Program) -> str:
-    """The controller that is meant where no name is said: the ego's, or the first."""
+    """Return the name of the default controller: the ego's, or the first."""
     return min(program.controls, key=lambda control: control.actor).controller
 
 
 def _refuse_other_methods(name: str, driver: Controller, method: str, given: str) -> None:
-    """Raise ControllerError unless a method can be called with what it is given."""
+    """Raise ControllerError unless a method can be called with the arguments `given`."""
     try:
         signature(getattr(driver, method)).bind(*given.split(", "))
-    except ValueError:  # of what is compiled nothing may be known
+    except ValueError:  # compiled functions may have no signature
         return
     except TypeError as error:
         raise ControllerError(
@@ -146,13 +150,13 @@ def _refuse_other_methods(name: str, driver: Controller, method: str, given: str
 
 @dataclass(frozen=True)
 class ControllerSlot:
-    """A controller in its place."""
+    """A control of the program with its controller."""
 
     control: Control
     controller: Controller
 
     def meet(self, lanes: int, seen: Named, time_step: float) -> None:
-        """Tell a controller that wants to know what it will be asked.
+        """Send a controller that has `meet` the header of its questions.
 
         Raises:
             LostError: it failed.
@@ -175,14 +179,14 @@ class ControllerSlot:
         self._ask(lambda: self.controller.reset(lanes, keys), "reset")
 
     def act(self, observations: Floats, active: Bools, times: Floats) -> Floats:
-        """What it decides, checked where it is `active`. `times` (n,): of the samples [s], for messages."""
+        """Return the actions (n, a), checked in the `active` rows. `times` (n,) [s] of the samples are for messages."""
         return checked(self.control, self.answer(observations, active, times), active, times)
 
     def answer(self, observations: Floats, active: Bools, times: Floats) -> Floats:
-        """Actions (n, a), not all of which need to be such as can be driven.
+        """Return actions (n, a); some may be NaN or out of range.
 
         Raises:
-            LostError: it failed, or gave no such array.
+            LostError: the controller failed, or gave no such array.
         """
         timed = (times,) if isinstance(self.controller, Stack) else ()
         seen = (
@@ -194,7 +198,7 @@ class ControllerSlot:
 
     @property
     def remembers(self) -> bool:
-        """Whether a question may change later answers."""
+        """Return True if a question may change later answers."""
         return not isinstance(self.controller, _Memoryless)
 
     def _ask(self, question: Callable[[], Any], what: str, about: str = "") -> Any:
@@ -202,7 +206,7 @@ class ControllerSlot:
             return question()
         except (CortexError, KeyboardInterrupt):
             raise
-        except BaseException as error:  # of another's code it may be any: SystemExit, GeneratorExit, one of its own
+        except BaseException as error:  # user code may raise any: SystemExit, GeneratorExit, its own
             who = f"the controller `{self.control.controller}` raised {type(error).__name__} in `{what}`"
             said = _in_short(error)
             lost = LostError(f"{who}{said and f': {said}'}{_place(error)}", f"correct it{about}")
@@ -211,7 +215,7 @@ class ControllerSlot:
 
 
 def _in_short(error: BaseException) -> str:
-    """What it says, in a line of plain text: some quote all that they were given, or cannot even say so."""
+    """Return an error's text as one line of printable characters, at most `QUOTED` of them."""
     try:
         text = str(error)
     except Exception:
@@ -221,7 +225,7 @@ def _in_short(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """Where it was raised; "" where that is here, as by a function that takes nothing."""
+    """Return the file and line at which an error was raised; "" if that is this file, as for wrong arguments."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
@@ -244,17 +248,17 @@ def checked(control: Control, given: object, active: Bools, times: Floats) -> Fl
 
 
 def shaped(control: Control, given: object, active: Bools) -> Floats:
-    """Return actions (n, a) as numbers.
+    """Return actions (n, a) as float64.
 
     Raises:
-        LostError: another shape, or no numbers.
+        LostError: the shape differs, or they are no real numbers.
     """
     who, shape = f"the controller `{control.controller}`", (len(active), len(control.actions))
     if getattr(getattr(given, "dtype", None), "kind", "") == "c":
         raise LostError(f"{who} gave complex numbers", _wanted(control))
     try:
         actions = np.asarray(_bare(given), dtype=np.float64)
-    except Exception as error:  # of what is no array of numpy it may be any: a tensor that needs its gradient raises
+    except Exception as error:  # other array types may raise any: a tensor with a gradient does
         why = "" if isinstance(error, TypeError | ValueError) else f": {_in_short(error)}"
         raise LostError(f"{who} gave no numbers, but {type(given).__name__}{why}", _wanted(control)) from error
     if given is None:
@@ -265,14 +269,15 @@ def shaped(control: Control, given: object, active: Bools) -> Floats:
 
 
 def _bare(given: object) -> Any:
-    """Without a mask: what is masked is no number."""
+    """Return an array with masked elements as NaN; anything else unchanged."""
     return cast("Any", given).astype(np.float64).filled(np.nan) if isinstance(given, np.ma.MaskedArray) else given
 
 
 def settled(control: Control, actions: Floats, active: Bools) -> tuple[Floats, Bools | None]:
-    """Plain actions (n, a) as they are driven, and (n,) which cannot be, NaN or out of range; None where all can.
+    """Return actions (n, a) within their ranges, and (n,) True for `active` rows that are NaN or out of range; None if
+    there is no such row.
 
-    One that is out of range by no more than what rounds to float32 does is at its end.
+    A value that exceeds its range by no more than the rounding of float32 is set to the end of the range.
     """
     low, high = _ranges(control)
     if are_within(actions, active, low, high):
@@ -284,7 +289,7 @@ def settled(control: Control, actions: Floats, active: Bools) -> tuple[Floats, B
 
 
 def fault_of(control: Control, actions: Floats) -> ControllerError:
-    """What is wrong with actions (a,) that cannot be driven: the first of them."""
+    """Return the error for the first of the actions (a,) that is NaN or out of range."""
     low, high = _ranges(control)
     number = int(np.flatnonzero(~((actions >= low) & (actions <= high)))[0])
     action, value = control.actions[number], float(actions[number])

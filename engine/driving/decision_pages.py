@@ -59,7 +59,7 @@ class DecisionPages:
 
     @property
     def nbytes(self) -> int:
-        """Largest memory that decisions and commands have used [bytes], without `pages`."""
+        """Return the largest memory that decisions and commands have used [bytes], without `pages`."""
         page = sum(each.itemsize * math.prod(each.shape[1:]) for each in (self._stored, self.commands))
         return self._most * page + self._free.nbytes + self._neutral.nbytes
 
@@ -90,7 +90,7 @@ class DecisionPages:
         self.reserve(chosen, samples)
 
     def _make_room(self, needed: int) -> None:
-        """Add at least `needed` pages to the exhausted pool."""
+        """Add at least `needed` pages to the empty pool."""
         self.moves += 1
         there = len(self._stored)
         more = max(needed, there // SHARE)

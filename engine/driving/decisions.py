@@ -1,7 +1,7 @@
-"""What controllers decided, kept with a run: its scenes are driven again without them.
+"""Decisions of controllers, stored with a run so that its scenes are driven again without them.
 
-`Recorder` stands before a controller while a search goes on, and keeps what it decided in every collision.
-`RecordedActions` stands in its place afterwards.
+`Recorder` wraps a driver during a search and stores its decisions in every collision. `RecordedActions` replaces the
+driver afterwards.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,18 +30,21 @@ from engine.vocabulary import RECORDS, Method
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 MOST_KEPT = 5_000
-"""Scenes of which a run keeps what was decided; some 2 kB each."""
+"""Maximum number of scenes of a run whose decisions are stored, about 2 kB each."""
 MOST_RECENT = 20_000
-"""Scenes of one generation of which it is known until the generation is over."""
+"""Maximum number of scenes whose decisions are held until the end of their generation."""
 
 
 def name_of(key: Ints, genome: Floats) -> bytes:
-    """What tells a scene from all others: its key decides its random numbers, with which several genomes are tried."""
+    """Return the identity of a scene: the bytes of its stream key and its genome.
+
+    The key alone is not enough, because several genomes are tried with the same random numbers.
+    """
     return key.astype("<i8").tobytes() + genome.astype("<f8").tobytes()
 
 
 def _is_run(done: Driven, judged: Assessment) -> bool:
-    """Whether a scene that is driven once more, row 0, comes to what was judged."""
+    """Return True if a scene that is driven again, row 0, has the results of an assessment."""
     names, pair = ("min_distance", "min_distance_time", "max_closing_speed"), int(judged.pair[0])
     pairs = [(done.outcomes.end_time[0], judged.end_time[0])]
     if pair >= 0:
@@ -55,23 +58,23 @@ def _name(case: Case) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class RecordedActions:
-    """What a controller decided in some scenes, in its place: they are driven without it."""
+    """Decisions of a controller in some scenes, as a driver that replaces it."""
 
     actions: Mapping[bytes, Floats]
-    """(turns, numbers) by `name_of` their scenes."""
+    """Decisions (turns, numbers) by `name_of` their scenes."""
     name: str = ""
-    """Of the controller that decided …"""
+    """Name of the controller that made the decisions."""
     digest: str = ""
     block: int = BLOCK
     observe: str = RECORDS
     can_drive_new_scenes: bool = False
 
     def without_history(self) -> "RecordedActions":
-        """The same: nothing is ever known of it."""
+        """Return this object: it has no history."""
         return self
 
     def has(self, key: Ints, genome: Floats) -> bool:
-        """Whether what was decided in a scene is kept."""
+        """Return True if the decisions of a scene are stored."""
         return name_of(key, genome) in self.actions
 
     def drive(
@@ -82,10 +85,10 @@ class RecordedActions:
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
     ) -> Driven:
-        """Drive scenes whose actions are kept.
+        """Drive scenes whose actions are stored.
 
         Raises:
-            ControllerError: those of a valid one are not.
+            ControllerError: the actions of a valid scene are not stored.
         """
         actions = np.zeros((len(scenes), samples_of(config) + 1, numbers_decided(program.controls)))
         for row in np.flatnonzero(scenes.valid).tolist():
@@ -99,17 +102,17 @@ class RecordedActions:
 
 @dataclass(frozen=True, eq=False)
 class Recorder:
-    """A driver whose decisions are kept: those of collisions, and of the worst cases."""
+    """A driver whose decisions in collisions and in the worst cases are stored."""
 
     driver: ActorDriver
     kept: dict[bytes, Floats] = field(default_factory=dict)
-    """What has not been taken yet."""
+    """Decisions that `take` has not returned yet."""
     known: set[bytes] = field(default_factory=set)
-    """Scenes of which something is, or was, kept."""
+    """Scenes whose decisions are or were stored."""
     recent: dict[bytes, Floats] = field(default_factory=dict)
-    """What was decided in the latest scenes, whether it is to be kept or not."""
+    """Decisions in the latest scenes, stored or not."""
     failures: list[str] = field(default_factory=list)
-    """Of the controller, in words."""
+    """Messages of the controller's failures."""
 
     @property
     def name(self) -> str:
@@ -132,11 +135,11 @@ class Recorder:
         return self.driver.can_drive_new_scenes
 
     def without_history(self) -> "Recorder":
-        """The same, which keeps what it keeps."""
+        """Return a recorder with the same storage, whose driver has an empty history."""
         return replace(self, driver=self.driver.without_history())
 
     def has(self, key: Ints, genome: Floats) -> bool:
-        """Whether a scene can be driven."""
+        """Return True if a scene can be driven."""
         return self.driver.has(key, genome)
 
     def drive(
@@ -147,7 +150,7 @@ class Recorder:
         contact: ContactConfig = CONTACT,
         jobs: int = 1,
     ) -> Driven:
-        """Drive all valid scenes, and keep what was decided in collisions."""
+        """Drive all valid scenes, and store the decisions of those that collide."""
         done: Driven = self.driver.drive(program, scenes, config, contact, jobs)
         self.failures.extend(done.remarks)
         for row in np.flatnonzero(done.scenes.valid).tolist():
@@ -159,7 +162,7 @@ class Recorder:
         return done
 
     def record_worst(self, cases: Sequence[Case]) -> None:
-        """Keep what was decided in these of the latest scenes, whatever they came to."""
+        """Store the decisions of these of the latest scenes, whatever their outcome."""
         for case in cases:
             self._keep(_name(case))
         self._forget(MOST_KEPT)
@@ -169,8 +172,8 @@ class Recorder:
             del self.recent[key]
 
     def record_missing(self, program: Program, config: Config, evaluations: Evaluations, cases: Sequence[Case]) -> None:
-        """Drive cases of a search's evaluations once more of which nothing is known any more: too much was driven
-        since. A driver that fails now, or drives otherwise, is noted.
+        """Drive those cases of a search's evaluations again whose decisions are no longer known, as later scenes
+        displaced them. A driver that fails now, or drives differently, is noted.
         """
         for case in cases:
             if case.lost or _name(case) in self.known:
@@ -199,19 +202,19 @@ class Recorder:
             self.kept[key] = self.recent[key]
 
     def take(self) -> dict[bytes, Floats]:
-        """Hand out what has been kept since the last time."""
+        """Return the decisions that were stored since the last call, and clear them."""
         taken = dict(self.kept)
         self.kept.clear()
         return taken
 
 
 PROBES = 8
-"""Scenes that are driven twice to see whether a driver repeats itself."""
+"""Number of scenes that are driven twice to check whether a driver repeats itself."""
 
 
 def is_reproducible(program: Program, config: Config) -> bool:
-    """Whether the driver decides alike in some scenes that it is given twice. What it decides may still depend on what
-    else is in their block.
+    """Return True if the driver decides identically in some scenes that it drives twice. Its decisions may still depend
+    on the other scenes of their block.
 
     Raises:
         ControllerError: it cannot drive.
@@ -221,7 +224,7 @@ def is_reproducible(program: Program, config: Config) -> bool:
         return True
     drawn = (_probes(program, config, count) for count in (PROBES, 8 * PROBES, 64 * PROBES))
     scenes = next((each for each in drawn if each.valid.any()), None)
-    if scenes is None:  # nor will there be a run
+    if scenes is None:  # nor does a run have valid scenes
         return True
     chosen = take(scenes, np.flatnonzero(scenes.valid)[:PROBES])
     once, again = (

@@ -1,9 +1,9 @@
 """Environments: parallel runs of a program that a user's code drives step by step.
 
-The scene of a slot depends on the seed, the slot and the number of the episode only; a slot with a seed of its own
-gets the scenes of slot 0 of that seed. After the end of a run the next step begins a new episode: it ignores the
-action, and its reward is 0 unless the new run ends at once. The scenes of all slots that need one are sampled in one
-call, because many cost little more than a few.
+The scene of a slot depends only on the seed, the slot and the number of the episode; a slot with its own seed gets the
+scenes of slot 0 of that seed. After the end of a run the next step begins a new episode: it ignores the action, and its
+reward is 0 unless the new run ends at once. The scenes of all slots that need one are sampled in one call, because many
+cost little more than a few.
 
 The reward of a step is the difference of `record … as "reward"` if the file has one. Otherwise it is 0 until the run
 ends, and then the value of the objective of a search: negative for the ego, which avoids it, positive for all others.
@@ -36,13 +36,13 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, EndReason, Method, Verdict
 
 TRIES = 100
-"""Episodes of a slot that may have no valid scene, one after the other."""
+"""Maximum number of consecutive episodes of a slot without a valid scene."""
 SCENE_ARRAYS = tuple(each.name for each in fields(Scenes) if each.name != "actions")
-"""What a slot keeps of its scene; what is decided in it the slot keeps itself."""
+"""Arrays of a scene that a slot stores; the runs store the actions."""
 
 
 class Episodes:
-    """`n` slots, in which one or several controllers are agents, who decide step by step."""
+    """`n` slots in which one or several controllers are agents, which decide step by step."""
 
     def __init__(
         self,
@@ -79,24 +79,24 @@ class Episodes:
         return len(self.runs)
 
     def control(self, agent: str = "") -> Control:
-        """What an agent may decide."""
+        """Return the control of an agent, by default the first."""
         return self.program.controls[self._numbers[self.agents.index(agent) if agent else 0]]
 
     @property
     def nbytes(self) -> int:
-        """Memory of all slots."""
+        """Return the memory of all slots [bytes]."""
         scenes = (each for each in (self._scenes, self._coming) if each is not None)
         arrays = (getattr(each, name) for each in scenes for name in SCENE_ARRAYS)
         return self.runs.nbytes + sum(array.nbytes for array in (*self._seen, *arrays))
 
     @property
     def outcomes(self) -> Outcomes:
-        """What became of the run of each slot; of one that goes on nothing yet."""
+        """Return the outcome of each slot's run; the rows of runs that go on hold no result yet."""
         return self.runs.outcomes(np.arange(len(self)))
 
     @property
     def scenes(self) -> Scenes:
-        """A copy of the scene of each slot, with what has been decided in it: whatever runs scenes runs it again."""
+        """Return a copy of each slot's scene with its actions so far; every host repeats the run from it."""
         assert self._scenes is not None, "`reset` draws the first scenes"
         every = np.arange(len(self))
         return replace(take(self._scenes, every), actions=self.runs.decided(every))
@@ -104,7 +104,7 @@ class Episodes:
     # -- episodes ----------------------------------------------------------------------------------------------------
 
     def reset(self, seed: int | Sequence[int] = 0) -> list[Floats]:
-        """Begin the first episodes of a seed, or of one for each slot; what each agent observes."""
+        """Begin the first episodes of a seed, or of one seed per slot; return the observations of each agent."""
         if isinstance(seed, Sequence):
             if len(seed) != len(self):
                 raise ArgumentError(f"seed: {len(seed)} seeds for {len(self)} slots", "give one, or one for each slot")
@@ -138,7 +138,7 @@ class Episodes:
             seat.reset(chosen, self._scenes.keys[chosen])
 
     def _draw(self, slots: Ints) -> None:
-        """Draw the scenes of the next episodes of some slots; one without a valid scene is passed over, some times."""
+        """Draw the scenes of the next episodes of some slots; skip up to `TRIES` episodes without a valid scene."""
         left = slots
         for _ in range(TRIES):
             episodes = self._episode[left] + 1
@@ -160,11 +160,11 @@ class Episodes:
     # -- steps -------------------------------------------------------------------------------------------------------
 
     def step(self, actions: Sequence[object]) -> tuple[list[Floats], list[Floats], Bools, Bools]:
-        """Let each agent do its actions (n, a) and run all slots on to the next question: what each observes and gets,
-        and where a run has come to its end, or to the limit of its time.
+        """Apply the actions (n, a) of each agent and run all slots to the next question. Return observations and
+        rewards of each agent, and (n,) True for runs that came to an end, or to the time limit.
 
         Raises:
-            ControllerError: actions of another shape, NaN or out of range.
+            ControllerError: the actions have another shape, are NaN or out of range.
         """
         if self._scenes is None:
             raise ArgumentError("nothing has begun yet", "call `reset` first")
@@ -189,16 +189,16 @@ class Episodes:
         return self._ended & ~truncated, truncated
 
     def _look(self) -> None:
-        """Observe all slots for everybody."""
+        """Observe all slots for every controller."""
         self._seen = [self.runs.observe(number, self._everywhere) for number in range(len(self._seen))]
 
     def _views(self) -> list[Floats]:
-        return [self._seen[number] for number in self._numbers]  # of this step alone: nobody writes there again
+        return [self._seen[number] for number in self._numbers]  # nothing writes to them after this step
 
     # -- rewards -----------------------------------------------------------------------------------------------------
 
     def _rewards(self, fresh: Ints) -> list[Floats]:
-        """What each agent gets for the step."""
+        """Return the reward (n,) of each agent for the step."""
         before, self._worth = self._worth, self.runs.rewarded
         if before is not None and self._worth is not None:
             gained = self._worth - before
@@ -208,7 +208,9 @@ class Episodes:
         return [0.0 - found if self.program.controls[number].actor == 0 else found.copy() for number in self._numbers]
 
     def _found(self) -> Floats:
-        """What a search makes of the runs that have just ended; 0 of one that is not valid, or goes on."""
+        """Return the value of the search's objective of the runs that have just ended; 0 for invalid and unfinished
+        runs.
+        """
         formula_values, rows = np.zeros(len(self)), np.flatnonzero(self._ended)
         if len(rows):
             assert self._scenes is not None
@@ -246,7 +248,7 @@ def _parallel_runs(program: Program, n: int, config: Config, records: bool) -> P
 
 
 def _with_rows(scenes: Scenes | None, chosen: Ints, others: Scenes, rows: Ints) -> Scenes:
-    """Scenes in whose `chosen` rows stand these of others; where there are none yet, a copy of the others: all."""
+    """Return scenes with the rows `chosen` replaced by `rows` of others; a copy of `rows` if none exist yet."""
     if scenes is None:
         return take(others, rows)
     for name in SCENE_ARRAYS:
@@ -258,20 +260,20 @@ def _with_rows(scenes: Scenes | None, chosen: Ints, others: Scenes, rows: Ints) 
 
 
 class Step(NamedTuple):
-    """What became of a step, slot by slot."""
+    """Result of a step, slot by slot."""
 
     observations: Floats
-    """(n, d); of a slot that has ended those of its last sample."""
+    """Observations (n, d); for an ended run those of its last sample."""
     rewards: Floats
-    """(n,)"""
+    """Reward (n,) of the step."""
     terminated: Bools
-    """(n,) where the run has come to an end …"""
+    """(n,) True if the run has come to an end."""
     truncated: Bools
-    """(n,) … or to the limit of its time."""
+    """(n,) True if the run has reached its time limit."""
 
 
 class Environment:
-    """`n` slots, in which one controller is driven from outside."""
+    """`n` slots in which one controller is driven from outside."""
 
     def __init__(self, episodes: Episodes) -> None:
         self.episodes, self._control = episodes, episodes.control()
@@ -280,7 +282,7 @@ class Environment:
         return len(self.episodes)
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         wide = f"{len(self.observations)} observations, {len(self.actions)} actions"
         return f"Environment({self.episodes.program.name}: {len(self)} slots, {wide}, {self.nbytes / 1e6:.1f} MB)"
 
@@ -296,26 +298,26 @@ class Environment:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all slots."""
+        """Return the memory of all slots [bytes]."""
         return self.episodes.nbytes
 
     @property
     def outcomes(self) -> Outcomes:
-        """What became of the run of each slot that has ended."""
+        """Return the outcome of each slot's run, if it has ended."""
         return self.episodes.outcomes
 
     @property
     def scenes(self) -> Scenes:
-        """The scene of each slot, with what has been decided in it: either host runs it again."""
+        """Return the scene of each slot with its actions so far; either host repeats the run from it."""
         return self.episodes.scenes
 
     @property
     def states(self) -> Floats:
-        """(n, actors, len(State)) now."""
+        """Return the current states (n, actors, len(State))."""
         return self.episodes.runs.states
 
     def reset(self, seed: int | Sequence[int] = 0) -> Floats:
-        """Begin the first episodes of a seed, or of one for each slot; the observations (n, d)."""
+        """Begin the first episodes of a seed, or of one seed per slot; return the observations (n, d)."""
         return self.episodes.reset(seed)[0]
 
     def step(self, actions: object) -> Step:

@@ -1,8 +1,8 @@
-"""A driver by the name that the command line has for it: `python:package.module:function` or `process:COMMAND`.
+"""Drivers by their command-line name: `python:package.module:function` or `process:COMMAND`.
 
-Code is named on the command line or in Python and nowhere else. No file of a scenario, no manifest and no journal makes
-anything run: what they keep is a name and a digest, to be compared with what is named again. The digest is of the file
-that defines a function or class, or of the files that a command names: not of what these import, nor of weights that
+Code is named only on the command line or in Python. No file of a scenario, no manifest and no journal makes anything
+run: they store a name and a digest, which are compared with the driver that is named again. The digest covers the file
+that defines a function or class, or the files that a command names; it covers neither their imports nor weights that
 they load.
 """
 
@@ -32,14 +32,14 @@ from engine.vocabulary import RECORDS
 
 @dataclass(frozen=True, eq=False)
 class NamedDriver(Driver):
-    """One that can be loaded again, in another process too."""
+    """A driver that can be loaded again, in another process too."""
 
     words: Egos = ""
-    """By which it is loaded."""
+    """Names by which it is loaded."""
 
     def drive(self, *given: Any, **named: Any) -> Driven:
-        """Drive all valid scenes (`Driver.drive`). What a function prints is no output of the command: it goes to
-        stderr.
+        """Drive all valid scenes (`Driver.drive`), with prints of a function redirected to stderr, away from the
+        command's output.
         """
         with _no_output():
             return super().drive(*given, **named)
@@ -50,7 +50,7 @@ class NamedDriver(Driver):
 
 @contextmanager
 def _no_output() -> Generator[None]:
-    """Let what is printed go to stderr, also by code that is not Python."""
+    """Redirect prints to stderr, also those of code that is not Python."""
     kept, out = None, sys.stdout
     _flush(out)
     with suppress(OSError):
@@ -67,15 +67,15 @@ def _no_output() -> Generator[None]:
 
 
 def _flush(out: object) -> None:
-    """Write what is buffered, by Python and by C."""
-    with suppress(OSError, ValueError, AttributeError):  # of a process without streams
+    """Flush the buffers of Python and of C."""
+    with suppress(OSError, ValueError, AttributeError):  # a process may have no streams
         cast("Any", out).flush()
-    with suppress(OSError, TypeError, AttributeError):  # where there is no such library
+    with suppress(OSError, TypeError, AttributeError):  # there may be no such library
         ctypes.CDLL(None).fflush(None)
 
 
 def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> NamedDriver:
-    """Load what a name stands for.
+    """Load the driver of a name.
 
     Raises:
         ControllerError: it is no name of a driver, there is no such module or function, or it cannot be loaded.
@@ -92,16 +92,28 @@ def named_driver(name: str, block: int = BLOCK, observe: str = RECORDS) -> Named
         return NamedDriver(_made(found, name), block, observe, name, _digest_of(*_sources(found)), words=name)
 
 
+@contextmanager
+def _searched_first(folder: str) -> Generator[None]:
+    """Let imports search a folder first; afterwards they search it last, so that its files hide no other modules, and
+    a driver finds those that it imports later.
+    """
+    sys.path.insert(0, folder)
+    try:
+        yield
+    finally:
+        sys.path.remove(folder)
+        if folder not in sys.path:
+            sys.path.append(folder)
+
+
 def _module(name: str) -> Any:
     """Import a module; the folder in which the command runs counts, as for `python -m`."""
     if name.endswith(".py") or "/" in name:
         dotted = ".".join(part for part in Path(name).with_suffix("").parts if part.isidentifier())
         raise ControllerError(f"`{name}` is a file and no module", f"write `python:{dotted or 'module'}:function`")
-    here = str(Path.cwd())
-    if here not in sys.path and "" not in sys.path:
-        sys.path.insert(0, here)
     try:
-        return importlib.import_module(name)
+        with _searched_first(str(Path.cwd())):
+            return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
             raise ControllerError(
@@ -133,7 +145,7 @@ def _found(module: Any, name: str, function: str) -> Any:
 
 
 def _made(thing: Any, name: str) -> Any:
-    """A class stands for an object of it."""
+    """Return an object of a class; any other thing unchanged."""
     if not isclass(thing):
         return thing
     try:
@@ -146,7 +158,7 @@ def _made(thing: Any, name: str) -> Any:
 
 
 def _definition(thing: Any) -> Any:
-    """The function or class that decides what a thing does."""
+    """Return the function or class that defines a thing's behaviour."""
     while isinstance(thing, partial):
         thing = cast("partial[Any]", thing).func
     if callable(thing):
@@ -155,7 +167,7 @@ def _definition(thing: Any) -> Any:
 
 
 def _sources(thing: Any) -> tuple[str, ...]:
-    """The file that defines a thing; none where there is no such file."""
+    """Return the file that defines a thing; () if there is no such file."""
     try:
         place = getsourcefile(_definition(thing))
     except (TypeError, OSError):
@@ -164,7 +176,7 @@ def _sources(thing: Any) -> tuple[str, ...]:
 
 
 def _digest_of(*places: str) -> str:
-    """SHA-256 of files, one after the other; "" where there are none."""
+    """Return the SHA-256 of the concatenated files; "" if there are none."""
     texts = [Path(place).read_bytes() for place in places if Path(place).is_file()]
     return sha256(b"".join(texts)).hexdigest() if texts else ""
 
@@ -173,10 +185,10 @@ def _digest_of(*places: str) -> str:
 
 
 def driver_for(program: Program, given: object, block: int = BLOCK, observe: str = RECORDS) -> ActorDriver | None:
-    """Return the driver that is given (`driver_of`), once each controller of the program has one.
+    """Return the driver that is given (`driver_of`); every controller of the program has to have one.
 
     Raises:
-        ControllerError: some controller has none, or one that cannot be asked.
+        ControllerError: a controller has no driver, or one that cannot be asked.
     """
     if isinstance(given, RecordedActions | Recorder):
         return given
@@ -187,8 +199,8 @@ def driver_for(program: Program, given: object, block: int = BLOCK, observe: str
 
 
 def driver_of(given: object, block: int = BLOCK, observe: str = RECORDS) -> Driver | None:
-    """Return the driver that is given by its name, as a controller or a class of one, or as a mapping from names of
-    controllers to these.
+    """Return the driver that is given by its name, as a controller or a class of one, or as a mapping from controller
+    names to these.
     """
     if given is None or isinstance(given, Driver):
         return given
@@ -201,7 +213,7 @@ def driver_of(given: object, block: int = BLOCK, observe: str = RECORDS) -> Driv
 
 
 def _name(given: object) -> str:
-    """`python:module:function`, where the command line finds just this by it; else `module:Class` of what it is."""
+    """Return `python:module:function` if the command line finds this very object by it; else `module:Class`."""
     source = _definition(given)
     module, path = getattr(source, "__module__", ""), getattr(source, "__qualname__", type(given).__name__)
     there = home = sys.modules.get(module)

@@ -1,8 +1,7 @@
-"""Names of drivers as the command line has them, one or several: `--ego python:mine:drive`, `--ego other=process:./s`.
+"""Names of one or several drivers, as on the command line: `--ego python:mine:drive`, `--ego other=process:./s`.
 
-A run keeps the name of several as `ego=python:mine:drive, other=process:./s`, in the order of their controllers' names,
-and the name of one without that of its controller. A function, class or object that is given in Python has the name by
-which its module has it.
+A run stores several names as `ego=python:mine:drive, other=process:./s`, in the order of their controllers' names, and
+a single name without its controller. A function, class or object that is given in Python has its name in its module.
 """
 
 import re
@@ -15,44 +14,44 @@ _OF_CONTROLLER = re.compile(r"(.+?)=((?:python|process):.*)", re.DOTALL)
 _BETWEEN = re.compile(r", (?=[^=,]+=(?:python|process):)")
 
 Egos = str | dict[str, str]
-"""The driver of the only controller, or of the ego; or those of several controllers by these."""
+"""Driver of the only controller, or of the ego; or a mapping from controllers to drivers."""
 
 
 def joined(names: Mapping[str, str]) -> str:
-    """The one name of the drivers of some controllers."""
+    """Return the common name of the drivers of some controllers."""
     if len(names) == 1:
         return next(iter(names.values()))
     return ", ".join(f"{controller}={names[controller]}" for controller in sorted(names))
 
 
 def _parted(name: str) -> Egos:
-    """Inverse of `joined`; a name that is of one driver as it is."""
+    """Return the drivers of a name that `joined` returned; the name of a single driver unchanged."""
     parts = [_split(part) for part in _BETWEEN.split(name)]
     several = {controller: driver for controller, driver in parts if controller}
     return several if len(several) == len(parts) else name
 
 
 def _split(word: str) -> tuple[str, str]:
-    """The controller, "" where none is named, and its driver."""
+    """Return the controller, "" if none is named, and its driver."""
     found = None if word.startswith(KINDS) else _OF_CONTROLLER.fullmatch(word)
     return (found[1], found[2]) if found else ("", word)
 
 
 def words_of(egos: Egos) -> list[str]:
-    """The words of a command line that name these drivers."""
+    """Return the command-line words that name these drivers."""
     each = [egos] if isinstance(egos, str) else [f"{controller}={name}" for controller, name in egos.items()]
     return [word for name in each for word in ("--ego", name)]
 
 
 def as_options(name: str) -> str:
-    """The options of a command line for who has this name; "" for who has none there, as an object of Python."""
+    """Return the command-line options that name these drivers; "" if the command line cannot name them, as objects."""
     egos = _parted(name)
     every = (egos,) if isinstance(egos, str) else egos.values()
     return shlex.join(words_of(egos)) if all(each.startswith(KINDS) for each in every) else ""
 
 
 def driver_hint(name: str) -> str:
-    """What to do where a driver has to be named once more."""
+    """Return the hint for a driver that has to be named again."""
     options = as_options(name)
     return f"name it again: `{options}`, or `ego` in Python" if options else "name it again in Python, as `ego`"
 
@@ -61,7 +60,7 @@ def added(egos: Egos | None, word: str) -> Egos:
     """Return drivers with one more that is named.
 
     Raises:
-        ValueError: it is one too many, in words.
+        ValueError: the controller has a driver already, or is not named; with the message as text.
     """
     controller, name = _split(word)
     if egos is None:

@@ -1,17 +1,17 @@
-"""What a controller observes: the records of the file, or the egocentric vector where it has none."""
+"""Observations of a controller: the records of the file, or the egocentric vector if it has none."""
 
 from engine.kernels.egocentric import AHEAD, EACH, NEAREST, OWN, WIDTH
 from engine.program import Program, Record
 
 REWARD = "reward"
-"""The record whose difference is the reward of a step; no controller observes it."""
+"""Name of the record whose difference is the reward of a step; no controller observes it."""
 Named = tuple[tuple[str, str], ...]
 """Names and their SI unit words."""
 
 
 def observed(program: Program, records: bool = True) -> Named:
-    """What a controller of this program observes: what the file records over time but the reward, or the egocentric
-    vector where it records nothing else, or `records` is False.
+    """Return the observations of this program's controllers: the file's records over time without the reward, or the
+    egocentric vector if there are no others, or if `records` is False.
     """
     kept = tuple((record.name, record.unit) for record in series(program) if record.name != REWARD)
     return kept if kept and records else EGOCENTRIC

@@ -1,7 +1,7 @@
-"""The process of a stack: how it is started, what it is handed by number, and its end (`engine.driving.stacks`).
+"""The process of a stack: its start, its pipes and shared memory, and its end (`engine.driving.stacks`).
 
-It gets two pipes and, where the system has it, memory that both see, and writes what it prints into a log. It is ended
-with all of its session.
+It gets two pipes and, if the system supports it, shared memory; its output goes to a log. At the end its whole session
+is killed.
 """
 
 import math
@@ -21,13 +21,13 @@ import numpy as np
 from engine.errors import ControllerError
 
 ROOM = 1 << 20
-"""Of the pipe to it [bytes]; Linux gives 65,536 unless asked, and to users at most so many."""
+"""Size of the pipe to it [bytes]; Linux provides 65,536 by default, and to users at most this size."""
 ALIGNED = 64
-"""At multiples of so many bytes each part of a question stands in memory."""
+"""Alignment of each part of a question in memory [bytes]."""
 
 
 class Memory:
-    """Where a stack sees a question, and leaves its answer: `views` are their parts, in the order of the protocol."""
+    """Shared memory of questions and answers: `views` are their parts, in the order of the protocol."""
 
     def __init__(self, lanes: int, observations: int, actions: int) -> None:
         parts: dict[str, tuple[tuple[int, ...], str]] = {
@@ -42,7 +42,7 @@ class Memory:
         bytes_of = (np.dtype(kind).itemsize * math.prod(shape) for shape, kind in parts.values())
         *starts, size = accumulate((-(-each // ALIGNED) * ALIGNED for each in bytes_of), initial=0)
         self.layout = {"size": size, **dict(zip(parts, starts, strict=True))}
-        """What a stack is told: the bytes that there are, and where each part begins."""
+        """Layout for the stack: size, and first byte of each part [bytes]."""
         self.descriptor = os.memfd_create("cortexc", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.descriptor, size)
@@ -55,7 +55,7 @@ class Memory:
 
     @staticmethod
     def of(lanes: int, observations: int, actions: int) -> "Memory | None":
-        """None where the system has none that two processes share."""
+        """Return new memory; None if the system has none that two processes share."""
         try:
             return Memory(lanes, observations, actions)
         except (AttributeError, OSError):
@@ -63,7 +63,7 @@ class Memory:
 
 
 def _seal(descriptor: int) -> None:
-    """Let memory stay as large as it is: whoever reads where it was before it shrank is killed by the system."""
+    """Fix the size of memory: the system kills a process that reads memory after it was cut off."""
     import fcntl
 
     fcntl.fcntl(descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
@@ -78,12 +78,12 @@ class Process:
     write: int
     log: IO[bytes]
     memory: Memory | None
-    """Where questions and answers stand; None where they are sent."""
+    """Memory for questions and answers; None if the pipes carry them."""
     questions: int = 0
     closed: bool = False
 
     def close(self, patience: float = 0.5) -> None:
-        """Hang up, and end what does not end by itself."""
+        """Close the pipes, and kill a process that does not end within `patience` [s]."""
         if self.closed:
             return
         self.closed = True
@@ -134,7 +134,7 @@ def start(command: Sequence[str], memory: Memory | None) -> Process:
 
 
 def _pipe(reads: ExitStack, writes: ExitStack) -> tuple[int, int]:
-    """The ends of a pipe, each closed with what it belongs to."""
+    """Return the ends of a pipe, each closed with its stack."""
     read, write = os.pipe()
     reads.callback(os.close, read)
     writes.callback(os.close, write)
@@ -142,7 +142,7 @@ def _pipe(reads: ExitStack, writes: ExitStack) -> tuple[int, int]:
 
 
 def _widen(pipe: int) -> None:
-    """Make room for a whole question, where the system lets us, so that the stack is not woken for each part of it."""
+    """Enlarge a pipe to hold a whole question, if the system permits, so that the process wakes once per question."""
     with suppress(ImportError, AttributeError, OSError):
         import fcntl
 

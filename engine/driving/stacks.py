@@ -1,7 +1,7 @@
-"""A driver in a process of its own, in whatever language: `--ego process:COMMAND`.
+"""A driver in its own process, in any language: `--ego process:COMMAND`.
 
-The command is started as it stands, without a shell. It gets two pipes by their numbers, in `CORTEXC_READ` and
-`CORTEXC_WRITE`; what it prints goes to a file, which a message about it quotes. Protocol, version 1:
+The command is started unchanged, without a shell. It gets two pipes by their numbers, in `CORTEXC_READ` and
+`CORTEXC_WRITE`; its output goes to a file, which error messages quote. Protocol, version 1:
 
 1. We write one line of JSON: `version`, `controller`, `lanes` n, `observations` and `actions` (name and unit each, for
    actions `low` and `high`), `time_step` and `every` [s].
@@ -17,9 +17,9 @@ that two processes share, our first line says as `memory` its `size` and from wh
 the `actions`, stand in it; `CORTEXC_MEMORY` is its number. A stack that adds `"memory": true` to its own first line is
 sent the number of each question alone, reads the rest there, leaves its actions there, and answers with one byte.
 
-A stack that dies, hangs up, takes longer than `LATE` and `EACH` over an answer, or answers more than it was asked is
-killed with all that it has started, but what has left its session, as a daemon does. One that only starts another, and
-ends with exit code 0, has not died.
+A stack is killed with all processes that it has started, if it dies, hangs up, takes longer than `LATE` and `EACH` over
+an answer, or answers more than it was asked; processes that have left its session, such as daemons, are not killed. A
+stack that only starts another, and ends with exit code 0, has not died.
 """
 
 import json
@@ -46,35 +46,37 @@ from engine.tables import Bools, Floats, Ints
 
 VERSION = 1
 LATE = 30.0
-"""Over an answer [s], and …"""
+"""Time limit of an answer [s], plus `EACH` per row."""
 EACH = 1.0
-"""… so much more for each row that is asked; a stack that computes for longer has stopped."""
+"""Additional time per row that is asked [s]; a stack that takes longer counts as stopped."""
 BEGINNING = 120.0
-"""Until it has answered the first line [s]: it may load weights."""
+"""Time limit of the answer to the first line [s]; the stack may load weights."""
 GLANCE = 0.25
-"""So often it is looked at while it does not answer [s]."""
+"""Interval of the checks whether a stack that does not answer is alive [s]."""
 STARTS = 3
-"""Without an answer, after which there is nothing to be had."""
+"""Maximum number of starts without an answer."""
 TAIL = 300
-"""Characters of what it printed that a message quotes."""
+"""Maximum number of characters of its output that a message quotes."""
 
 
 @dataclass(eq=False)
 class Stack:
-    """A controller that is a process; it is started when it is first asked."""
+    """A controller that is a process; it is started at the first question."""
 
     command: tuple[str, ...]
     _header: dict[str, Any] = field(default_factory=dict)
     _running: Process | None = None
     _starts: int = 0
-    """Since it last answered a question."""
+    """Number of starts since it last answered a question."""
     _fresh: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
     _keys: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
     _said: str = ""
-    """What it printed, once it has failed."""
+    """Its output, once it has failed."""
 
     def meet(self, header: Mapping[str, Any]) -> None:
-        """What will be asked; a stack that was told something else is started anew."""
+        """Set the header of the questions; a process with another header is closed, and started again at the next
+        question.
+        """
         if dict(header) != self._header:
             self.close()
             self._header = dict(header)
@@ -82,7 +84,7 @@ class Stack:
             self._keys = np.zeros((header["lanes"], 6), dtype=np.int64)
 
     def reset(self, lanes: Ints, keys: Ints) -> None:
-        """The next question says so."""
+        """Note the lanes in which new scenes begin, for the next question."""
         self._fresh[lanes] = True
         self._keys[lanes] = keys
 
@@ -114,7 +116,7 @@ class Stack:
         return views["actions"].copy()
 
     def _answer(self, running: Process, question: Sequence[NDArray[Any]], size: int, limit: float) -> bytes:
-        """The answer in the pipe, of so many bytes."""
+        """Send a question, and return its answer of `size` bytes from the pipe."""
         self._nothing_left(running, size)
         answer = self._exchange(running, [_bytes(each) for each in question], size, limit)
         running.questions += 1
@@ -138,7 +140,7 @@ class Stack:
                 "what was finished before is kept; correct it, and go on with `cortexc resume`",
             )
         self._starts += 1
-        self._fresh[:] = True  # it knows nothing of the scenes that are under way
+        self._fresh[:] = True  # a new process knows nothing of the scenes in progress
         sizes = self._header["lanes"], len(self._header["observations"]), len(self._header["actions"])
         running = self._running = start(self.command, Memory.of(*sizes))
         weakref.finalize(self, running.close)
@@ -149,10 +151,10 @@ class Stack:
         return running
 
     def _shares(self, answer: bytes, *, offered: bool) -> bool:
-        """Whether a stack shares the memory, by the line with which it answers ours.
+        """Return True if a stack shares the memory, according to the line with which it answers the header.
 
         Raises:
-            ControllerError: it speaks another version, or would share what is not there.
+            ControllerError: it uses another version, or shares memory that was not offered.
         """
         said: Any = {}
         try:
@@ -160,7 +162,7 @@ class Stack:
             version = said["version"]
         except (ValueError, KeyError, TypeError, RecursionError):
             version = answer[:80].decode(errors="replace")
-        if type(version) is not int or version != VERSION:  # true is 1, too
+        if type(version) is not int or version != VERSION:  # true equals 1, too
             self.close()
             raise ControllerError(
                 f"`{shlex.join(self.command)}` speaks version {version!r} of the protocol; this is version {VERSION}",
@@ -176,7 +178,7 @@ class Stack:
         return shares
 
     def _exchange(self, running: Process, question: list[memoryview], size: int, limit: float) -> bytes:
-        """Write a question, part by part, and read so many bytes, or a line (-1)."""
+        """Write a question, part by part, and return `size` bytes, or a line if `size` is -1."""
         end = time.monotonic() + limit
         try:
             self._send(running, question, end)
@@ -192,17 +194,17 @@ class Stack:
             ) from error
 
     def _lost(self, running: Process, what: str, cure: str) -> LostError:
-        """End a stack; what is to be told of it."""
+        """End a stack, and return the error for it."""
         self._log_of(running)
         self.close()
         kind = f"`{shlex.join(self.command)}` {what}"
         return LostError(f"{kind}{self._said}", cure, kind=kind)
 
     def _nothing_left(self, running: Process, size: int) -> None:
-        """Nothing is in the pipe before a question: what is there would be taken for the answer.
+        """Check that the pipe is empty before a question: earlier bytes would be read as its answer.
 
         Raises:
-            LostError: it has answered more than it was asked.
+            LostError: the stack has answered more than it was asked.
         """
         poll = select.poll()
         poll.register(running.read, select.POLLIN)
@@ -239,10 +241,10 @@ class Stack:
         return b"".join(parts)
 
     def _wait(self, running: Process, pipe: int, event: int, end: float, there: int = 0) -> None:
-        """Wait for a pipe, of which another may keep the far end open when the stack itself has died.
+        """Wait for an event of a pipe. Another process may hold the far end open after the stack has died.
 
         Raises:
-            TimeoutError: `there`, it was late.
+            TimeoutError: the time `end` has passed; `there` bytes had arrived.
             EOFError: the stack has died.
         """
         poll = select.poll()
@@ -268,12 +270,12 @@ class Stack:
 
 
 def _bytes(array: NDArray[Any]) -> memoryview:
-    """An array as the bytes that it holds, without a copy."""
+    """Return the bytes of an array, without a copy if it is contiguous."""
     return np.ascontiguousarray(array).data.cast("B")
 
 
 def _asked_for(size: int, error: Exception) -> str:
-    """What did not come in time; -1 is a line."""
+    """Return a description of the answer that did not come in time; a `size` of -1 is a line."""
     there = error.args[0] if error.args else 0
     return "the first line" if size < 0 else f"an answer, of which {there:,} of {size:,} bytes came"
 
@@ -300,7 +302,7 @@ def stack_of(command: str) -> Stack:
 
 
 def files_of(stack: Stack) -> tuple[str, ...]:
-    """The files that its command names: the program, a script, a configuration; else the program that PATH finds."""
+    """Return the files that its command names: program, script, configuration; else the program that PATH finds."""
     files = tuple(word for word in stack.command if Path(word).is_file())
     program = shutil.which(stack.command[0])
     return files or (() if program is None else (program,))

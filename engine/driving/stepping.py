@@ -47,7 +47,7 @@ from engine.vocabulary import Column, Verdict
 
 CONTACT = ContactConfig()
 AT_ONCE = 64
-"""Runs that are judged by one call: what was decided in them stays in the cache."""
+"""Number of runs that are judged by one call, small enough that their decisions stay in the cache."""
 
 
 # -- slots -------------------------------------------------------------------------------------------------------------
@@ -106,22 +106,22 @@ class ParallelRuns:
 
     @property
     def nbytes(self) -> int:
-        """Memory of all slots; what was decided takes more as runs get longer than any before."""
+        """Return the memory of all slots [bytes]; it grows when runs get longer than all before."""
         groups = (self._run._replace(command_pages=self._decisions.commands[:0]), self._scenes, self._results)
         return self._decisions.nbytes + sum(each.nbytes for group in groups for each in _arrays(group))
 
     def copied(self) -> tuple[NDArray[Any], ...]:
-        """The results as they are now."""
+        """Return a copy of the current results."""
         return tuple(each.copy() for each in _arrays(self.results))
 
     @property
     def turns(self) -> int:
-        """Turns of the longest run."""
+        """Return the number of turns of the longest possible run."""
         return int(self.plan.layout.last_sample) + 1
 
     @property
     def numbers(self) -> int:
-        """How many numbers are decided in a turn."""
+        """Return the number of numbers that are decided in a turn."""
         return numbers_decided(self.controls)
 
     # -- scenes and their ends ---------------------------------------------------------------------------------------
@@ -142,14 +142,14 @@ class ParallelRuns:
 
     @property
     def running(self) -> Bools:
-        """(slots,) where a run has not ended."""
+        """Return (slots,) True if the run has not ended."""
         running = np.empty(len(self), dtype=bool)
         mark_running(self._status, self._scenes.verdict, running)
         return running
 
     @property
     def results(self) -> Results:
-        """What became of the run of each slot; of one that goes on nothing yet."""
+        """Judge the runs that have just ended; return the results of all slots, blank for running ones."""
         ended = np.flatnonzero(self._open & ~self.running)
         if len(ended):
             self._open[ended] = False
@@ -157,7 +157,7 @@ class ParallelRuns:
         return self._results
 
     def _judge(self, ended: Ints) -> None:
-        """Measure what has ended: on a record that is made of commands, or by running it again, at once."""
+        """Measure the runs that have ended: on a record made of the stored commands, or on a repetition of the run."""
         kept = self._decisions.commands.shape[3] > 0
         again = self._status[ended, Status.UNTOLD] == 1 if kept else np.ones(len(ended), dtype=bool)
         self._renew_pages()
@@ -180,7 +180,7 @@ class ParallelRuns:
         review_slots(self.plan, run, ended, actions, np.zeros((len(self.program.actors), 3)), self._results)
 
     def _decided(self, ended: Ints) -> Floats:
-        """(ended, turns, numbers): what was decided, as far as the longest run came."""
+        """Return the decisions (ended, turns, numbers), with as many turns as the longest run has."""
         samples = self.samples[ended]
         actions = np.empty((len(ended), int(samples.max()) + 1, self.numbers))
         self._decisions.decided(ended, samples, actions)
@@ -206,36 +206,36 @@ class ParallelRuns:
             array[ended] = new
 
     def outcomes(self, chosen: Ints) -> Outcomes:
-        """What became of the runs of the chosen slots."""
+        """Return the outcomes of the runs of the chosen slots."""
         return outcomes(Results(*(each[chosen] for each in _arrays(self.results))))
 
     @property
     def reasons(self) -> Ints:
-        """(slots,) why each run has ended, `RUNNING`, or `EMPTY` of one that is lost; formulas and objectives may say
-        so only when it is judged.
+        """Return (slots,) the reason for each run's end, `RUNNING`, or `EMPTY` of a lost run; if formulas or objectives
+        end runs, the reason is known only after judging.
         """
         return self.results.end_reason if self._late else self._status[:, Status.END]
 
     @property
     def samples(self) -> Ints:
-        """(slots,) the current one of each."""
+        """Return (slots,) the current sample of each run."""
         return self._status[:, Status.SAMPLE]
 
     @property
     def states(self) -> Floats:
-        """(slots, actors, len(State)) at the current samples."""
+        """Return (slots, actors, len(State)) the states at the current samples."""
         kept = self._run.slot_states
         return np.asarray(kept[np.arange(len(self)), self.samples % kept.shape[1]])
 
     @property
     def times(self) -> Floats:
-        """(slots,) of the current samples [s]."""
+        """Return (slots,) the times of the current samples [s]."""
         return np.asarray(self.samples * self.plan.layout.time_step, dtype=np.float64)
 
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Run all slots on: to the next sample at which somebody is asked, or to the end."""
+        """Run all slots to the next sample at which a controller is asked, or to the end."""
         self._decisions.reserve(self.running, self.samples)
         self._renew_pages()
 
@@ -245,7 +245,7 @@ class ParallelRuns:
         if len(self) > CHUNK and self._jobs > 1:
             in_parts(len(self), self._jobs, run)
         else:
-            run(0, len(self))  # a thread starts no faster than these step
+            run(0, len(self))  # starting threads takes longer than these steps
 
     def _renew_pages(self) -> None:
         """Take the pages as they are now: where more are needed, they may move in memory."""
@@ -255,7 +255,7 @@ class ParallelRuns:
             self._parts.clear()
 
     def _part(self, first: int, last: int) -> Run:
-        """Some slots, with a memory of their own to work in."""
+        """Return the slots from `first` to before `last`, with their own working memory."""
         if last - first == len(self):
             return self._run
         if (first, last) not in self._parts:
@@ -265,26 +265,28 @@ class ParallelRuns:
         return self._parts[first, last]
 
     def _with_lanes(self, scratch: Run, first: int = 0, last: int | None = None) -> Run:
-        """Memory to work in, before some slots."""
+        """Return working memory combined with some slots."""
         arrays = self._run._asdict()
         slots = {name: array[first:last] for name, array in arrays.items() if name.startswith("slot_")}
         shared = {name: arrays[name] for name in ("command_pages", "command_columns")}
         return with_slots(scratch._replace(**shared, **slots))
 
     def lose(self, chosen: Bools) -> None:
-        """Let the chosen slots rest: what their controller decides cannot be driven."""
+        """End the runs of the chosen slots with the verdict CONTROLLER: their actions cannot be driven."""
         self._results.verdict[chosen] = self._scenes.verdict[chosen] = Verdict.CONTROLLER
         self._open[chosen] = False
         self._status[chosen, Status.END] = EMPTY
 
     def asked(self, number: int) -> Bools:
-        """(slots,) where the control of this number is asked at the current sample."""
+        """Return (slots,) True if the control of this number is asked at the current sample."""
         asked = np.empty(len(self), dtype=bool)
         mark_queried(self._status, self._scenes.verdict, self._decisions.timings[number].every, asked)
         return asked
 
     def observe(self, number: int, chosen: Bools) -> Floats:
-        """(slots, d): what the control of this number observes in the chosen slots, and zeros in all others."""
+        """Return (slots, d) the observations of the control of this number in the chosen slots, and zeros in all
+        others.
+        """
         if self._rules:
             return np.where(chosen[:, np.newaxis], self._run.slot_watched[:, self._rules], 0.0)
         actor, seen = self.controls[number].actor, np.empty((len(self), WIDTH))
@@ -293,16 +295,18 @@ class ParallelRuns:
 
     @property
     def rewarded(self) -> Floats | None:
-        """(slots,): a copy of the record called reward at the current samples, where the file has one."""
+        """Return (slots,) a copy of the record `reward` at the current samples; None if the file has no such record."""
         return None if self._reward is None else self._run.slot_watched[:, self._reward].copy()
 
     def decide(self, number: int, chosen: Bools, actions: Floats) -> None:
-        """Let the chosen slots do `actions` (slots, a) from now, or from the delay on, until the next ones."""
+        """Apply `actions` (slots, a) in the chosen slots from now, or from the delay on, until the next decision."""
         self._decisions.decide(number, chosen, self.samples, actions, self._run.slot_actions)
         self._renew_pages()
 
     def decided(self, chosen: Ints, out: Floats | None = None) -> Floats:
-        """(chosen, turns, numbers): what was decided in the chosen slots; what was decided last goes on."""
+        """Return (chosen, turns, numbers) the decisions in the chosen slots; after the end the last decision is
+        repeated.
+        """
         if out is None:
             out = np.empty((len(chosen), self.turns, self.numbers))
         self._decisions.decided(chosen, self.samples[chosen], out)
@@ -310,13 +314,13 @@ class ParallelRuns:
 
 
 def _arrays(group: object) -> tuple[NDArray[Any], ...]:
-    """A named tuple as the arrays that it holds."""
+    """Return a named tuple as its arrays."""
     return cast("tuple[NDArray[Any], ...]", group)
 
 
 def _neutral(program: Program, values: Floats) -> Floats:
-    """(n, numbers) in scenes with these values: until a decision comes into effect everybody rolls on, or keeps its
-    speed.
+    """Return (n, numbers) the decisions before the first one takes effect in scenes with these values: zeros, or the
+    initial speed.
     """
     neutral = np.zeros((len(values), numbers_decided(program.controls)))
     for control, its in zip(program.controls, columns(program.controls), strict=True):
@@ -326,7 +330,7 @@ def _neutral(program: Program, values: Floats) -> Floats:
 
 
 def _no_scenes(program: Program, count: int) -> Requested:
-    """Room for scenes, none of which is valid."""
+    """Return `count` scenes, none of which is valid."""
     width = len(program.code.output_register[0])
     return Requested(
         verdict=np.full(count, int(Verdict.EXHAUSTED), dtype=np.int32),
@@ -338,5 +342,5 @@ def _no_scenes(program: Program, count: int) -> Requested:
 
 
 def names_of(controls: Sequence[Control]) -> tuple[str, ...]:
-    """The controllers by name."""
+    """Return the names of the controllers."""
     return tuple(control.controller for control in controls)

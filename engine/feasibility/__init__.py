@@ -1,8 +1,8 @@
-"""Interval reasoning over a compiled program: what cannot hold, proved before anything is drawn. Plain numpy.
+"""Interval reasoning over a compiled program: proofs of impossibility before any draw. Plain numpy.
 
-`explain` looks at a file as a whole: impossible variants, the part of each gene's range that can hold, or that nothing
-can; `remembered` keeps the answer for the next time. `pruning` bounds the draws of single genomes. Nothing here is ever
-wrong; all may know less than is true.
+`explain` analyses a file as a whole: impossible variants, the part of each gene's range that can hold, or that none
+can; `remembered` caches the answer. `pruning` bounds the draws of single genomes. All results are sound, but may be
+weaker than the truth.
 
 tape -> slices (what holds for the program) -> narrowing (what holds in a box) -> explanation, pruning
 """

@@ -1,11 +1,10 @@
 """The interval version of every geometry instruction.
 
-Path and region ids are known numbers in nearly every program; where one is not, nothing is said.
+Path and region ids are known numbers in nearly every program; for an unknown id the result is unbounded.
 
-A path's pose over an arc-length interval is exact on straight lines and held by the sagitta on arcs. The distance to it
-changes no faster than the point moves (it is 1-Lipschitz), so over a box it lies within half the box's diagonal of its
-value at the centre. Outlines are rectangles (x, y, heading, length, width). Containment in a region is said only where
-the distance decides it.
+A path's pose over an arc-length interval is exact on straight lines and bounded by the sagitta on arcs. The distance to
+it is 1-Lipschitz, so over a box it differs from its value at the centre by at most half the box's diagonal. Outlines
+are rectangles (x, y, heading, length, width). Containment in a region is known only if the distance decides it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -50,7 +49,7 @@ def path_pose(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interv
 
 
 def _pose_hull(road: RoadTables, path: int, start: Floats, end: Floats) -> list[tuple[Floats, Floats]]:
-    """Ends of x, y and heading over arc lengths [start, end], held inside the path."""
+    """Return the ends of x, y and heading over arc lengths [start, end], clipped to the path."""
     primitives = path_primitives(road, path)
     start = np.clip(start, 0.0, road.path_length[path])
     end = np.clip(end, 0.0, road.path_length[path])
@@ -70,7 +69,7 @@ def _pose_hull(road: RoadTables, path: int, start: Floats, end: Floats) -> list[
 
 
 def _primitive_hull(primitive: Floats, low: Floats, high: Floats) -> list[tuple[Floats, Floats]]:
-    """The chord's box, widened by the arc's height above the chord."""
+    """Return the box of the chord, extended by the sagitta of the arc."""
     x0, y0 = _place(primitive, low)
     x1, y1 = _place(primitive, high)
     curvature = primitive[CURVATURE]
@@ -125,13 +124,13 @@ def projection(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Inter
 
 
 def outline_points(box: Sequence[Interval]) -> Iterator[tuple[Interval, Interval]]:
-    """Boxes around the four corners of an outline and around its centre."""
+    """Yield boxes around the centre of an outline and around its four corners."""
     x, y, heading, length, width = box
     known = numbers(*box)
     middle, turn = 0.5 * (heading.low + heading.high), 0.5 * (heading.high - heading.low)
     half = 0.25 * (length.low + length.high), 0.25 * (width.low + width.high)
     reach = np.hypot(*half)
-    # A turn moves a corner along its circle, a change of size along its sides.
+    # A turn moves a corner along its circle; a change of size moves it along the sides.
     moved = turn * reach + 0.25 * (length.high - length.low) + 0.25 * (width.high - width.low) + SLACK
     for along, across in ((0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
         ahead, left = along * half[0], across * half[1]
@@ -148,13 +147,13 @@ def largest(size: Interval) -> Floats:
 
 
 def circles(box: Sequence[Interval]) -> tuple[Floats, Floats]:
-    """Radii of a circle that lies in an outline, and of one that holds it."""
+    """Return the radii of an inner and an outer circle of an outline."""
     least = np.maximum(np.minimum(box[3].low, box[4].low), 0.0)
     return 0.5 * least, 0.5 * np.hypot(largest(box[3]), largest(box[4]))
 
 
 def _between_centres(a: Sequence[Interval], b: Sequence[Interval]) -> tuple[Floats, Floats]:
-    """Least and greatest distance between two points."""
+    """Return the least and greatest distance between two points."""
     gaps = [np.maximum(np.maximum(p.low - q.high, q.low - p.high), 0.0) for p, q in zip(a[:2], b[:2], strict=True)]
     spans = [np.maximum(p.high - q.low, q.high - p.low) for p, q in zip(a[:2], b[:2], strict=True)]
     return np.hypot(*gaps) - SLACK, np.hypot(*spans) + SLACK
@@ -181,7 +180,7 @@ def sees(_road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
 
 
 def _off_region(road: RoadTables, region: Interval, x: Interval, y: Interval) -> tuple[Interval, Interval]:
-    """Distance from outside, and from inside to the boundary (negative: depth below which nothing is known)."""
+    """Return the distance from outside, and the signed distance to the boundary (negative inside)."""
     off = at_least_zero(unknown(region, x, y))
     depth = Interval(np.full(len(x.low), -np.inf), np.full(len(x.low), np.inf), off.undefined.copy())
     for number, rows in by_id(region, numbers(region, x, y), road.region_start):
@@ -219,7 +218,7 @@ def contains_outline(road: RoadTables, operands: Sequence[Interval]) -> Sequence
 
 
 def _in_core(road: RoadTables, region: Interval, x: Interval, y: Interval, reach: Floats) -> Bools:
-    """Whether all within reach of the point lies in one of the rectangles that are known to be inside."""
+    """Return (n,) True where the disc of radius `reach` is inside one of the rectangles that the region contains."""
     inside = np.zeros(len(reach), dtype=bool)
     for number, rows in by_id(region, numbers(region, x, y), road.region_start):
         margin = reach[rows] + SLACK
@@ -262,7 +261,7 @@ def _one_of(count: Callable[[RoadTables], int]) -> Geometry:
 
 
 def _heading(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    """Of any path, at any of its points."""
+    """Return the interval of headings of all paths, at all of their points [rad]."""
     headings = np.abs(road.primitives[:, HEADING]) + np.abs(road.primitives[:, CURVATURE]) * road.primitives[:, LENGTH]
     most = float(headings.max(initial=0.0)) + SLACK
     return [between(-most, most, len(operands[0].low))._replace(undefined=either(*operands))]

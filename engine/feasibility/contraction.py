@@ -1,8 +1,8 @@
 """Forward evaluation and backward contraction of a tape over many boxes at once.
 
-A *box* is an interval for each variable of one variant. A box dies when a requirement surely fails in it; `killer` says
-which one. A slot is *demanded* in a box where every attempt that may still pass has a number in its interval there:
-only such a slot may narrow its operands, and only such a one, found empty, kills.
+A *box* is an interval for each variable of one variant. A box dies when a requirement surely fails in it; `killer` is
+that requirement. A slot is *demanded* in a box if every attempt that may still pass has a number in the slot's
+interval: only a demanded slot may narrow its operands, and only an empty demanded slot kills the box.
 
 The results that are demanded are numbers in every attempt that may still pass: the demands start at comparisons that
 hold, and no comparison with NaN does.
@@ -25,7 +25,7 @@ from engine.tables import Floats, Ints
 TRUTHS = frozenset(
     {op for op, row in OPERATORS.items() if row.is_truth} | {Op.REGION_CONTAINS, Op.REGION_CONTAINS_BOX, Op.CAN_SEE}
 )
-"""Instructions that give 1 or 0 and nothing else."""
+"""Instructions with the results 1 and 0 only."""
 
 # -- boxes -------------------------------------------------------------------------------------------------------------
 
@@ -34,7 +34,7 @@ ALIVE = -1
 
 @frozen
 class Boxes:
-    """What is known of every slot in n boxes; the arrays are worked on in place."""
+    """Known bounds of every slot in n boxes; the arrays are modified in place."""
 
     program: Program
     tape: Tape
@@ -44,7 +44,7 @@ class Boxes:
     undefined: Bools
     demanded: Bools
     killer: Ints
-    """(n,): the requirement that surely fails, `ALIVE` where none is known to."""
+    """(n,) Requirement that surely fails; `ALIVE` if none is known."""
 
     @property
     def alive(self) -> Bools:
@@ -54,7 +54,7 @@ class Boxes:
         return Interval(self.low[slot], self.high[slot], self.undefined[slot])
 
     def forward(self, instructions: Sequence[Instruction], requirement: int) -> None:
-        """Evaluate; what was known before is kept. A contradiction is put down to the requirement."""
+        """Evaluate the instructions within known bounds; a contradiction is attributed to the requirement."""
         for instruction in instructions:
             operands = [self[slot] for slot in instruction.operands]
             for n, result in enumerate(self._results(instruction, operands)):
@@ -70,8 +70,9 @@ class Boxes:
         return [OPERATORS[instruction.op].forward(*operands)]
 
     def demand(self, requirement: int) -> None:
-        """The requirement holds: its result is not zero. Nothing follows where it may be NaN, for that ends an attempt
-        as an error, and an error must not be passed over.
+        """Demand that the requirement holds: its result is not zero.
+
+        Nothing follows where it may be NaN, which ends an attempt as an error that must not be skipped.
         """
         root = self.tape.roots[requirement]
         if self._is_truth(root):
@@ -82,7 +83,7 @@ class Boxes:
             self.kill(surely_false(self[root]), requirement)
 
     def backward(self, instructions: Sequence[Instruction], requirement: int) -> None:
-        """Narrow what the demanded slots were made of."""
+        """Narrow the operands of the demanded slots."""
         for instruction in reversed(instructions):
             demanded = self.demanded[instruction.first]
             if instruction.op not in OPERATORS or not demanded.any():
@@ -114,7 +115,7 @@ class Boxes:
 
 
 def empty_boxes(program: Program, tape: Tape, count: int) -> Boxes:
-    """Boxes of which nothing is known."""
+    """Return boxes without any known bound."""
     shape = tape.slots, count
     return Boxes(
         program,
@@ -128,7 +129,7 @@ def empty_boxes(program: Program, tape: Tape, count: int) -> Boxes:
 
 
 def _table(pool: Floats, first: int, index: Interval) -> Interval:
-    """`Op.TABLE`: the least and greatest of the options that the index may name; held inside the pool."""
+    """Return the least and greatest of the options that the index of `Op.TABLE` may name, clipped to the pool."""
     last = len(pool) - 1
     start = np.clip(np.nan_to_num(first + np.floor(index.low)), 0, last).astype(np.int64)
     end = np.clip(np.nan_to_num(first + np.floor(index.high)), 0, last).astype(np.int64)

@@ -1,4 +1,4 @@
-"""What bounds over boxes are made of: distances of many points from regions and paths, and boxes of places.
+"""Parts of the bounds over boxes: distances of many points from regions and paths, and boxes of places.
 
 In plain numpy.
 """
@@ -15,27 +15,27 @@ from engine.tables import Floats, Ints, RoadTables
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
 """Columns of `RoadTables.primitives`."""
 CHUNK = 1 << 16
-"""Pairs of point and edge that are looked at together."""
+"""Pairs of point and edge that are processed together."""
 MANY = 512
-"""Edges from which on it pays to leave out those far away."""
+"""Number of edges from which on the exclusion of distant edges saves time."""
 SQUARE = 24.0
-"""Side of the squares in which points are looked at together [m]."""
+"""Side of the squares in which points are processed together [m]."""
 
 
 def region_edges(road: RoadTables, region: int) -> Floats:
-    """(m, 4): x1, y1, x2, y2."""
+    """Return (m, 4) x1, y1, x2, y2 of the edges of a region [m]."""
     return road.edges[road.region_start[region] : road.region_start[region + 1]]
 
 
 def path_primitives(road: RoadTables, path: int) -> Floats:
-    """(m, 8): the rows of `RoadTables.primitives`."""
+    """Return (m, 8) the rows of `RoadTables.primitives` of a path."""
     return road.primitives[road.path_start[path] : road.path_start[path + 1]]
 
 
 def boundary_distance(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
-    """Distance of points (n,) from the boundary of a region, and whether they lie inside (even-odd rule).
+    """Return the distance of points (n,) from the boundary of a region, and True for points inside (even-odd rule).
 
-    Equal points are looked at once: where one variable's range is sliced, most places stay as they are.
+    Equal points are computed once: in slices of one variable's range, most places do not change.
     """
     points, place = np.unique(x + 1j * y, return_inverse=True)
     found = _by_squares if len(edges) >= MANY and len(points) else _of_every_edge
@@ -48,8 +48,10 @@ def _of_every_edge(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
 
 
 def _by_squares(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
-    """The same square by square of the plane: only of edges that may be the nearest of a point in it, and of those that
-    a ray to the right may cross. What is left out decides nothing, so the numbers are the same to the last bit.
+    """Return the same as `_of_every_edge`, square by square of the plane.
+
+    It uses only edges that may be nearest to a point of a square, and those that a ray to the right may cross. The
+    omitted edges have no influence, so the numbers are the same to the last bit.
     """
     distance, inside = np.empty(len(x)), np.empty(len(x), dtype=bool)
     _, square = np.unique(np.floor(x / SQUARE) + 1j * np.floor(y / SQUARE), return_inverse=True)
@@ -62,17 +64,19 @@ def _by_squares(edges: Floats, x: Floats, y: Floats) -> tuple[Floats, Bools]:
 
 
 def _may_be_nearest(edges: Floats, x: Floats, y: Floats) -> Bools:
-    """Edges of which one is the nearest of each of the points: an edge is no nearer to a point than to the middle of
-    all, but for what lies between the two; nor is the nearest further.
+    """Return (m,) True for edges that may be nearest to one of the points.
+
+    By the triangle inequality, distances from a point and from the middle of all points differ by at most their
+    distance.
     """
     middle = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
     off = np.sqrt(_off_squared(edges, *middle))
     between = np.hypot(x - middle[0], y - middle[1]).max()
-    return ~(off > off.min(initial=np.inf) + 2.0 * between + SLACK)  # of what is NaN nothing is known
+    return ~(off > off.min(initial=np.inf) + 2.0 * between + SLACK)  # NaN counts as possibly nearest
 
 
 def _may_be_crossed(edges: Floats, x: Floats, y: Floats) -> Bools:
-    """Edges that a ray from one of the points to the right may cross."""
+    """Return (m,) True for edges that a ray from one of the points to the right may cross."""
     x1, y1, x2, y2 = edges.T
     as_high = (np.minimum(y1, y2) <= y.max()) & (np.maximum(y1, y2) >= y.min())
     return as_high & (np.maximum(x1, x2) >= x.min() - SLACK)
@@ -89,7 +93,7 @@ def _enclosed(edges: Floats, x: Floats, y: Floats) -> Bools:
 
 
 def _in_chunks(edges: Floats, x: Floats, y: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """Points as columns (n, 1), so few that pairs with all edges stay in the processor's cache."""
+    """Yield points as columns (n, 1), small enough that pairs with all edges fit into the processor's cache."""
     size = max(1, CHUNK // max(1, len(edges)))
     for start in range(0, len(x), size):
         yield x[start : start + size, np.newaxis], y[start : start + size, np.newaxis]
@@ -108,7 +112,7 @@ def _crosses(edges: Floats, x: Floats, y: Floats) -> Bools:
 
 
 def path_distance(primitives: Floats, x: Floats, y: Floats) -> Floats:
-    """Distance of points (n,) from a chain of lines and arcs."""
+    """Return the distance of points (n,) from a chain of lines and arcs."""
     distance = np.full(len(x), np.inf)
     for primitive in primitives:
         distance = np.minimum(distance, _primitive_distance(primitive, x, y))
@@ -132,11 +136,11 @@ def _primitive_distance(primitive: Floats, x: Floats, y: Floats) -> Floats:
 # -- boxes of places ---------------------------------------------------------------------------------------------------
 
 SLACK = 1e-7
-"""Far above the rounding of any of these in a road of kilometres [m]."""
+"""Tolerance far above the rounding errors of these functions for roads of kilometres [m]."""
 
 
 def numbers(*intervals: Interval) -> Bools:
-    """Boxes in which all of these are finite."""
+    """Return (n,) True for boxes in which all intervals are finite and defined."""
     known = np.ones(len(intervals[0].low), dtype=bool)
     for interval in intervals:
         known &= np.isfinite(interval.low) & np.isfinite(interval.high) & ~interval.undefined
@@ -144,9 +148,9 @@ def numbers(*intervals: Interval) -> Bools:
 
 
 def by_id(ids: Interval, known: Bools, starts: Ints) -> Iterator[tuple[int, np.ndarray]]:
-    """Each known id, and the boxes that have it; `starts` has one entry more than there are ids.
+    """Yield each known id with the boxes that have it; `starts` has one entry more than there are ids.
 
-    Where a uniform number is held at its end, which it never is, a table names what is no id: nothing is known of that.
+    At the upper end of a uniform number, which the number never reaches, a table may name an invalid id; it is skipped.
     """
     settled = known & (ids.low == ids.high)
     for value in sorted(set(ids.low[settled].tolist())):
@@ -155,14 +159,14 @@ def by_id(ids: Interval, known: Bools, starts: Ints) -> Iterator[tuple[int, np.n
 
 
 def unknown(*operands: Interval) -> Interval:
-    """Any number; NaN only from a NaN."""
+    """Return the interval of any number; NaN only if an operand may be NaN."""
     count = len(operands[0].low)
     undefined = ~numbers(*operands)
     return Interval(np.full(count, -np.inf), np.full(count, np.inf), undefined)
 
 
 def put(target: Interval, rows: np.ndarray, low: Floats, high: Floats) -> None:
-    """Say in some boxes what is now known; the arrays of `target` are written to."""
+    """Set the known bounds in some boxes; the arrays of `target` are modified."""
     target.low[rows], target.high[rows], target.undefined[rows] = low, high, False
 
 
@@ -171,6 +175,6 @@ def at_least_zero(interval: Interval) -> Interval:
 
 
 def centre(x: Interval, y: Interval, rows: np.ndarray) -> tuple[tuple[Floats, Floats], Floats]:
-    """Middles of boxes of points, and how far their corners are from them."""
+    """Return the centres of boxes of points, and the distances of their corners from them."""
     half_x, half_y = 0.5 * (x.high[rows] - x.low[rows]), 0.5 * (y.high[rows] - y.low[rows])
     return (x.low[rows] + half_x, y.low[rows] + half_y), np.hypot(half_x, half_y) + SLACK

@@ -1,7 +1,7 @@
-"""What a file can hold at all: which variants are possible, and which part of each gene's range.
+"""Feasibility of a file: the possible variants, and the possible part of each gene's range.
 
-What was proved of a program is kept in the user's cache: checking a file again costs no second proof. A proof is a pure
-function of the program's digest and of the code that makes it, so both name the entry.
+Proofs are stored in the user's cache, so a second check of a file needs no second proof. A proof is a pure function of
+the program's digest and of this code, so both name the entry.
 """
 
 import json
@@ -25,12 +25,13 @@ from engine.user_cache import cached_file, fingerprint
 from engine.vocabulary import GeneKind
 
 WORK_LIMIT = 2_000_000
-"""Values that looking at a file may compute: some 50 ms. Beyond it fewer slices are cut, and at last none."""
+"""Values that the analysis of a file may compute: about 50 ms. Beyond it slices are fewer, and at last there are none.
+"""
 SLICES = 32
 FEWEST = 4
 ROUNDS = 2
 LEAST_CUT = 1e-3
-"""Share of a range below which nothing is said of a cut."""
+"""Share of a range below which a cut is not reported."""
 
 
 @frozen
@@ -39,32 +40,32 @@ class Cut:
 
     gene: int
     above: bool
-    """Whether the part above `value` is cut off; else the part below."""
+    """True if the part above `value` cannot hold; else the part below."""
     value: float
     requirements: tuple[int, ...]
-    """Those that the proof rests on: none of them can be left out of it. Empty where it rests on rejected variants."""
+    """Requirements of the proof, all of them needed; () if it rests on rejected variants."""
 
 
 @frozen
 class Feasibility:
-    """What was proved of a file, over the declared ranges of its genes. Nothing in it is ever wrong; it may be weak."""
+    """Proved facts of a file, over the declared ranges of its genes. They are sound, but may be weak."""
 
     looked_at: bool
-    """False where the file is too large to be looked at in time."""
+    """False if the file is too large to be analysed in time."""
     infeasible: bool
-    """Whether no attempt can pass, whatever the genes."""
+    """True if no attempt can pass, for any genes."""
     conflict: tuple[int, ...]
-    """Of an infeasible file: requirements that cannot hold together, none of which can be left out of the proof."""
+    """Requirements of an infeasible file that cannot hold together, all of them needed for the proof."""
     impossible: Ints
-    """(variants,): a requirement (or rejection) that rules the variant out, -1 where it may be possible."""
+    """(variants,) Requirement (or rejection) that excludes the variant; -1 if it may be possible."""
     low: Floats
-    """(genes,) hull of what may hold, file units."""
+    """(genes,) Hull of the possible values, file units."""
     high: Floats
     cuts: tuple[Cut, ...]
 
 
 def slices_of(program: Program, limit: int = WORK_LIMIT, count: int = SLICES) -> tuple[Sliced, ...] | None:
-    """All templates in `count` slices, or as finely as the work limit allows; None where it allows nothing."""
+    """Return all templates in `count` slices, or as many as the work limit allows; None if it allows none."""
     while _work(program, count) > limit:
         count //= 2
         if count < FEWEST:
@@ -74,7 +75,7 @@ def slices_of(program: Program, limit: int = WORK_LIMIT, count: int = SLICES) ->
 
 
 def _work(program: Program, count: int) -> int:
-    """Values that slicing computes: instructions by slices, a geometric one as many as the region has edges."""
+    """Return the number of values that slicing computes; a geometric instruction counts by the edges of a region."""
     code = program.code
     variables = len(program.space) + int(code.sizes[Size.DRAWS])
     geometry = int((code.scene_code[:, 0] >= 40).sum()) + 5 * len(program.actors)
@@ -85,13 +86,13 @@ def _work(program: Program, count: int) -> int:
 
 
 def explain(program: Program) -> Feasibility:
-    """What can be proved of a file within the work limit."""
+    """Return the facts of a file that can be proved within the work limit."""
     sliced = slices_of(program)
     return nothing(program) if sliced is None else explain_sliced(program, sliced)
 
 
 def nothing(program: Program) -> Feasibility:
-    """The answer where nothing was looked at."""
+    """Return the result without an analysis."""
     rejected = np.where(program.code.variant_template < 0, program.code.variant_rejection, ALIVE)
     return Feasibility(
         False, False, (), rejected.astype(np.int32), program.space.low.copy(), program.space.high.copy(), ()
@@ -99,7 +100,7 @@ def nothing(program: Program) -> Feasibility:
 
 
 def explain_sliced(program: Program, sliced: Sequence[Sliced]) -> Feasibility:
-    """The same, from templates that are sliced already."""
+    """Return the facts of a file from templates that are sliced already."""
     impossible = nothing(program).impossible
     low, high = np.full(len(program.space), np.inf), np.full(len(program.space), -np.inf)
     for part in sliced:
@@ -117,7 +118,7 @@ def explain_sliced(program: Program, sliced: Sequence[Sliced]) -> Feasibility:
 
 
 def conflicts(program: Program, requirements: Sequence[int]) -> bool:
-    """Whether it is proved that no attempt meets all of these; those of the file, rejections and built-in ones."""
+    """Return True if provably no attempt meets all `requirements`: of the file, rejections, built-in ones."""
     sliced = slices_of(program)
     allowed = 0
     for requirement in requirements:
@@ -127,23 +128,23 @@ def conflicts(program: Program, requirements: Sequence[int]) -> bool:
 
 
 Boxes = tuple[Ints, Floats, Floats]
-"""Rows, and SI ends of all variables."""
+"""Rows, and ends of all variables in SI units."""
 
 
 def _whole(part: Sliced) -> Boxes:
-    """Every variant over the whole box of the genes."""
+    """Return every variant over the whole box of the genes."""
     with np.errstate(all="ignore"):
         low, high = Bench(part.program, part.tape, part.variants).ranges()
     return np.arange(len(part.variants)), low, high
 
 
 def _empty(sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes], allowed: int) -> bool:
-    """Whether the requirements allowed rule out every box."""
+    """Return True if the allowed requirements exclude every box."""
     return all((narrow(part, *boxes(part), ROUNDS, allowed).killer != ALIVE).all() for part in sliced)
 
 
 def _proof(program: Program, sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes]) -> tuple[int, ...]:
-    """Requirements that rule out every box, none of which can be left out; () where there is no such proof.
+    """Return requirements that exclude every box, all of them needed; () if there is no such proof.
 
     Source: the deletion filter of Chinneck and Dravnieks (1991), "Locating minimal infeasible constraint sets in linear
     programs", ORSA Journal on Computing 3(2).
@@ -161,7 +162,7 @@ def _proof(program: Program, sliced: Sequence[Sliced], boxes: Callable[[Sliced],
 
 
 def _in_file_units(program: Program, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Ends held inside the declared ranges, those of discrete genes on whole numbers."""
+    """Return the ends clipped to the declared ranges, those of discrete genes as whole numbers."""
     space = program.space
     low = np.maximum(space.low, np.nextafter(low / space.scale, -np.inf))
     high = np.minimum(space.high, np.nextafter(high / space.scale, np.inf))
@@ -170,7 +171,7 @@ def _in_file_units(program: Program, low: Floats, high: Floats) -> tuple[Floats,
 
 
 def _cuts(program: Program, sliced: Sequence[Sliced], low: Floats, high: Floats) -> Iterator[Cut]:
-    """Every end of a range that moved by more than a trifle, with what moved it."""
+    """Yield every end of a range that moved by more than `LEAST_CUT`, with the requirements of the proof."""
     space = program.space
     for gene in range(len(space)):
         trifle = LEAST_CUT * (space.high[gene] - space.low[gene])
@@ -184,7 +185,7 @@ def _cuts(program: Program, sliced: Sequence[Sliced], low: Floats, high: Floats)
 
 
 def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callable[[Sliced], Boxes]:
-    """Every variant with a gene held to the part of its range beyond a value."""
+    """Return the boxes of every variant with a gene restricted to its range beyond a value."""
     limit = value * float(program.space.scale[gene])
 
     def boxes(part: Sliced) -> Boxes:
@@ -199,16 +200,16 @@ def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callab
     return boxes
 
 
-# -- proofs that are kept ----------------------------------------------------------------------------------------------
+# -- stored proofs -----------------------------------------------------------------------------------------------------
 
 FAMILY = "proof-*.json"
 _ENGINE = Path(__file__).parents[1]
 CODE = (Path(__file__).parent, *(_ENGINE / folder for folder in ("operators", "road", "road/opendrive", "opendrive")))
-"""Folders whose files decide what is proved."""
+"""Folders of the code that determines proofs."""
 
 
 def remembered(program: Program) -> Feasibility:
-    """`explain`, or what it said of the same program before."""
+    """Return the cached answer of `explain` for the same program, or compute and store it."""
     entry = cached_file(f"proof-{_key(program)}.json", FAMILY)
     known = None if entry is None else _read(entry)
     if known is not None:
@@ -224,7 +225,7 @@ def _key(program: Program) -> str:
 
 
 def _read(entry: Path) -> Feasibility | None:
-    """None where nothing is kept, or what is kept cannot be read."""
+    """Return the stored answer; None if there is none, or it cannot be read."""
     try:
         kept = json.loads(entry.read_text(encoding="utf-8"))
         return Feasibility(
@@ -246,7 +247,7 @@ def _cut(kept: Mapping[str, Any]) -> Cut:
 
 
 def _write(entry: Path, found: Feasibility) -> None:
-    """Whole or not at all; a cache that cannot be written is none."""
+    """Store an answer, replacing the file as a whole; errors of the file system are ignored."""
     kept = asdict(found) | {name: getattr(found, name).tolist() for name in ("impossible", "low", "high")}
     with suppress(OSError):
         write_one(entry, json.dumps(kept, default=lambda value: value.item()).encode())

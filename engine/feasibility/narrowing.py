@@ -1,4 +1,4 @@
-"""What can still hold in given boxes: contraction over the requirements, with tables for what has no inverse."""
+"""Narrowing of given boxes: contraction over the requirements, with tables for values that have no inverse."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from engine.operators.intervals import Bools
 from engine.tables import Floats, Ints
 
 GRID = 2.0**30
-"""Ends of draws are rounded outward to this grid, so that the last digit of a library function decides nothing."""
+"""Grid to which ends of draws are rounded outward, so that the last digit of a library function has no influence."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Narrowed:
     """(n, all variables) SI."""
     high: Floats
     killer: Ints
-    """(n,) the requirement that surely fails, -1 where the box may hold something."""
+    """(n,) Requirement that surely fails; -1 if an attempt in the box may pass."""
 
 
 def narrow(sliced: Sliced, rows: Ints, low: Floats, high: Floats, rounds: int = 1, allowed: int = EVERY) -> Narrowed:
@@ -32,8 +32,8 @@ def narrow(sliced: Sliced, rows: Ints, low: Floats, high: Floats, rounds: int = 
         sliced: the template.
         rows: (n,)
         low: (n, all variables) SI, inside the ranges of the program.
-        high: the same.
-        rounds: how often all requirements are gone through.
+        high: (n, all variables) SI, inside the ranges of the program.
+        rounds: number of passes over all requirements.
         allowed: bits of the requirements that may be used.
     """
     if not len(rows):
@@ -43,7 +43,7 @@ def narrow(sliced: Sliced, rows: Ints, low: Floats, high: Floats, rounds: int = 
 
 
 class _Work:
-    """One call of `narrow`. Arrays (n, …) have one row instead of n where all boxes share their values."""
+    """One call of `narrow`. Arrays (n, …) have one row instead of n if all boxes share their values."""
 
     def __init__(self, sliced: Sliced, rows: Ints, low: Floats, high: Floats, allowed: int) -> None:
         self.sliced, self.rows, self.allowed = sliced, rows, allowed
@@ -59,7 +59,7 @@ class _Work:
         self._read_tables(sliced.tape.frontier, first=True)
 
     def _met(self, position: int, low: Floats, high: Floats) -> Bools:
-        """Slices that are alive and meet the boxes."""
+        """Return the slices that are alive and intersect the boxes."""
         sliced, variable = self.sliced, self.sliced.variables[position]
         least, greatest = low[:, [variable]], high[:, [variable]]
         if len(self.variant) == 1 and (least == least[0]).all() and (greatest == greatest[0]).all():
@@ -71,7 +71,7 @@ class _Work:
         return ~dead & met
 
     def _settle(self, position: int, requirement: Ints | int) -> None:
-        """A variable's interval is the hull of its slices that are alive; without one the box is dead."""
+        """Set a variable's interval to the hull of its slices that are alive; without one the box is dead."""
         sliced, alive = self.sliced, self.alive[position]
         slot = self.slots[sliced.variables[position]]
         rows, places = self._rows_of(alive), np.arange(int(alive.shape[1]))
@@ -89,7 +89,7 @@ class _Work:
         return self.variant[:1] if len(alive) == 1 else np.broadcast_to(self.variant, len(alive))
 
     def _read_tables(self, slots: Sequence[int], *, first: bool = False) -> None:
-        """Values of the frontier from the slices that are alive."""
+        """Read values of the frontier from the slices that are alive."""
         for slot in slots:
             if first:
                 self.boxes.low[slot], self.boxes.high[slot] = (end[self.variant] for end in self.sliced.whole[slot])
@@ -123,7 +123,7 @@ class _Work:
         return Narrowed(low, high, self.boxes.killer)
 
     def _look_up(self, requirement: int, *, again: bool) -> None:
-        """From values of the frontier back to the slices that can have them."""
+        """Keep only the slices that can have the demanded values of the frontier."""
         root = self.sliced.tape.roots[requirement]
         read = {slot for instruction in self.sliced.cones[requirement] for slot in instruction.operands} | {root}
         touched = [slot for slot in self.sliced.tape.frontier if slot in read and self.boxes.demanded[slot].any()]
@@ -140,6 +140,6 @@ class _Work:
 
 
 def _lowest(fatal: Ints) -> Ints:
-    """The first requirement of each set of bits; `ALIVE` of an empty one."""
+    """Return the first requirement of each set of bits; `ALIVE` for an empty set."""
     lowest = fatal & -fatal
     return np.where(fatal == 0, ALIVE, np.round(np.log2(np.maximum(lowest, 1).astype(np.float64)))).astype(np.int32)

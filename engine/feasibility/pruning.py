@@ -1,13 +1,13 @@
-"""Bounds for the draws of given genomes: what `--prune` hands to the sampler.
+"""Bounds for the draws of given genomes, which `--prune` passes to the sampler.
 
 For a genome and a variant v, every attempt that passes has its draws in the box B(v). Let p(v) be the variant's
 probability and |B(v)| the box's volume: an attempt falls among the boxes with probability m, the sum of p(v) |B(v)|,
-and all others surely fail. Attempts are independent, so the number of those that fall outside before the next one
-inside is geometric with parameter m, and the one inside has variant v with probability p(v) |B(v)| / m and draws
-uniform over B(v). The sampler draws exactly these: it jumps over the geometric number, which counts against
-`max_attempts`, and makes the attempt inside. Verdict, variant and draws of each genome have the same law as without
-pruning, whatever the limit on attempts. Only a genome whose m is 0 changes its verdict, from exhausted to infeasible.
-Genes are never touched.
+and all others surely fail. Attempts are independent, so the number of attempts outside before the next attempt inside
+is geometric with parameter m, and the attempt inside has variant v with probability p(v) |B(v)| / m and draws uniform
+over B(v). The sampler draws exactly these: it jumps over the geometric number, which counts against `max_attempts`, and
+makes the attempt inside. Verdict, variant and draws of each genome have the same distribution as without pruning, for
+any limit on attempts. Only a genome with m = 0 changes its verdict, from exhausted to infeasible. Genes are never
+changed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,18 +24,18 @@ from engine.scenes import groups_of
 from engine.tables import Bools, Floats, Ints, Size
 
 WORK_LIMIT = 100_000_000
-"""Values that slicing a program may compute before many scenes are drawn: seconds."""
+"""Values that slicing a program may compute before many scenes are sampled: seconds."""
 SLICES = 128
-"""The finer, the less is thrown away, and the longer a genome takes: half a slice is lost at either end of a window."""
+"""Number of slices. More slices discard fewer boxes but take longer: half a slice is lost at either end of a window."""
 BLOCK = 1 << 12
 """Boxes that are narrowed together."""
 MANY = 32
-"""Genomes of one variant from which on they are narrowed by themselves."""
+"""Number of genomes of one variant from which on they are narrowed separately."""
 
 
 @frozen
 class Bounds:
-    """What attempts for n genomes may be confined to. The axis `options` runs over the variants of a row's group."""
+    """Bounds of the attempts for n genomes. The axis `options` runs over the variants of a row's group."""
 
     mass: Floats
     """(n,) probability that an attempt falls among the boxes."""
@@ -46,19 +46,19 @@ class Bounds:
     span: Floats
     """(n, options, draws)"""
     culprit: Ints
-    """(n,) requirement that rules out a genome whose mass is 0, else -1."""
+    """(n,) Requirement that excludes a genome with mass 0, else -1."""
 
 
 @frozen
 class Pruner:
-    """A program made ready for pruning."""
+    """A program prepared for pruning."""
 
     program: Program
     sliced: tuple[Sliced, ...]
-    """() where the program is too large to be looked at: then nothing is pruned."""
+    """() if the program is too large for an analysis; then nothing is pruned."""
 
     def bounds(self, genomes: Floats, groups: Ints) -> Bounds:
-        """Bounds for genomes (n, d; file units) whose discrete genes pick these groups (n,)."""
+        """Return the bounds for genomes (n, d; file units) whose discrete genes select these groups (n,)."""
         with np.errstate(all="ignore"):
             return _bounds(self.program, self.sliced, genomes, groups)
 
@@ -69,7 +69,9 @@ def pruner(program: Program) -> Pruner:
 
 
 def infeasible(program: Program, genomes: Floats) -> tuple[np.ndarray, Ints]:
-    """(n,) whether each genome is proved to allow no scene, and (n,) the requirement that rules it out (-1: none)."""
+    """Return (n,) True for genomes that provably allow no scene, and (n,) the requirement that excludes them (-1:
+    none).
+    """
     found = pruner(program).bounds(genomes, groups_of(program, genomes))
     return found.mass == 0.0, found.culprit
 
@@ -95,7 +97,9 @@ def _bounds(program: Program, sliced: Sequence[Sliced], genomes: Floats, groups:
 
 
 def _batches(variants: Ints, chosen: np.ndarray) -> Iterator[tuple[Ints, Ints]]:
-    """Rows and options that are narrowed together: many genomes of one variant, or a few of many."""
+    """Yield rows and options that are narrowed together: many genomes of one variant, or a few genomes of many
+    variants.
+    """
     rows, options = np.nonzero(chosen)
     numbers = variants[rows, options]
     if len(rows) >= MANY * len(np.unique(numbers)):
@@ -110,7 +114,7 @@ def _batches(variants: Ints, chosen: np.ndarray) -> Iterator[tuple[Ints, Ints]]:
 
 
 def _boxes(part: Sliced, variants: Ints, genomes: Floats) -> tuple[Ints, Floats, Floats]:
-    """One box a genome and variant: genes are known, draws are free."""
+    """Return one box per genome and variant: genes are known, draws are free."""
     genes = genomes * part.program.space.scale
     draws = int(part.program.code.sizes[Size.DRAWS])
     low = np.hstack([genes, np.zeros((len(genes), draws))])
@@ -118,7 +122,7 @@ def _boxes(part: Sliced, variants: Ints, genomes: Floats) -> tuple[Ints, Floats,
 
 
 def _assembled(program: Program, variants: Ints, possible: Bools, low: Floats, high: Floats, killer: Ints) -> Bounds:
-    """Weights of the restricted variants; those that cannot be have none."""
+    """Return the bounds with the weights of the restricted variants; an impossible variant has weight 0."""
     cumulative = program.code.variant_cumulative[variants]
     before = np.where(np.arange(int(variants.shape[1])) > 0, np.roll(cumulative, 1, axis=1), 0.0)
     span = np.clip(high - low, 0.0, 1.0)

@@ -1,8 +1,8 @@
-"""What is computed once for a program: slices of every variable's range, and which of them surely fail.
+"""Results computed once per program: slices of every variable's range, and which of them surely fail.
 
 Each variable's range is cut into slices, all other variables keeping their whole ranges. A slice in which a requirement
 surely fails is dead (shaving). For values that cannot be inverted, such as the distance to an intersection from a point
-on a curved lane, a table keeps their interval on every slice: read backwards, it is their inverse.
+on a curved lane, a table stores their interval on every slice; a reverse look-up in it is their inverse.
 """
 
 from collections.abc import Mapping
@@ -22,14 +22,14 @@ from engine.vocabulary import GeneKind
 EVERY = -1
 """All requirements."""
 MOST = 62
-"""Requirements from this number on share one bit."""
+"""Requirement number from which on all share one bit."""
 REFINED = 16
-"""Parts into which a slice at the border of the dead is cut to move the border."""
+"""Parts into which a slice at the border of the dead slices is cut to move the border."""
 
 
 @frozen
 class Table:
-    """A value's interval on each slice of a variable: arrays (variants, slices)."""
+    """Interval of a value on each slice of a variable: arrays (variants, slices)."""
 
     low: Floats
     high: Floats
@@ -37,34 +37,34 @@ class Table:
 
 @frozen
 class Sliced:
-    """All variants of one template."""
+    """Sliced ranges of all variants of one template."""
 
     program: Program
     tape: Tape
     variants: Ints
-    """(m,) their numbers."""
+    """(m,) Numbers of the variants."""
     variables: tuple[int, ...]
-    """Those that a hard requirement or an outline depends on; the axis `variables` below."""
+    """Variables that a hard requirement or an outline depends on; the axis `variables` below."""
     low: Floats
     """(m, variables, slices) ends of the slices, in order."""
     high: Floats
     fatal: Ints
-    """(m, variables, slices) bits of the requirements that a slice's death rests on; 0 if alive or empty."""
+    """(m, variables, slices) Bits of the requirements that prove a slice dead; 0 if alive or empty."""
     dead: Bools
     """(m, variables, slices)"""
     tables: Mapping[tuple[int, int], Table]
-    """By slot of the frontier and position in `variables`."""
+    """Tables by slot of the frontier and position in `variables`."""
     undefined: Mapping[int, Bools]
-    """(m,) where a value of the frontier may be NaN."""
+    """(m,) True where a value of the frontier may be NaN."""
     whole: Mapping[int, tuple[Floats, Floats]]
     """(m,) least and greatest value of each slot of the frontier."""
     fate: Ints
-    """(m,) bits of the requirements that make a variant impossible by themselves; 0 where none do."""
+    """(m,) Bits of the requirements that make a variant impossible by themselves; 0 if none does."""
     cones: Mapping[int, tuple[Instruction, ...]]
     """The instructions of each hard requirement down to the frontier."""
 
     def dead_under(self, allowed: int) -> Bools:
-        """Slices whose death rests on requirements among these (bits; `EVERY`)."""
+        """Return the slices that are proved dead by these requirements alone (bits; `EVERY`)."""
         return self.dead if allowed == EVERY else self.dead & ((self.fatal & ~allowed) == 0)
 
 
@@ -73,20 +73,20 @@ def bit(requirement: int) -> int:
 
 
 def bits(killer: Ints) -> Ints:
-    """The bit of each killer, 0 for `ALIVE`."""
+    """Return the bit of each killer, 0 for `ALIVE`."""
     return np.where(killer == ALIVE, 0, np.left_shift(np.int64(1), np.clip(killer, 0, MOST).astype(np.int64)))
 
 
 @frozen
 class Bench:
-    """One template while it is looked at."""
+    """One template under analysis."""
 
     program: Program
     tape: Tape
     variants: Ints
 
     def ranges(self) -> tuple[Floats, Floats]:
-        """(m, all variables): SI ranges; genes that pick a variant are held at its option."""
+        """Return (m, all variables) SI ranges; genes that select a variant are fixed at its option."""
         space, code = self.program.space, self.program.code
         ends = [np.minimum(space.low * space.scale, space.high * space.scale),
                 np.maximum(space.low * space.scale, space.high * space.scale)]  # fmt: skip
@@ -101,7 +101,7 @@ class Bench:
         return low, high
 
     def open(self, rows: Ints, low: Floats, high: Floats) -> Boxes:
-        """Boxes over the variants `rows` with variables between low and high (n, all variables)."""
+        """Return boxes over the variants `rows` with variables between low and high (n, all variables)."""
         boxes = empty_boxes(self.program, self.tape, len(rows))
         known = variant_leaves(self.program, self.variants[rows])
         boxes.low[: len(known)] = boxes.high[: len(known)] = known
@@ -116,7 +116,7 @@ class Bench:
         boxes.forward(self.tape.instructions, 0)
 
     def judge(self, boxes: Boxes, cones: Mapping[int, tuple[Instruction, ...]]) -> None:
-        """Kill boxes in which a requirement surely fails, each looked at alone."""
+        """Kill boxes in which a requirement surely fails, each requirement alone."""
         for requirement in cones:
             boxes.demand(requirement)
         reasons = self.program.first_built_in
@@ -125,7 +125,7 @@ class Bench:
 
 
 def _defined(boxes: Boxes) -> Bools:
-    """Where every scene value is a number: only there are the built-in requirements tested at all."""
+    """Return (n,) True where every scene value is a number; built-in requirements are tested only there."""
     known = np.ones(len(boxes.killer), dtype=bool)
     for slot in set(boxes.tape.values):
         known &= ~boxes.undefined[slot]
@@ -201,7 +201,7 @@ class _Cutter:
     high: Floats
 
     def edges(self, count: int) -> tuple[Floats, Floats]:
-        """Even slices between two of no width, which take up what is found dead at the ends."""
+        """Return even slices, between two of zero width that collect the dead parts at the ends."""
         space = self.bench.program.space
         steps = np.concatenate([[0.0], np.linspace(0.0, 1.0, count + 1), [1.0]])
         chosen = list(self.variables)
@@ -214,7 +214,7 @@ class _Cutter:
         return starts, ends
 
     def _whole_numbers(self, gene: int, starts: Floats, ends: Floats) -> None:
-        """A discrete gene's slices hold whole numbers each; surplus ones repeat the last."""
+        """Set a discrete gene's slices to whole numbers; surplus slices repeat the last number."""
         space, count = self.bench.program.space, int(starts.shape[1]) - 2
         options = int(space.high[gene] - space.low[gene]) + 1
         if (starts[:, 0] == ends[:, -1]).any() or options > count:
@@ -224,7 +224,7 @@ class _Cutter:
         starts[:], ends[:] = values, values
 
     def look(self, starts: Floats, ends: Floats) -> tuple[Bools, Ints, dict[tuple[int, int], Table]]:
-        """Which slices are dead and why, and the tables."""
+        """Return the dead slices, the requirements that kill them, and the tables."""
         shape = starts.shape
         variants, positions, _ = np.unravel_index(np.arange(starts.size), shape)
         boxes = self._boxes(variants, positions, starts.ravel(), ends.ravel())
@@ -278,7 +278,7 @@ class _Cutter:
     def tabulate_borders(
         self, starts: Floats, ends: Floats, dead: Bools, tables: Mapping[tuple[int, int], Table]
     ) -> None:
-        """The tables again where a border has moved."""
+        """Update the tables where a border has moved."""
         variants, positions, place, _ = _borders(dead)
         boxes = self._boxes(variants, positions, starts[variants, positions, place], ends[variants, positions, place])
         for (slot, position), table in tables.items():
@@ -288,7 +288,7 @@ class _Cutter:
 
 
 def _borders(dead: Bools) -> tuple[Ints, Ints, Ints, Bools]:
-    """Variant, variable and place of the first and of the last slice that is alive, and whether it is the last."""
+    """Return variant, variable and place of the first and the last slice that is alive, and True for the last."""
     variants, positions = np.nonzero(~dead.all(axis=2))
     first, last = np.argmin(dead, axis=2), dead.shape[2] - 1 - np.argmin(dead[:, :, ::-1], axis=2)
     place = np.concatenate([first[variants, positions], last[variants, positions]])

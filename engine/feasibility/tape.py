@@ -1,8 +1,8 @@
-"""A template's scene code as a tape: every value has a slot of its own, every instruction names all that it reads.
+"""A template's scene code as a tape: every value has its own slot, every instruction names all its operands.
 
-Registers are written again and again; slots are not (static single assignment), so that what is learnt about a value
-can be kept. Slots 0 … are the leaves in the order of the registers: literals, variant values, genes, draws. What code
-reads without having written it is slot `unknown`.
+Registers are overwritten; slots are not (static single assignment), so the bounds of a value stay valid. Slots 0 … are
+the leaves in the order of the registers: literals, variant values, genes, draws. A register that is read before it is
+written is slot `unknown`.
 """
 
 from functools import cached_property
@@ -22,7 +22,7 @@ from engine.vocabulary import Column
 class Instruction:
     op: Op
     first: int
-    """Slot of its first result; the others follow."""
+    """Slot of its first result; further results are in the next slots."""
     results: int
     operands: tuple[int, ...]
     number: int = 0
@@ -31,7 +31,7 @@ class Instruction:
 
 @frozen
 class Leaves:
-    """Where the leaves lie, the same for all templates."""
+    """First slots of the groups of leaves, the same for all templates."""
 
     variant_values: int
     genes: int
@@ -40,7 +40,9 @@ class Leaves:
 
     @property
     def variables(self) -> range:
-        """Slots of what an attempt may vary: genes, then draws. Variable i is slot `variables[i]`."""
+        """Return the slots of the values that an attempt may vary: genes, then draws. Variable i is slot
+        `variables[i]`.
+        """
         return range(self.genes, self.temporaries)
 
     @property
@@ -50,25 +52,25 @@ class Leaves:
 
 @frozen
 class Tape:
-    """One template."""
+    """The scene code of one template."""
 
     leaves: Leaves
     slots: int
     unknown: int
     instructions: tuple[Instruction, ...]
     roots: tuple[int, ...]
-    """Slot of each requirement of the file; -1 for a soft one."""
+    """Slot of each requirement of the file; -1 for a soft requirement."""
     values: tuple[int, ...]
     """Slots of the scene values."""
 
     @cached_property
     def maker(self) -> dict[int, Instruction]:
-        """The instruction that made each slot which is no leaf."""
+        """Return the instruction that made each slot that is not a leaf."""
         return {i.first + n: i for i in self.instructions for n in range(i.results)}
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:
-        """Variables that each slot depends on."""
+        """Return the variables that each slot depends on."""
         depends: list[frozenset[int]] = [frozenset()] * self.slots
         for variable, slot in enumerate(self.leaves.variables):
             depends[slot] = frozenset({variable})
@@ -81,7 +83,9 @@ class Tape:
 
     @cached_property
     def tabulated(self) -> frozenset[int]:
-        """Slots that hold what depends on draws alone, or on one gene alone, and cannot be inverted; and constants."""
+        """Return the slots of constants, and of values that cannot be inverted and depend on draws alone or on one gene
+        alone.
+        """
         hard: set[int] = set()
         chosen: set[int] = set()
         for instruction in self.instructions:
@@ -97,12 +101,12 @@ class Tape:
 
     @cached_property
     def frontier(self) -> tuple[int, ...]:
-        """Tabulated slots from which other slots are made, and those that are requirements themselves."""
+        """Return the tabulated slots that are operands of other slots, or requirements themselves."""
         used = {slot for i in self.instructions if i.first not in self.tabulated for slot in i.operands}
         return tuple(sorted(self.tabulated & (used | set(self.roots))))
 
     def cone(self, root: int, stop: frozenset[int] = frozenset()) -> tuple[Instruction, ...]:
-        """The instructions that a slot needs, in their order, down to the leaves and to slots in `stop`."""
+        """Return the instructions that a slot needs, in their order, down to the leaves and to slots in `stop`."""
         needed = {root}
         chosen: list[Instruction] = []
         for instruction in reversed(self.instructions):
@@ -113,7 +117,7 @@ class Tape:
         return tuple(reversed(chosen))
 
     def outline(self, actor: int) -> list[int]:
-        """Slots of an actor's x, y, heading, length and width."""
+        """Return the slots of an actor's x, y, heading, length and width."""
         first = actor * len(Column)
         columns = (Column.X, Column.Y, Column.HEADING, Column.LENGTH, Column.WIDTH)
         return [self.values[first + column] for column in columns]
@@ -128,7 +132,7 @@ def leaves_of(program: Program) -> Leaves:
 
 
 def record(program: Program, template: int) -> Tape:
-    """The tape of one template: its hard requirements in order, then its scene values."""
+    """Return the tape of one template: its hard requirements in order, then its scene values."""
     return _Recorder(program.code, leaves_of(program), template).tape()
 
 
@@ -144,7 +148,7 @@ class _Recorder:
         roots: list[int] = []
         for requirement, (start, end, result) in enumerate(self.code.requirement_segment[self.template].tolist()):
             if self.code.requirement_probability[requirement] < 1.0:
-                # Its code may be left out, and then others read what an earlier attempt left there.
+                # Its code may be skipped, and then later code reads the registers of an earlier attempt.
                 self._forget(start, end)
                 roots.append(-1)
                 continue
@@ -183,7 +187,7 @@ def _results(op: Op) -> int:
 
 
 def _operands(op: Op, numbers: list[int]) -> tuple[list[int], int]:
-    """Registers that an instruction reads, and its integer."""
+    """Return the registers that an instruction reads, and its integer."""
     if op in OPERATORS:
         return numbers[: OPERATORS[op].arity], 0
     counts = INSTRUCTIONS[op].operands
@@ -192,14 +196,14 @@ def _operands(op: Op, numbers: list[int]) -> tuple[list[int], int]:
 
 
 def variant_leaves(program: Program, variants: np.ndarray) -> np.ndarray:
-    """(slots of literals and variant values, n): the known leaves of some variants."""
+    """Return (slots of literals and variant values, n) the known leaves of some variants."""
     code = program.code
     literals = np.repeat(code.literals[:, np.newaxis], len(variants), axis=1)
     return np.vstack([literals, code.variant_values[variants].T])
 
 
 def genes_read(program: Program, requirement: int) -> tuple[int, ...]:
-    """Genes that a requirement of the file depends on in some variant; all of them where that is not known."""
+    """Return the genes that a requirement of the file depends on in some variant; all genes if unknown."""
     found: set[int] = set()
     for template in range(len(program.code.output_segment)):
         tape = record(program, template)

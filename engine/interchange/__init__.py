@@ -1,7 +1,7 @@
-"""Export and import of cases: recordings of runs, and the formats of other tools. Knows no text of the language.
+"""Export and import of cases: recordings of runs, and the formats of other tools. Independent of the language.
 
-`Recording` is what stands between a simulator and a file: `recorded_run` makes one of a run, each format's module makes
-files of one, `measure` judges one, from any driver, with the kernels that judge our own runs.
+`Recording` connects a simulator and a file: `recorded_run` makes a recording of a run, each format's module writes
+files of a recording, and `measure` assesses a recording of any driver, with the kernels that assess simulated runs.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import recordings when they are first asked for: every command that reads a scenario names the package."""
+    """Import recordings on first access: every command that reads a scenario imports this package."""
     if name in __all__:
         from engine.interchange import recording
 

@@ -1,8 +1,9 @@
-"""What a replay shows after the ego's first contact, where players disagree.
+"""Motion of a replay after the ego's first contact, where players differ.
 
-Contact physics keeps outlines apart, so that a player which looks for overlap sees no collision in what it plays. So a
-replay may go `through`: all go on as they went just before; or `stop`: all stand where they touched, a moment
-on. Either way outlines overlap. Neither is motion of the run, so that what measures such a file passes over it.
+Contact physics keeps outlines apart, so a player that detects overlap finds no collision. A replay may therefore go
+`through`: all actors continue at their velocities just before contact; or `stop`: all actors stand at their places a
+moment after contact. In both cases outlines overlap. Neither is motion of the run, so measurements of such a file
+ignore it.
 """
 
 from dataclasses import replace
@@ -14,16 +15,16 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 ONWARD = 1.0
-"""How long all go on after contact [s]: any player sees it, and nobody takes it for what happened."""
+"""Duration of the motion after contact [s]: visible in any player, too short to be taken for a recorded motion."""
 BEFORE = 1e-3
-"""The way at contact is taken over at least this time before it; who stops does so this time after it [s]."""
+"""Least time before contact over which velocities are taken, and time after contact at which actors stop [s]."""
 FACT = "after_contact"
-"""The name of the choice where a file says of itself where it comes from."""
+"""Key of the choice in the provenance of a file."""
 POSE = slice(State.X, State.HEADING + 1)
 
 
 def shown_after_contact(recording: Recording, after: str) -> Recording:
-    """The recording as it goes on after contact, one of `contract.AFTER_CONTACT`; as it is without contact."""
+    """Return the recording with its motion after contact, of `contract.AFTER_CONTACT`; unchanged without contact."""
     contact = recording.contact
     if contact is None or after == "physics":
         return recording
@@ -44,20 +45,22 @@ def shown_after_contact(recording: Recording, after: str) -> Recording:
 
 
 def up_to_contact(recording: Recording, time: float) -> Recording:
-    """What is motion of the run: up to contact at a time [s], and one sample more, where a touch is an overlap."""
+    """Return the recording up to contact at `time` [s], and one sample more, so that a touch is an overlap."""
     end = int(np.searchsorted(recording.time, time, "right")) + 1
     return replace(recording, time=recording.time[:end], states=recording.states[:end])
 
 
 def _whole_steps(recording: Recording, end: float) -> Floats:
-    """The steps after the last scored sample up to an instant, one at least."""
+    """Return the times of the steps after the last scored sample up to an instant, at least one."""
     begin, step = float(recording.time[recording.scored_samples() - 1]), recording.step
     first = int(np.floor(begin / step + 1e-9)) + 1
     return np.arange(first, max(first, int(np.floor(end / step + 1e-9))) + 1, dtype=np.float64) * step
 
 
 def _rates(recording: Recording, last: int) -> Floats:
-    """(actors, 3): how fast x, y and heading change just before contact; of who just came in, by its speed."""
+    """Return (actors, 3) the rates of x, y and heading just before contact; by speed for an actor that has just
+    appeared.
+    """
     time, states = recording.time, recording.states
     speed, heading = states[last, :, State.SPEED], states[last, :, State.HEADING]
     rates = np.column_stack([speed * np.cos(heading), speed * np.sin(heading), np.zeros(len(heading))])

@@ -1,5 +1,5 @@
-"""What every format's module is asked for and what it answers: options, files with remarks, findings of a check, or an
-error that says what is wrong with a file from elsewhere, or with the wish to write one, and what to do.
+"""The interface of all formats: options, exported files with remarks, findings of a check, and the error for a file
+that cannot be read or written, with reason, place and cure.
 """
 
 from collections.abc import Generator, Iterable, Mapping
@@ -14,18 +14,18 @@ from engine.errors import CortexError, nearest
 
 MOST_CHOICES = 12
 MOST_COMPARED = 2000
-"""Most names that an unknown one is compared with."""
+"""Maximum number of names with which an unknown name is compared."""
 MOST_LETTERS = 60
 """Largest length of a quoted text from another tool's file."""
 
 
 class InterchangeError(CortexError):
-    """A file that cannot be read, or a case that a format cannot carry: what is wrong, where, and what to do."""
+    """A file cannot be read, or a format cannot express a case; the error has the reason, the place and the cure."""
 
     def __init__(self, message: str, cure: str, place: str = "") -> None:
         super().__init__(message, cure)
         self.place = place
-        """File, and line or element where one is known: `case.xosc, line 12`."""
+        """File, and line or element if known: `case.xosc, line 12`."""
 
     def __str__(self) -> str:
         return f"{self.place}: {super().__str__()}" if self.place else super().__str__()
@@ -44,7 +44,7 @@ def cited(name: str) -> str:
 
 @contextmanager
 def reading(path: Path, wanted: str = "a recording") -> Generator[None]:
-    """Read a file inside of this block; what the system says against it becomes an InterchangeError."""
+    """Read a file inside this block; errors of the system become an InterchangeError."""
     try:
         if not path.is_file():
             what = "this is not a file" if path.exists() else "there is no such file"
@@ -61,7 +61,7 @@ def near_name(word: str, names: Iterable[str]) -> str | None:
 
 
 def name_cure(word: str, names: Iterable[str]) -> str:
-    """Return the cure for an unknown name: the nearest one, or those that exist; "" without any."""
+    """Return the cure for an unknown name: the nearest name, or all names; "" if there are none."""
     choices = list(islice(dict.fromkeys(names), MOST_COMPARED))
     if near := near_name(word, choices):
         return f"did you mean `{near}`?"
@@ -72,29 +72,30 @@ def name_cure(word: str, names: Iterable[str]) -> str:
     return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
 
 
-# -- what is asked for, and answered -----------------------------------------------------------------------------------
+# -- questions and answers ---------------------------------------------------------------------------------------------
 
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
-"""Of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
+"""Versions of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
 MODES = ("trajectory", "maneuver")
 PLAYERS = ("carla",)
 """Tools that want a replay written for them alone."""
 AFTER_CONTACT = ("through", "stop", "physics")
-"""What a replay shows after first contact: all go on as they went, through each other, so that outlines overlap; all
-stand; or contact physics, which keeps outlines apart.
+"""Motion of a replay after first contact: actors pass through each other, so that outlines overlap; actors stand; or
+contact physics, which keeps outlines apart.
 """
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """How to write; each format reads what concerns it."""
+    """Options of an export; each format reads those that it supports."""
 
     osc: str = "1.2"
     """Version of OpenSCENARIO XML, one of `OSC_VERSIONS`."""
     mode: str = "trajectory"
-    """`trajectory` replays a case exactly; `maneuver` says it in speeds, routes and triggers, for others to vary."""
+    """`trajectory` replays a case exactly; `maneuver` uses speeds, routes and triggers, for variation in other tools.
+    """
     player: str | None = None
-    """One of `PLAYERS`, for which an `.xosc` and its road are written; None: as the standard has it."""
+    """One of `PLAYERS`, for which an `.xosc` and its road are adapted; None: according to the standard."""
     after_contact: str | None = None
     """One of `AFTER_CONTACT`; None: `through` in an `.xosc` that replays, contact physics in recordings."""
 
@@ -134,16 +135,16 @@ class Export:
     """Files to be written side by side."""
 
     files: Mapping[str, str | bytes]
-    """Contents by file name, the one to open first."""
+    """Contents by file name; the main file is the first."""
     remarks: tuple[str, ...] = ()
-    """What the format cannot carry, or carries otherwise, each as one sentence that names it: without a full stop, and
-    beginning with a small letter unless a name stands there.
+    """Facts that the format cannot express, or expresses differently, each as one sentence without a full stop; it
+    begins with a small letter unless with a name.
     """
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: where, why, and what to do."""
+    """One defect with place, reason and cure."""
 
     place: str
     """File, and element or line: `case.xosc, Private of ego`."""
@@ -152,4 +153,4 @@ class Finding:
 
 
 OURS = "this is a bug in cortexc: please report it"
-"""The cure of what is wrong with a file that we have just written."""
+"""Cure for a defect of a file that cortexc has just written."""

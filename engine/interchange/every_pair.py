@@ -1,22 +1,23 @@
-"""`cortexc measure --all`: every pair of a recording that comes near, judged while it is near, worst first.
+"""`cortexc measure --all`: every pair of a recording that comes near, assessed while it is near, worst first.
 
-Nobody is the ego: each two are a pair, from the first sample at which their centres are nearer than `NEAR` to the last,
-as long as both are there. What a pair comes to is what `measuring` would say of a recording of those two alone, cut to
-that window. Two who overlap from its first sample (a trailer, a rider and a bicycle, sizes that are too large) have no
-start to judge from: they are counted, and not ranked.
+There is no ego: any two actors are a pair, from the first sample at which their centres are nearer than `NEAR` to the
+last, while both are present. The result of a pair equals that of `measuring` for a recording of the two actors alone,
+cut to that window. A pair that overlaps from its first sample (a trailer, a rider and a bicycle, sizes that are too
+large) has no defined start: it is counted, but not ranked.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.host import pair_arrays
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.measuring import outcomes_of
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.tables.facing import decides, undecided
+from engine.interchange.tables.heights import height_between, level_remarks, may_be_apart
 from engine.interchange.tables.read import absences, actor_of, mixed_rates, usual_step
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.kernels.every_pair import (
@@ -39,36 +40,36 @@ from engine.vocabulary import State, Verdict
 
 NEAREST = PLACES.index(ROWS.index("min_distance"))
 NEAR = 50.0
-"""Farther apart than this, centres of two have no window [m]."""
+"""Distance between two centres above which they have no window [m]."""
 MOST_WINDOWS = 1_000_000
 MOST_JUDGED = 100_000_000
-"""Samples of all windows: more take minutes."""
+"""Maximum number of samples of all windows: more take minutes."""
 MOST_ROWS = 8_000_000
-"""Samples of all actors; a kernel holds them in 0.6 GB."""
+"""Maximum number of samples of all actors; a kernel holds them in 0.6 GB."""
 
 
 @dataclass(frozen=True)
 class RankedWindows:
-    """Windows of pairs, the worst first; arrays are row-aligned, times [s] count as the recording does."""
+    """Windows of pairs, the worst first; arrays are row-aligned, times [s] are those of the recording."""
 
     names: Sequence[str]
-    """Of all actors."""
+    """Names of all actors."""
     kinds: Ints
     """(actors,)"""
     step: float
-    """On which motion was measured [s]."""
+    """Time step of the measurement [s]."""
     actors: Ints
     """(windows, 2)"""
     begin: Floats
     end: Floats
     outcomes: Outcomes
-    """One row a window: the pair's metrics, the former actor as its ego."""
+    """One row per window: the pair's metrics, with the first actor as ego."""
     score: Ints
     ttc: Floats
-    """Least time to collision [s], infinite where none is on its way."""
+    """Least time to collision [s], infinite if none is expected."""
     ttc_time: Floats
     after_contact: Bools
-    """Whether one of the two had touched a third before the two were nearest."""
+    """True if an actor of the pair had touched a third actor before the pair was nearest."""
     overlapping: Sequence[tuple[str, str]]
     """Pairs that overlap from the first sample of a window."""
     remarks: tuple[str, ...] = ()
@@ -77,7 +78,7 @@ class RankedWindows:
         return len(self.score)
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         worst = f", the worst of risk {self.score[0]}" if len(self) else ""
         return f"RankedWindows({len(self.names):,} actors, {len(self):,} windows{worst})"
 
@@ -85,10 +86,10 @@ class RankedWindows:
 def rank_pairs(
     tracks: Tracks, *, near: float = NEAR, step: float | None = None, profile: str = "paper"
 ) -> RankedWindows:
-    """Judge every pair while its centres are nearer than `near` [m], on steps of `step` [s] or those of the recording.
+    """Assess every pair while its centres are nearer than `near` [m], on steps of `step` [s] or those of the recording.
 
     Raises:
-        InterchangeError: nobody moves on steps; too many samples or windows; no such profile.
+        InterchangeError: no motion on steps; too many samples or windows; no such profile.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
@@ -105,9 +106,11 @@ def rank_pairs(
     rows = judge_windows(crowd, windows, on)
     _judge_between_steps(tracks, windows, rows, on)
     aside = _decided_by_assumption(tracks, windows, rows, on)
-    said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks))
-    remarks = (*tracks.remarks, *said, *dict.fromkeys(aside.values()))
-    kept = np.setdiff1d(np.arange(len(windows)), list(aside))
+    levels = _on_other_levels(tracks, windows, on)
+    pairs = dict.fromkeys((one, other, round(above, 1)) for one, other, above in levels.values())
+    said = (*mixed_rates(tracks.tracks, own), *absences(tracks.tracks), *_between_steps(tracks, on))
+    remarks = (*tracks.remarks, *said, *level_remarks(list(pairs)), *dict.fromkeys(aside.values()))
+    kept = np.setdiff1d(np.arange(len(windows)), [*aside, *levels])
     return _ranked(tracks, windows[kept], rows[kept], on, profile, remarks)
 
 
@@ -134,13 +137,13 @@ def _crowd(tracks: Tracks, step: float) -> RecordedActors:
 
 
 def _steps(track: TableTrack, step: float) -> tuple[int, int]:
-    """The first step at which an actor is there, and the one after the last; of one between two steps, none."""
+    """Return the first step with an actor, and the step after the last; an empty range if it is between two steps."""
     first = math.ceil((track.time[0] - SAME_INSTANT) / step)
     return first, max(first, math.floor((track.time[-1] + SAME_INSTANT) / step) + 1)
 
 
 def _fill(states: Floats, track: TableTrack, instants: Floats) -> None:
-    """Between two of its rows an actor moves linearly; in a gap it is absent."""
+    """Fill an actor's states: linear between two of its rows, absent in a gap."""
     motion = zip(
         (State.X, State.Y, State.HEADING, State.SPEED), (*track.positions.T, track.heading, track.speed), strict=True
     )
@@ -150,7 +153,7 @@ def _fill(states: Floats, track: TableTrack, instants: Floats) -> None:
     for gap in track.gaps.tolist():
         begin = int(np.searchsorted(instants, track.time[gap] + SAME_INSTANT, "right"))
         end = int(np.searchsorted(instants, track.time[gap + 1] - SAME_INSTANT))
-        states[begin : max(end, begin + 1), State.PRESENT] = 0.0  # of a gap without an instant, the one after it
+        states[begin : max(end, begin + 1), State.PRESENT] = 0.0  # a gap without an instant: the instant after it
 
 
 def _bounds(track: TableTrack) -> tuple[float, float, float, float]:
@@ -159,23 +162,23 @@ def _bounds(track: TableTrack) -> tuple[float, float, float, float]:
 
 
 def _fastest(states: Floats) -> float:
-    """The longest way of a step; infinite where no step may be passed."""
+    """Return the longest displacement of a step [m]; infinite if no step may be skipped."""
     if not states[:, State.PRESENT].all():
         return math.inf
     ways = np.diff(states[:, [State.X, State.Y]], axis=0)
     return float(np.hypot(ways[:, 0], ways[:, 1]).max(initial=0.0))
 
 
-# -- who has rows between steps, as at contact in recordings of ours: they may touch between two steps -----------------
+# -- actors with rows between steps, as at contact in our recordings ---------------------------------------------------
 
 CLOSE = 1.0
-"""Farther apart than this at every step nobody touches between two of them [m]."""
+"""Distance at all steps above which a pair cannot touch between two of them [m]."""
 ON_STEP = 1e-6
-"""How far from a step a row may lie and still be on it [s]."""
+"""Largest distance of a row from a step on which it counts [s]."""
 
 
 def _judge_between_steps(tracks: Tracks, windows: Ints, rows: Floats, step: float) -> None:
-    """Judge the closest pairs again at every instant at which one of them has a row."""
+    """Assess the closest pairs again at every instant at which one of the actors has a row."""
     off = np.array(
         [bool((np.abs(t.time / step - np.round(t.time / step)) * step > ON_STEP).any()) for t in tracks.tracks]
     )
@@ -190,7 +193,7 @@ def _judge_between_steps(tracks: Tracks, windows: Ints, rows: Floats, step: floa
 
 
 def _decided_by_assumption(tracks: Tracks, windows: Ints, rows: Floats, step: float) -> dict[int, str]:
-    """Return the remarks on windows, by row, in which two touch with the heading assumed and not with every other."""
+    """Return remarks, by row, on windows in which contact depends on an assumed heading."""
     assumed = np.array([t.assumed is not None and bool(t.assumed.any()) for t in tracks.tracks])
     touch = (rows[:, CONTACT] == TOUCHED) & assumed[windows[:, :2]].any(axis=1)
     found: dict[int, str] = {}
@@ -202,8 +205,30 @@ def _decided_by_assumption(tracks: Tracks, windows: Ints, rows: Floats, step: fl
     return found
 
 
+def _on_other_levels(tracks: Tracks, windows: Ints, step: float) -> dict[int, tuple[str, str, float]]:
+    """Return the windows, by row, of two at different heights: both names, and the height of the second above [m]."""
+    found: dict[int, tuple[str, str, float]] = {}
+    for row in range(len(windows)) if may_be_apart(tracks.tracks) else ():
+        one, other, first, last = (int(value) for value in windows[row])
+        pair = (tracks.tracks[one], tracks.tracks[other])
+        above, throughout = height_between(*pair, (first - 1) * step, (last + 1) * step)
+        if throughout:
+            found[row] = (pair[0].name, pair[1].name, above)
+    return found
+
+
+def _between_steps(tracks: Tracks, step: float) -> Iterator[str]:
+    """Yield the remark on actors whose rows all lie between two steps."""
+    found = [track for track in tracks.tracks if np.diff(_steps(track, step))[0] < 1]
+    if found:
+        more = f" and {len(found) - 1:,} more actors" if len(found) > 1 else ""
+        cure = "take a shorter step, as in --step 0.01, or measure it with --ego"
+        when = f"at {found[0].time[0]:.6g} s"
+        yield f"{cited(found[0].name)}{more}, {when}: between two steps of {step:g} s only, and not judged; {cure}"
+
+
 def _alone(pair: tuple[TableTrack, TableTrack], begin: float, end: float, step: float) -> Recording:
-    """A recording of two alone, while both are there."""
+    """Return a recording of two actors alone, while both are present."""
     times = [track.time[(track.time > begin + ON_STEP) & (track.time < end - ON_STEP)] for track in pair]
     instants = np.unique(np.concatenate([[begin, end], *times]))
     instants = instants[np.append(True, np.diff(instants) > SAME_INSTANT)]
@@ -246,12 +271,12 @@ def _ranked(
 
 
 def _outcomes(rows: Floats) -> Outcomes:
-    """The former actor is the ego of a row."""
+    """Return outcomes with the first actor of each row as ego."""
     count = len(rows)
     pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (count, 1, 1))
     pairs[:, 0, list(PLACES)] = rows[:, : len(PLACES)]
     touched = rows[:, CONTACT] == TOUCHED
-    arrays = pair_arrays(pairs + 0.0)  # -0.0 is 0
+    arrays = pair_arrays(pairs + 0.0)  # -0.0 becomes 0
     ones = np.zeros(count, dtype=np.int32)
     return blank_outcomes(
         count,
@@ -268,10 +293,10 @@ def _taken(outcomes: Outcomes, order: Ints) -> Outcomes:
 
 
 def _after_contact(windows: Ints, outcomes: Outcomes, actors: int) -> Bools:
-    """(windows,) whether one of the two had touched a third before they were nearest."""
+    """Return (windows,) True where an actor of the pair had touched a third actor before the pair was nearest."""
     when: Floats = outcomes.min_distance_time[:, 0]
     whom = np.full(actors, -1)
-    first, second = np.full(actors, math.inf), np.full(actors, math.inf)  # the latter of another partner
+    first, second = np.full(actors, math.inf), np.full(actors, math.inf)  # `second`: contact with a different partner
     touched = np.flatnonzero(outcomes.collided)
     for row in touched[np.argsort(when[touched], kind="stable")].tolist():
         one, other = (int(actor) for actor in windows[row, :2])

@@ -1,8 +1,8 @@
-"""What each standard calls the kinds of actors, and what a flat world does not know of them: one row for each.
+"""Names of the kinds of actors in each standard, and their properties that a flat world lacks: one row for each kind.
 
-ASAM's Open Simulation Interface numbers what an actor is, as omega-prime's columns hold it. Source: Open Simulation
-Interface 3.7, `osi_object.proto`: MovingObject.Type, MovingObject.VehicleClassification.Type and .Role. What is no
-vehicle has neither role nor subtype, -1 in omega-prime.
+ASAM's Open Simulation Interface numbers the kinds of actors, and omega-prime's columns contain these numbers. Source:
+Open Simulation Interface 3.7, `osi_object.proto`: MovingObject.Type, MovingObject.VehicleClassification.Type and .Role.
+Actors other than vehicles have neither role nor subtype, -1 in omega-prime.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ MEDIUM_CAR = 4
 
 
 class Code(NamedTuple):
-    """What one actor is."""
+    """Kind of one actor by its numbers."""
 
     type: int
     role: int = UNSET
@@ -46,7 +46,7 @@ BY_SUBTYPE: Mapping[int, ActorKind] = MappingProxyType(
 
 
 def kind_of(code: Code) -> ActorKind | None:
-    """The kind nearest to what a code says; None where it says nothing that we know."""
+    """Return the kind nearest to a code; None for an unknown code."""
     if code.type == PEDESTRIAN:
         return ActorKind.PEDESTRIAN
     if code.type == OTHER:
@@ -59,7 +59,7 @@ def kind_of(code: Code) -> ActorKind | None:
 
 @dataclass(frozen=True)
 class Kind:
-    """One row. Heights are *ours*: round figures within the range usual for the kind, a rider included."""
+    """One row. Heights are a choice of cortexc: round figures within the usual range of the kind, a rider included."""
 
     tag: str
     """OpenSCENARIO's element, and `category` its category."""
@@ -71,7 +71,7 @@ class Kind:
     height: float
     """[m]"""
     wheel: float = 0.0
-    """Diameter [m]; *ours*."""
+    """Diameter [m]; a choice of cortexc."""
 
 
 KINDS: Mapping[ActorKind, Kind] = MappingProxyType(

@@ -1,9 +1,9 @@
-"""A recording, from any driver, judged with the kernels that judge our own runs: outcomes, risk, every metric.
+"""Assessment of a recording, of any driver, with the kernels that assess simulated runs: outcomes, risk, every metric.
 
-The ego's first contact is searched over the motion between samples. Up to it, or to the end, all are put on whole
-steps; the row after the last of them holds where they would be without contact, as in the record of a run of ours. What
-was such a run has the same numbers again. Buildings that the recording knows are walls; whom
-anybody sees it cannot say.
+The ego's first contact is searched over the motion between samples. Up to it, or to the end, all actors are
+interpolated at whole steps; the row after the last step holds their states without contact, as in the record of a
+simulated run. A recorded run gives its original numbers again. Buildings of the recording are walls; visibility is not
+assessed.
 """
 
 import math
@@ -29,45 +29,48 @@ from engine.vocabulary import EndReason, State, Verdict
 
 @dataclass(frozen=True)
 class Measured:
-    """What a recording comes to."""
+    """Assessment of a recording."""
 
     outcomes: Outcomes
-    """One row. A recording has no rule that ended it: without contact, time is up or all are done."""
+    """Outcomes, one row. No rule ends a recording: without contact, its end is a timeout or the completion of all
+    actors.
+    """
     risk: Risk
     metrics: tuple[Metric, ...]
     trajectory: Trajectory
-    """The whole recording on steps of `Recording.step`, with what follows contact."""
+    """The whole recording on steps of `Recording.step`, including the motion after contact."""
     sudden: bool
-    """Whether the ego and whom it touches were never apart: one of them came in on the other, and nothing led to it."""
+    """True if the ego and its partner were never apart: one of them appeared at the contact."""
     not_judged: tuple[str, ...]
-    """What the recording does not say, so that no number here speaks of it."""
+    """Data that the recording lacks, so that no number depends on them."""
 
 
 @dataclass(frozen=True)
 class _End:
-    """Where what is scored ends: `part` of a step after sample `last` of the steps, at `time` [s]."""
+    """End of the scored part: `part` of a step after sample `last` of the steps, at `time` [s]."""
 
     time: float
     last: int
     part: float
     states: Floats
-    """(actors, len(State)) then."""
+    """(actors, len(State)) States at the end."""
     touch: Touch
-    """The ego's; actors are followed by the buildings."""
+    """Contact of the ego; indices of buildings follow those of actors."""
 
     @property
     def met(self) -> int:
-        """The actor that it touches; `A_BUILDING` for a building, and where it touches nothing."""
+        """Return the actor that the ego touches; `A_BUILDING` for a building, and without contact."""
         return self.touch.other if self.touch.other < len(self.states) else A_BUILDING
 
 
 def measure(recording: Recording, profile: str = "paper") -> Measured:
-    """Judge a recording up to the ego's first contact, or to its end. Times count from its first sample. What others
-    do to one another ends nothing.
+    """Assess a recording up to the ego's first contact, or to its end. Times count from its first sample.
+
+    Contacts between other actors do not end it.
 
     Raises:
-        InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps another
-            from the start.
+        InterchangeError: no such profile; the recording is empty, too long, or without motion; the ego overlaps an
+            actor from the start.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
@@ -78,13 +81,13 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
 
 
 def outcomes_of(recording: Recording) -> Outcomes:
-    """The outcomes alone; as `measure`."""
+    """Return the outcomes alone, as in `measure`."""
     return _run(recording).outcomes
 
 
 @dataclass(frozen=True)
 class _Run:
-    """A recording on whole steps, and what it came to."""
+    """A recording on whole steps, with its outcomes."""
 
     bodies: tuple[Body, ...]
     trajectory: Trajectory
@@ -111,8 +114,9 @@ def _run(recording: Recording) -> _Run:
 
 
 def _with_absences(recording: Recording, instants: Floats, steps: Floats) -> Floats:
-    """Return the steps without an actor at the one after an absence that is shorter than a step: no pair is measured
-    over it.
+    """Return the steps, with an actor absent at the step after an absence shorter than a step.
+
+    So no pair is measured across an absence.
     """
     sample, who = np.nonzero(~recording.there)
     after = np.searchsorted(instants, recording.time[sample] - SAME_INSTANT)
@@ -124,7 +128,7 @@ def _with_absences(recording: Recording, instants: Floats, steps: Floats) -> Flo
 
 
 def _not_judged(recording: Recording) -> Iterator[str]:
-    """Buildings stop and hide; whom the ego sees hangs on where it looks."""
+    """Yield the limits of the assessment: contact with buildings, and occlusion."""
     if recording.buildings is None:
         yield "whether the ego runs into a building, or one hides an actor, is not judged: no buildings are known"
     elif len(recording.buildings):
@@ -132,7 +136,7 @@ def _not_judged(recording: Recording) -> Iterator[str]:
 
 
 def _bodies(recording: Recording) -> tuple[Body, ...]:
-    """What the actors are; of the road no recording says how slippery it was."""
+    """Return the actors' bodies; recordings contain no friction of the road."""
     return tuple(
         Body(
             actor.kind,
@@ -153,7 +157,7 @@ def _bodies(recording: Recording) -> tuple[Body, ...]:
 
 
 def _check(recording: Recording) -> None:
-    """Raises InterchangeError where there is nothing to measure, or too much."""
+    """Raise InterchangeError for an empty or too long recording."""
     recording.refuse_broken()
     if not (math.isfinite(recording.step) and recording.step > 0.0):
         raise InterchangeError(f"a time step of {recording.step} s", "take a positive number of seconds")
@@ -166,7 +170,7 @@ def _check(recording: Recording) -> None:
 
 
 def _refuse_overlap(recording: Recording, touch: Touch) -> None:
-    """Raises InterchangeError where there is no start to judge from."""
+    """Raise InterchangeError if the recording begins with an overlap."""
     if touch.sample == 0 and touch.part == 0.0:
         names = [*(actor.name for actor in recording.actors), "a building"]
         one, other = names[0], names[min(touch.other, len(recording.actors))]
@@ -177,7 +181,7 @@ def _refuse_overlap(recording: Recording, touch: Touch) -> None:
 
 
 def _steps(recording: Recording) -> int:
-    """Whole steps of the recording."""
+    """Return the number of whole steps of the recording."""
     return math.floor((recording.time[-1] + SAME_INSTANT) / recording.step)
 
 
@@ -185,7 +189,7 @@ def _steps(recording: Recording) -> int:
 
 
 def _search_walls(recording: Recording, states: Floats, outlines: Floats) -> Touch:
-    """The ego's first contact with a building, as if that were an actor that stands."""
+    """Return the ego's first contact with a building, treated as a standing actor."""
     touch = Touch(-1, 0.0, -1, -1)
     there = states[recording.there[:, 0], 0, : State.Y + 1]
     if not len(there) or recording.buildings is None:
@@ -203,20 +207,20 @@ def _search_walls(recording: Recording, states: Floats, outlines: Floats) -> Tou
 
 
 def _first(one: Touch, other: Touch) -> Touch:
-    """The earlier of two; at one time the former."""
+    """Return the earlier of two contacts; at equal times the first."""
     earlier = (other.sample, other.part) < (one.sample, one.part)
     return other if other.sample >= 0 and (one.sample < 0 or earlier) else one
 
 
 def _is_sudden(states: Floats, end: _End) -> bool:
-    """Whether the ego and whom it touches have no earlier sample in common."""
+    """Return True if the ego and its partner have no earlier sample in common."""
     if end.met == A_BUILDING or end.touch.part > 0.0:
         return False
     return not (states[: end.touch.sample, [0, end.met], State.PRESENT] != 0.0).all(axis=1).any()
 
 
 def _end_of(recording: Recording, steps: Floats, touch: Touch) -> _End:
-    """Contact at the very sample of a step belongs to the step before, as in a run of ours; an end there does not."""
+    """Return the end; a contact at a step's sample belongs to the step before, as in a simulated run."""
     step = recording.step
     if touch.sample < 0:
         time, last = float(recording.time[-1]), len(steps) - 1
@@ -224,13 +228,13 @@ def _end_of(recording: Recording, steps: Floats, touch: Touch) -> _End:
     time, states = _moment(recording, touch)
     last = min(max(0, math.ceil((time - SAME_INSTANT) / step) - 1), len(steps) - 1)
     both = [actor for actor in (touch.one, touch.other) if actor < len(recording.actors)]
-    if not (steps[last, both, State.PRESENT] != 0.0).all():  # they came in where they touch
+    if not (steps[last, both, State.PRESENT] != 0.0).all():  # an actor appeared at the contact
         return _End(time, last + 1, 0.0, states, touch)
     return _End(time, last, _part(time, last, step), states, touch)
 
 
 def _part(time: float, last: int, step: float) -> float:
-    """The part of a step that came after the sample `last`; 0 at that sample itself."""
+    """Return the part of a step after the sample `last`; 0 at that sample itself."""
     after = time - last * step
     return min(after / step, 1.0) if after > SAME_INSTANT else 0.0
 
@@ -247,7 +251,7 @@ def _moment(recording: Recording, touch: Touch) -> tuple[float, Floats]:
 
 
 def _judged(steps: Floats, end: _End) -> Floats:
-    """The samples that are scored, and where the last step would have led; the end itself where it is a sample."""
+    """Return the scored samples, and the extrapolated end of the last step; the end itself if it is a sample."""
     if end.part == 0.0:
         return np.concatenate([steps[: end.last], end.states[np.newaxis]])
     before = steps[end.last]
@@ -292,7 +296,7 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
 
 
 def _road(recording: Recording) -> tuple[RoadTables, int]:
-    """The road and its intersections; without a road of ours one may stand anywhere."""
+    """Return the road and its number of intersections; an empty road if the recording has none."""
     if recording.road is None:
         return no_road(), 0
     from engine.road import build_network
@@ -303,7 +307,7 @@ def _road(recording: Recording) -> tuple[RoadTables, int]:
 
 
 def _among_others(recording: Recording, end: _End, touch: Touch) -> dict[str, np.ndarray]:
-    """When two others first touched, and who, if they did so before the end."""
+    """Return time and actors of the first contact between two others, if it is before the end."""
     time = _moment(recording, touch)[0] if touch.sample >= 0 else math.inf
     if time > end.time:
         return {}
@@ -325,7 +329,9 @@ def _reason(end: _End) -> EndReason:
 
 
 def _left_road(recording: Recording, judged: Floats) -> Floats:
-    """(1, actors): when each centre was first outside one of our roads, at the samples from which it went on."""
+    """Return (1, actors) the time at which each centre first was off the road, at samples with a following sample; NaN:
+    never.
+    """
     times = np.full((1, len(recording.actors)), math.nan)
     if recording.road is None:
         return times

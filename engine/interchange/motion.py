@@ -21,16 +21,21 @@ MOVING = 1.0
 FAR = 2.0
 """An actor that stays within this distance shows no direction, unless it is faster than `MOVING` or straight [m]."""
 UNLIKE = 30.0
-"""A step whose velocity differs by more from those of the steps before and after is a jump [m/s]. No impact is one: the
-velocity of the step in which it happens lies between the two."""
+"""Least difference [m/s] between the velocity of a jump and those of the steps before and after. An impact is not a
+jump: the velocity of its step is between the two.
+"""
 THERE_AND_BACK = 100.0
-"""No road user changes its velocity at this rate in one step and back in the next [m/s^2]: that is a jump, too, if it
-leads farther than `ASIDE`. Tyres give a tenth of that."""
+"""Rate of change of velocity [m/s^2], in one step and back in the next, that no road user reaches: a jump, if it leads
+farther than `ASIDE`. Tyres give a tenth of that.
+"""
 ASIDE = 1.8
 """Width of a car [m]: errors of measurement and coarse polylines lead less far."""
 
 LEAST_JUMP = 0.5
 """A shorter way is no jump, however fast: times that are a microsecond apart are as inexact as that [m]."""
+LONGEST_STEP = 2.0
+"""Rows that are further apart do not show the way between them [s]: who turns or brakes at 4 m/s^2 in the meantime is
+a car's width off the straight way (a t^2 / 8)."""
 
 # -- pieces, rates, directions -----------------------------------------------------------------------------------------
 
@@ -67,9 +72,14 @@ def gaps_between(time: Floats, breaks: Bools | None = None) -> Ints:
     steps = np.diff(time)
     if not len(steps):
         return np.zeros(0, np.int64)
-    usual = np.sort(steps)[(len(steps) - 1) // 2]  # of two steps the shorter one: the other may be a gap
+    usual = np.sort(steps)[(len(steps) - 1) // 2]  # the shorter of two steps: the longer may be a gap
     found = steps > GAP * usual
     return np.flatnonzero(found if breaks is None else found | breaks[:-1])
+
+
+def unseen_steps(time: Floats, positions: Floats) -> Bools:
+    """Return the steps (samples - 1,) that are longer than `LONGEST_STEP` and lead elsewhere."""
+    return (np.diff(time) > LONGEST_STEP) & (np.hypot(*np.diff(positions, axis=0).T) > LEAST_JUMP)
 
 
 def pieces_of(time: Floats, breaks: Bools | None = None) -> Ints:
@@ -108,11 +118,12 @@ def usual_pace(time: Floats, positions: Floats) -> float:
 
 
 def jumps_of(time: Floats, positions: Floats) -> Ints:
-    """Return the samples after which an actor makes a step that no road user makes.
+    """Return the samples after which an actor makes a physically impossible step.
 
     The velocity of such a step is above `FASTEST`, and differs by more than `UNLIKE` from that of the step before or
-    after; or it differs from all between these two by more than `UNLIKE` or at a rate of more than `THERE_AND_BACK`,
-    and by a way of more than `ASIDE`. An actor whose usual pace is above `FASTEST` does not jump: its units are wrong.
+    after; or it differs from every velocity between these two by more than `UNLIKE` or at a rate of more than
+    `THERE_AND_BACK`, and by a way of more than `ASIDE`. An actor whose usual pace is above `FASTEST` does not jump: its
+    units are wrong.
     """
     steps = np.diff(time)
     if not len(steps) or usual_pace(time, positions) > FASTEST:
@@ -123,7 +134,7 @@ def jumps_of(time: Floats, positions: Floats) -> Ints:
     speed = np.hypot(*ways.T)
     found = (speed > FASTEST) & (change > UNLIKE) & (speed * steps > LEAST_JUMP)
     if len(steps) > 2:
-        off = np.hypot(*(ways - nearest_between(before, after, ways)).T)  # 0 at both ends, which have one neighbour
+        off = np.hypot(*(ways - nearest_between(before, after, ways)).T)  # 0 at both ends, with one neighbour
         found |= (off > np.minimum(UNLIKE, THERE_AND_BACK * steps)) & (off * steps > ASIDE)
     return np.flatnonzero(found)
 
@@ -136,7 +147,8 @@ def nearest_between(one: Floats, other: Floats, vector: Floats) -> Floats:
 
 
 def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
-    """Return the samples to keep, after which of those a jump follows (both (samples,)), and the jumps (`jumps_of`).
+    """Return masks (samples,) of the samples to keep and of those before a jump or an unseen step, and the jumps
+    (`jumps_of`).
 
     At one sample at least between the two sides of a jump the actor is absent, so that no host moves it across: a
     sample between two jumps is left out, and else the first after the jump.
@@ -153,6 +165,7 @@ def without_jumps(time: Floats, positions: Floats) -> tuple[Bools, Bools, Ints]:
             breaks[last] = True
             kept[begin] = last < begin - 1
         last = end - 1
+    breaks[:-1] |= unseen_steps(time, positions)
     return kept, breaks, jumps
 
 

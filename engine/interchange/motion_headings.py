@@ -16,28 +16,28 @@ from engine.tables import Floats, Ints
 EXACT = 0.01
 """Least way from which a direction is taken [m]."""
 TIMES_NOISE = 150.0
-"""Least way in standard deviations of the noise: the direction of two such ways is known to 0.3 degrees."""
+"""Least way in standard deviations of the noise: the direction between its ends is accurate to 0.3 degrees."""
 MOST = 0.97
-"""No longer way than this is asked for, which a turn would bend [m]."""
+"""Upper limit of the least way [m]: a turn would bend a longer way."""
 CERTAIN = 10.0
-"""A way of so many standard deviations is no noise."""
+"""Way, in standard deviations of the noise, from which on it is motion."""
 SHORT, STRAIGHT = 0.5, 0.8
 """A way shorter than `FAR` shows a direction if its ends are that far apart [m], and this share of its length."""
 FEWEST = 5
 """Samples that show noise."""
 IMPACT, HARDEST = 1.0, 15.0
-"""No driver changes a velocity by more than the one [m/s] in addition to the other for the time that passes [m/s^2]."""
+"""Limits of a driver's change of velocity: a constant [m/s], and a rate for the time that passes [m/s^2]."""
 CUT = 0.6
-"""A leg of less than this share of the one before is cut short."""
+"""Share of the previous leg's length below which a leg counts as cut short."""
 MEDIAN_2D = math.sqrt(2.0 * math.log(2.0))
-"""Median length of a vector whose two coordinates are normal of deviation 1."""
+"""Median length of a vector with two normal coordinates of deviation 1."""
 
 
 def noise_of(time: Floats, positions: Floats) -> float:
     """Return the standard deviation of a coordinate of one piece [m]; 1 mm of fewer than `FEWEST` samples.
 
     Each sample is compared with the cubic through the two before and the two after it, which motion follows; the median
-    of the differences is not moved by single errors.
+    of the differences is robust against single errors.
     """
     if len(time) < FEWEST:
         return 1e-3
@@ -56,11 +56,11 @@ def noise_of(time: Floats, positions: Floats) -> float:
 def motion_headings(
     motion: Motion, velocity: Floats | None = None, *, lag: float = 0.0, on_foot: bool = False
 ) -> Floats:
-    """Return the headings that motion shows (samples,), not wrapped, kept at standstill; NaN where it shows none.
+    """Return the headings that motion shows (samples,), not wrapped, constant at standstill; NaN where it shows none.
 
-    `velocity` (samples, 2): shows the directions in each piece in which it is once faster than `MOVING`. `lag`: how far
-    ahead of the rear axle the positions lie [m]. Who is not on foot keeps its front when it drives backwards: the front
-    points where most of its way leads.
+    `velocity` (samples, 2): shows the directions in each piece in which it is once faster than `MOVING`. `lag`:
+    distance of the positions ahead of the rear axle [m]. The front of a vehicle stays in place when it drives
+    backwards: it points along most of the way.
     """
     heading = np.full(len(motion.time), math.nan)
     for own in _slices(motion.pieces):
@@ -93,8 +93,8 @@ def _piece_headings(time: Floats, positions: Floats, lag: float, on_foot: bool) 
 def marks_of(time: Floats, positions: Floats, far: float = FAR) -> Ints:
     """Return the samples of one piece between which it moves: the way from each to the next is long against the noise.
 
-    The first sample is one. It is the only one of a piece that leads no farther than `far` [m], unless its way is
-    straight, or is once fast and does not end where it began: a measured place that drifts does neither.
+    The first sample is one. It is the only mark of a piece that leads no farther than `far` [m], unless the way is
+    straight, or is once fast and does not return to its start: drift of a measured place does neither.
     """
     noise = noise_of(time, positions)
     spacing = min(max(EXACT, TIMES_NOISE * noise), MOST)
@@ -128,8 +128,8 @@ def _lagging(velocity: Floats, spans: Floats, lag: float, on_foot: bool) -> Floa
     """Return the headings (legs + 1,) between legs of constant `velocity` (legs, 2) and duration `spans` [s].
 
     The velocity is that of a point `lag` [m] ahead of the rear axle, which follows it as a trailer does: the heading h
-    obeys dh/ds = sin(direction - h) / lag, and tends to the same whatever it was at first, within the length `lag`.
-    Driving backwards is driving forwards in reversed time. An impact changes the direction at once, not the heading.
+    obeys dh/ds = sin(direction - h) / lag, and its initial value decays within the length `lag`. Driving backwards is
+    driving forwards in reversed time. An impact changes the direction at once, not the heading.
     """
     legs = velocity * spans[:, np.newaxis]
     direction, gear = _front(legs, on_foot)
@@ -185,7 +185,7 @@ def _first_heading(middle: Floats, ways: Floats, lag: float) -> float:
 def _front(vectors: Floats, on_foot: bool) -> tuple[Floats, Ints]:
     """Return the unwrapped heading of an actor that moves by vectors (rows, 2), and its gear, 1 or -1.
 
-    The front of a vehicle never turns about from one row to the next: there it changes its gear.
+    A vehicle does not turn around between two rows: it changes its gear there.
     """
     angles = arctan2(vectors[:, 1], vectors[:, 0])
     if on_foot:
@@ -198,7 +198,7 @@ def _front(vectors: Floats, on_foot: bool) -> tuple[Floats, Ints]:
 
 
 def _carried(heading: Floats, positions: Floats, pieces: Ints) -> Floats:
-    """Return headings with those of the neighbouring piece where a piece shows none, and lies where that one ends."""
+    """Return headings where a piece without any takes those of a neighbouring piece that ends at its place."""
     own = _slices(pieces)
     for order, edge, other in ((own, 0, -1), (own[::-1], -1, 0)):
         for piece, neighbour in zip(order[1:], order[:-1], strict=True):

@@ -1,10 +1,11 @@
-"""What our own files say beside a standard's words, written and read here alone.
+"""Metadata of files of cortexc in addition to a standard, written and read only here.
 
-An actor has properties `cortexc.…`: its own name and kind, what its element has no place for, and one number for each
-sample at which it is there, of what does not follow exactly from its positions. A file has parameters `cortexc_…`.
+An actor has properties `cortexc.…`: its own name and kind, fields that its element lacks, and one number per sample at
+which it is present for each quantity that does not follow exactly from its positions. A file has parameters
+`cortexc_…`.
 
-Speeds do not follow exactly from positions, so they are written beside them; `openscenario.read.speeds` holds the two
-against each other. Of who slides after an impact the samples at which it does are written, too: `PRESENT`, 1 or 2.
+Speeds do not follow exactly from positions, so they are stored; `openscenario.read.speeds` compares the two. For an
+actor that slides after an impact, the samples at which it slides are stored, too: `PRESENT`, 1 or 2.
 """
 
 import re
@@ -21,23 +22,23 @@ from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
 FILE_PREFIX = "cortexc_"
-"""How parameters begin in which a file says where it comes from."""
+"""Prefix of the parameters with a file's provenance."""
 PREFIX = "cortexc."
 NAME, KIND, STEP, TIME = (f"{PREFIX}{word}" for word in ("name", "kind", "step", "time"))
 FIELDS = ("mass", "wheelbase", "max_acceleration", "max_braking", "max_steer", "max_speed")
-"""Of an actor, that may have no place in its element."""
+"""Fields of an actor for which its element may have no place."""
 MOTION = (State.SPEED, State.ACCELERATION)
 COMMANDS = (State.STEER, State.THROTTLE, State.BRAKE)
 """Columns that do not follow exactly from positions."""
 COLUMNS: Mapping[str, State] = {f"{PREFIX}{state.name.lower()}": state for state in (*MOTION, *COMMANDS, State.PRESENT)}
 LONGEST = 10_000_000
-"""Letters of one property: half a million numbers."""
+"""Maximum number of letters of one property: half a million numbers."""
 
 Properties = Mapping[str, str]
 
 
 class Samples(NamedTuple):
-    """Of one actor, as its own file has them."""
+    """Samples of one actor, as stored in its file."""
 
     time: Floats
     columns: Mapping[State, Floats]
@@ -47,18 +48,18 @@ class Samples(NamedTuple):
 
 
 def of_actor(actor: RecordedActor, fields: Iterable[str]) -> dict[str, str]:
-    """Name, kind and those of `FIELDS` that have no other place."""
+    """Return name, kind and those of `FIELDS` that have no other place."""
     own = {f"{PREFIX}{field}": number(getattr(actor, field)) for field in fields}
     return {NAME: _escaped(actor.name), KIND: actor.kind.name.lower(), **own}
 
 
 def _escaped(text: str) -> str:
-    """Without the `$` by which readers know a parameter, so that the very text comes back."""
+    """Return the text with escaped `$`, by which readers recognize a parameter, so that it can be restored."""
     return text.replace("\\", "\\\\").replace("$", "\\d")
 
 
 def of_samples(recording: Recording, actor: int) -> dict[str, str]:
-    """The step, and one number for each sample at which the actor is there."""
+    """Return the step, and one number for each sample at which the actor is present."""
     there = recording.there[:, actor]
     carried = (*MOTION, *(COMMANDS if recording.commands else ()))
     carried = (*carried, State.PRESENT) if recording.slides[actor] else carried
@@ -78,32 +79,32 @@ def _text(values: Floats) -> str:
 
 
 def name_in(properties: Properties, default: str) -> str:
-    """The name that is said, which may be empty."""
+    """Return the stored name, which may be empty, or `default`."""
     said = properties.get(NAME)
     return default if said is None else re.sub(r"\\(.)", lambda sign: "$" if sign[1] == "d" else sign[1], said)
 
 
 def kind_in(properties: Properties) -> ActorKind | None:
-    """The kind that is said, since a category may stand for two of ours."""
+    """Return the stored kind, since a category may stand for two kinds of cortexc."""
     said = properties.get(KIND, "").upper()
     return ActorKind[said] if said in ActorKind.__members__ else None
 
 
 def fields_in(properties: Properties) -> dict[str, float]:
-    """Those of `FIELDS` that are said; each is at least 0, and may be infinite."""
+    """Return those of `FIELDS` that are stored; each is at least 0, and may be infinite."""
     known = {field: properties.get(f"{PREFIX}{field}", "") for field in FIELDS}
     read = {field: float(text) for field, text in known.items() if NUMBER.fullmatch(text) or text in INFINITE}
     return {field: value for field, value in read.items() if value >= 0.0}
 
 
 def step_in(properties: Properties) -> float | None:
-    """The step of the simulation that wrote the file [s]."""
+    """Return the step of the simulation that wrote the file [s]."""
     text = properties.get(STEP, "")
     return float(text) if NUMBER.fullmatch(text) and SAME_INSTANT < float(text) < LARGEST else None
 
 
 def samples_in(properties: Properties) -> Samples | None:
-    """What the properties hold, or None where they are missing, incomplete or not of one length."""
+    """Return the samples of the properties, or None if they are missing, incomplete or of different lengths."""
     time = _numbers(properties.get(TIME, ""))
     columns = {state: _numbers(properties[key]) for key, state in COLUMNS.items() if key in properties}
     if time is None or not len(time) or not (np.diff(time) > 0.0).all():
@@ -128,13 +129,13 @@ def _numbers(text: str) -> Floats | None:
 
 @dataclass(frozen=True)
 class Carried:
-    """One actor's samples, as its own file has them."""
+    """Samples of one actor, as stored in its file."""
 
     time: Floats
     columns: Mapping[State, Floats]
 
     def at(self, column: State, times: Floats) -> Floats:
-        """A column at any times within the samples."""
+        """Return a column at any times within the samples."""
         values = self.columns[column]
         if column in OF_STEPS:
             return values[np.minimum(np.searchsorted(self.time, times - SAME_INSTANT), len(values) - 1)]
@@ -143,17 +144,17 @@ class Carried:
         return np.interp(times, self.time, values)
 
     def there(self, times: Floats) -> np.ndarray:
-        """Whether each time is one of the samples."""
+        """Return (times,) True where a time is one of the samples."""
         return near(self.time, times)
 
 
 def read_carried(properties: Properties) -> Carried | None:
-    """What the properties of one actor hold; None where that is not complete."""
+    """Return the samples in the properties of one actor; None if they are incomplete."""
     samples = samples_in(properties)
     return None if samples is None else Carried(samples.time, samples.columns)
 
 
 def near(times: Floats, wanted: Floats) -> np.ndarray:
-    """Whether each of `wanted` is one of the ascending `times`."""
+    """Return True for each of `wanted` that is one of the ascending `times`."""
     after = np.minimum(np.searchsorted(times, wanted - SAME_INSTANT), len(times) - 1)
     return np.abs(times[after] - wanted) <= SAME_INSTANT

@@ -1,4 +1,4 @@
-"""XML files that an export of ours wrote just now, as its checks look at them."""
+"""XML files of an export, as its checks read them."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +10,7 @@ from engine.interchange.contract import Finding
 
 @dataclass(frozen=True)
 class Tree:
-    """An XML file of ours, with the places of its elements in words."""
+    """An XML file of an export, with the places of its elements in words."""
 
     name: str
     root: Element
@@ -24,5 +24,5 @@ class Tree:
 
 
 def read_tree(path: Path) -> Tree:
-    """A file that was written just now, so that it may be read without suspicion."""
+    """Return a file that was just written, so that it needs no protection against hostile content."""
     return Tree(path.name, ElementTree.parse(path).getroot())  # noqa: S314

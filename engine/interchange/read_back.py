@@ -1,4 +1,4 @@
-"""What was read back from a file against the run that it was written from: the same places, metrics and risk."""
+"""Comparison of a file that was read back with the run that it was written from: places, metrics and risk."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ METRICS = {row.symbol: row.name for row in PAIRS if row.of_risk}
 
 
 def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
-    """Check that all actors are where they were, and that metrics and risk are the same."""
+    """Check that all actors have equal states, and that metrics and risk are equal."""
     ours = case.replay
     if len(read.actors) != len(ours.actors):
         count = f"{len(ours.actors)} took part, {len(read.actors)} are read back"
@@ -33,8 +33,9 @@ def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding
 
 
 def _same_way(ours: Recording, read: Recording, actor: int, place: str) -> Iterator[Finding]:
-    """One actor's states at every sample of the run at which it was there; a speed at contact or after it, or of who
-    slides, has no one meaning.
+    """Compare one actor's states at every sample of the run at which it is present.
+
+    The speed at contact or after it, and of a sliding actor, has no unique meaning and is not compared.
     """
     scored = ours.scored_samples() - (0 if ours.contact is None else 1)
     slides = ours.states[:, actor, State.PRESENT] == SLIDING
@@ -59,7 +60,7 @@ def _course(read: Recording, actor: int, column: State) -> tuple[Floats, Floats]
 
 
 def _same_risk(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
-    """What was read back is judged as the run was, if that could be judged; a table has no buildings of its own."""
+    """Compare the assessment of the recording with that of a valid run; a table takes the buildings of the run."""
     if case.outcomes.verdict[0] != Verdict.VALID:
         return
     try:
@@ -76,7 +77,7 @@ def _same_risk(case: RecordedCase, read: Recording, name: str) -> Iterator[Findi
 
 
 def _same_metrics(ours: Outcomes, pairs: Sequence[int], read: Outcomes, name: str) -> Iterator[Finding]:
-    """`pairs` of ours are those of which both took part."""
+    """Compare metrics; `pairs` are the run's pairs in which both actors were present."""
     if bool(ours.collided[0]) != bool(read.collided[0]):
         yield Finding(name, "the run collided or not, read back it is otherwise", OURS)
     for metric, column in METRICS.items():

@@ -1,7 +1,7 @@
-"""A run as other tools see it: its actors, where each was when, and where the recording comes from. SI units, radians.
+"""A run for other tools: its actors, their states over time, and the provenance. SI units, radians.
 
-Positions are centres of outlines, headings anticlockwise from +x and not wrapped: a vehicle that turns has headings
-that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs.
+Positions are centres of outlines, headings anticlockwise from +x and not wrapped. Motion between two samples is linear
+in position and heading, as in the contact search of simulated runs.
 """
 
 from collections.abc import Mapping
@@ -23,14 +23,14 @@ if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
     from engine.world import WorldRun
 
 SAME_INSTANT = 1e-9
-"""Instants closer than this are one [s]: no format can distinguish them."""
+"""Time difference below which instants are equal [s]: no format can distinguish them."""
 MOST_ACTORS = 1000
-"""That a file may hold; our own runs have fewer."""
+"""Maximum number of actors in a file; simulated runs have fewer."""
 
 
 @dataclass(frozen=True)
 class RecordedActor:
-    """One of those who took part; lengths in metres."""
+    """One actor of a recording; lengths in metres."""
 
     name: str
     """Unique in its recording."""
@@ -38,32 +38,32 @@ class RecordedActor:
     length: float
     width: float
     rear_to_center: float
-    """How far ahead of the rear axle the centre lies; 0 for kinds without wheels."""
+    """Distance of the centre ahead of the rear axle; 0 for kinds without wheels."""
     wheelbase: float
     mass: float
     """[kg]"""
     max_acceleration: float
-    """[m/s^2], as the next."""
+    """[m/s^2], as is `max_braking`."""
     max_braking: float
     max_steer: float
     """[rad]"""
     max_speed: float
-    """[m/s]; infinite where nothing bounds it."""
+    """[m/s]; infinite without a limit."""
 
 
 @dataclass(frozen=True)
 class Contact:
-    """What ends the scored part: the ego's contact with another, or with a building, where it is alone."""
+    """End of the scored part: the ego's contact with another actor, or with a building, then without a second actor."""
 
     time: float
     """[s]"""
     actors: tuple[int, ...]
     after: str = "physics"
-    """What the samples after it are, one of `contract.AFTER_CONTACT`."""
+    """Kind of the samples after it, one of `contract.AFTER_CONTACT`."""
 
 
 ARMS = ("north", "east", "south", "west")
-"""Of a junction, clockwise."""
+"""Arms of a junction, clockwise."""
 PHASES = 2
 
 
@@ -79,28 +79,28 @@ class SignalTimes:
     yellow: float
     all_red: float
     offset: float
-    """How far into the plan the run starts."""
+    """Time in the plan at which the run starts."""
     controlled: bool = False
-    """Whether the file also lets behaviours or monitors change the lights, which a fixed plan cannot express."""
+    """True if behaviours or monitors of the file may change the lights, which a fixed plan cannot express."""
 
     @property
     def slot(self) -> float:
-        """How long it is one phase's turn [s]."""
+        """Return the duration of one phase [s]."""
         return self.green + self.yellow + self.all_red
 
     @property
     def cycle(self) -> float:
-        """After how long the plan starts again [s]."""
+        """Return the period of the plan [s]."""
         return PHASES * self.slot
 
     def begins(self, phase: int) -> float:
-        """An instant at which the lights of a phase turn green [s]; negative where that was before the run."""
+        """Return an instant at which the lights of a phase turn green [s]; negative if it was before the run."""
         return phase * self.slot - self.offset
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What the file says of the weather, None where it is silent: factor on all grip, sight [m], factor on views."""
+    """Weather of the file, None if unknown: factor on all grip, range of sight [m], factor on views."""
 
     friction: float | None = None
     sight: float | None = None
@@ -109,44 +109,44 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a recording comes from, in words that a file can carry."""
+    """Origin of a recording, in words that a file can contain."""
 
     title: str = ""
-    """One line: what is to be seen."""
+    """One-line description."""
     author: str = "cortexc"
     date: str = "1970-01-01T00:00:00"
-    """ISO 8601, of the run or the search; the same case gives the same file."""
+    """ISO 8601, date of the run or the search; so equal cases give equal files."""
     facts: Mapping[str, str] = field(default_factory=dict[str, str])
-    """By name, in an order for people: scenario, seed, stream, digest, risk, version, command …"""
+    """Facts by name, in an order for people: scenario, seed, stream, digest, risk, version, command …"""
     genome: Mapping[str, str] = field(default_factory=dict[str, str])
     """Value of each param as written in the file, with its unit: `EGO_SPEED` -> `41.5 km/h`."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Who was where when. Actor 0 is the ego."""
+    """States of all actors over time. Actor 0 is the ego."""
 
     name: str
-    """Fit for a file name."""
+    """Name that is valid as a file name."""
     actors: tuple[RecordedActor, ...]
     time: Floats
-    """(samples,) ascending [s]: whole steps, and where two touched the instant of first contact."""
+    """(samples,) ascending [s]: whole steps, and the instant of first contact."""
     states: Floats
     """(samples, actors, len(State)): metres, m/s, radians, pedals from 0 to 1; x east and y north, as the road has it.
 
-    What an actor that is not there says means nothing. What follows first contact is contact physics, and not scored.
+    States of an absent actor are meaningless. Samples after first contact are contact physics, and not scored.
     """
     step: float
     """Time step of the simulation [s]."""
     contact: Contact | None = None
     road: MapSpec | None = None
-    """The road, where it is one of ours."""
+    """Road of the recording, if it has one."""
     buildings: Floats | None = None
-    """(n, 5): centre x, y [m], heading [rad], length along it and width [m]; None where they are not known."""
+    """(n, 5): centre x, y [m], heading [rad], length along it and width [m]; None if unknown."""
     signals: SignalTimes | None = None
     surroundings: Surroundings | None = None
     commands: bool = True
-    """Whether wheel and pedals were recorded; False where files from elsewhere hold motion alone, and those are 0."""
+    """True if wheel and pedals were recorded; False for files with motion alone, where they are 0."""
     provenance: Provenance = field(default_factory=Provenance)
 
     def __len__(self) -> int:
@@ -154,21 +154,21 @@ class Recording:
 
     @property
     def there(self) -> NDArray[np.bool_]:
-        """(samples, actors): who is there when."""
+        """Return (samples, actors) True while an actor is present."""
         return self.states[:, :, State.PRESENT] != 0.0
 
     @property
     def slides(self) -> NDArray[np.bool_]:
-        """(actors,) who is ever loose after an impact: only its places tell how it moves then."""
+        """Return (actors,) True for actors that slide after an impact; only their positions describe that motion."""
         return (self.states[:, :, State.PRESENT] == SLIDING).any(axis=0)
 
     @property
     def never_there(self) -> tuple[int, ...]:
-        """The actors that take no part: the run ended before they came in."""
+        """Return the actors that never appear, because the run ended before."""
         return tuple(np.flatnonzero(~self.there.any(axis=0)).tolist())
 
     def refuse_broken(self) -> None:
-        """Raises InterchangeError where no actor takes part, times do not ascend, or a state is no number."""
+        """Raise InterchangeError if there is no actor, times do not ascend, or a state is not a number."""
         if not len(self) or not self.there.any():
             raise InterchangeError(f"`{self.name}` holds no actor at any time", "record one actor at least")
         if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
@@ -179,10 +179,10 @@ class Recording:
             raise InterchangeError(f"`{who}` has no finite state at {when:g} s", "take a run that did not break")
 
     def taking_part(self) -> "Recording":
-        """The same without those who never come in: a replay has no place for them.
+        """Return the recording without actors that never appear, which a replay cannot contain.
 
         Raises:
-            InterchangeError: the ego is one of them.
+            InterchangeError: the ego never appears.
         """
         if not (away := self.never_there):
             return self
@@ -196,7 +196,7 @@ class Recording:
         return replace(self, actors=actors, states=self.states[:, left], contact=contact)
 
     def from_zero(self) -> "Recording":
-        """The same with times that begin at 0, those of contact and of the signals' plan among them."""
+        """Return the recording with times from 0, including those of contact and of the signals' plan."""
         if not (begin := float(self.time[0])):
             return self
         contact = self.contact and replace(self.contact, time=self.contact.time - begin)
@@ -204,23 +204,23 @@ class Recording:
         return replace(self, time=self.time - begin, contact=contact, signals=signals)
 
     def stretches(self, actor: int) -> list[tuple[int, int]]:
-        """First and last sample (inclusive) of each stretch of time in which an actor is there."""
+        """Return first and last sample (inclusive) of each stretch of time in which an actor is present."""
         there = np.concatenate([[False], self.there[:, actor], [False]])
         edges = np.flatnonzero(there[1:] != there[:-1])
         return [(int(start), int(end) - 1) for start, end in edges.reshape(-1, 2)]
 
     def on_steps(self) -> "Recording":
-        """The same without the instant of contact, for formats that know whole steps only."""
+        """Return the recording without the instant of contact, for formats with whole steps only."""
         steps = self.time / self.step
         whole = np.abs(steps - np.round(steps)) < 1e-9
         return replace(self, time=self.time[whole], states=self.states[whole])
 
     def scored_samples(self) -> int:
-        """Samples up to and with first contact, or all."""
+        """Return the number of samples up to and including first contact, or of all samples."""
         return len(self) if self.contact is None else int(np.searchsorted(self.time, self.contact.time, "right"))
 
     def rear_axle(self, actor: int) -> Floats:
-        """(samples, 3): x, y, heading of the actor's rear axle, the reference point of OpenSCENARIO."""
+        """Return (samples, 3) x, y, heading of the actor's rear axle, the reference point of OpenSCENARIO."""
         x, y, heading = (self.states[:, actor, column] for column in (State.X, State.Y, State.HEADING))
         behind = self.actors[actor].rear_to_center
         return np.column_stack([x - behind * np.cos(heading), y - behind * np.sin(heading), heading])
@@ -228,20 +228,20 @@ class Recording:
 
 @dataclass(frozen=True)
 class RecordedCase:
-    """A run of ours as formats get it: recorded, and with what it came to."""
+    """A simulated run for the writers of formats: its recording and its outcomes."""
 
     recording: Recording
     outcomes: Outcomes
-    """Of the run that was recorded; one row."""
+    """Outcomes of the recorded run; one row."""
     profile: str
-    """Of the risk."""
+    """Risk profile."""
 
     @property
     def replay(self) -> Recording:
-        """What happened, with those alone who took part.
+        """Return the recording with those actors alone that appear.
 
         Raises:
-            InterchangeError: the ego did not.
+            InterchangeError: the ego never appears.
         """
         return self.recording.taking_part()
 
@@ -261,8 +261,8 @@ OF_STEPS = [State.ACCELERATION, State.THROTTLE, State.BRAKE]
 def states_at(recording: Recording, instants: Floats) -> Floats:
     """Return (instants, actors, len(State)): all actors at instants within the recording [s].
 
-    A sample no farther than `SAME_INSTANT` away is taken as it is. Between two samples only those are there who are at
-    both.
+    A sample no farther than `SAME_INSTANT` away is used as it is. Between two samples an actor is present if it is
+    present at both.
     """
     time, states = recording.time, recording.states
     after = np.minimum(np.searchsorted(time, instants - SAME_INSTANT), len(time) - 1)
@@ -294,7 +294,7 @@ def recorded_run(
     surroundings: Surroundings | None = None,
     provenance: Provenance = NO_PROVENANCE,
 ) -> Recording:
-    """The recording of scene `row` as the world host ran it with a time step [s], through contact to rest."""
+    """Return the recording of scene `row` from the world host with a time step [s], through contact to rest."""
     time, states = _with_contact(run, step)
     met = tuple(actor for actor in run.outcomes.contact_actors[0].tolist() if actor >= 0)
     return Recording(
@@ -313,7 +313,7 @@ def recorded_run(
 
 
 def recorded_actors(program: Program, values: Floats) -> tuple[RecordedActor, ...]:
-    """The actors of one scene; `values` is its row of scene values."""
+    """Return the actors of one scene; `values` is its row of scene values."""
     columns = actor_columns(program, values)
     kinds = map(ActorKind, program.code.actor_kind.tolist())
     return tuple(map(_recorded_actor, program.actors, kinds, columns))
@@ -336,7 +336,7 @@ def _recorded_actor(name: str, kind: ActorKind, columns: Floats) -> RecordedActo
 
 
 def _with_contact(run: "WorldRun", step: float) -> tuple[Floats, Floats]:
-    """Times and states of all samples, and of first contact where it lies between two of them."""
+    """Return times and states of all samples, and of first contact if it is between two of them."""
     states = run.trajectory.states
     time: Floats = np.arange(len(states), dtype=np.float64) * step
     if (touching := run.touching) is None:

@@ -1,7 +1,7 @@
-"""What `measure` reads: one row for each kind of file, and the one way to read any of them.
+"""Sources of `measure`: one row for each kind of file, and the function that reads any of them.
 
-What its columns mean is no matter of a row: tables of known tools are rows of `tables.layouts`. A new kind of file is a
-function from a path to `Tracks`, a row here, and a sample in its test.
+Rows do not describe columns: tables of known tools are rows of `tables.layouts`. A new kind of file is a function from
+a path to `Tracks`, a row here, and a sample in its test.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,7 +18,9 @@ from engine.interchange.mcap.read import road_of_mcap
 from engine.interchange.openscenario import read as openscenario
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import SAME_INSTANT, Recording
+from engine.interchange.road_levels import level_notes
 from engine.interchange.tables.columns import NO_NAMES
+from engine.interchange.tables.heights import may_be_apart
 from engine.interchange.tables.parquet import embedded_road
 from engine.interchange.tables.read import Window, read_tracks, recording_of
 from engine.interchange.tables.track import TableTrack, Tracks
@@ -27,23 +29,23 @@ from engine.tables import SLIDING
 from engine.vocabulary import State
 
 HEAD = 4096
-"""Bytes at the beginning of a file by which its kind is known."""
+"""Bytes at the beginning of a file that identify its kind."""
 SCENARIO = ".xosc"
 
 
 @dataclass(frozen=True)
 class Source:
-    """One row."""
+    """One kind of file."""
 
     what: str
-    """In words for people."""
+    """Description in words."""
     suffixes: tuple[str, ...]
     mark: bytes
-    """What stands in its first bytes, where a suffix is that of several."""
+    """Text within its first bytes, if several kinds share a suffix."""
     reader: str
-    """`module:function` of a path to `Tracks`, imported when it is asked for; "" for what `read_tracks` reads."""
+    """`module:function` from a path to `Tracks`, imported on demand; "" for files that `read_tracks` reads."""
     conventions: str
-    """Units and reference point that it has, and what is made of them."""
+    """Its units and reference point, and their conversion."""
 
 
 SOURCES: Mapping[str, Source] = MappingProxyType(
@@ -95,7 +97,7 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
         ),
     }
 )
-"""Looked through from the top: the first whose suffix and mark fit."""
+"""Kinds in the order of the search: the first whose suffix and mark fit."""
 XOSC = Source(
     "OpenSCENARIO",
     (SCENARIO,),
@@ -107,10 +109,10 @@ SUFFIXES: tuple[str, ...] = tuple(dict.fromkeys(suffix for row in SOURCES.values
 
 
 def source_of(path: Path) -> Source:
-    """The row of a file.
+    """Return the row of a file.
 
     Raises:
-        InterchangeError: it is of no kind that is read, or cannot be opened.
+        InterchangeError: its kind is not supported, or it cannot be opened.
     """
     rows = [row for row in SOURCES.values() if path.suffix.lower() in row.suffixes]
     if not rows:
@@ -133,12 +135,13 @@ def _head(path: Path) -> bytes:
 def read_traffic(
     path: Path, rate: float | None = None, esmini: Path | None = None, columns: Mapping[str, str] = NO_NAMES
 ) -> Tracks:
-    """All road users of a recording, each with its own track; `rate`: samples a second, where the time is their count;
-    `esmini`: the library that plays an `.xosc` which only a simulator can work out; `columns`: those of a table by what
-    they are, as in `{"time [ms]": "zeit"}`, where their own names do not tell.
+    """Return all road users of a recording, each with its own track.
+
+    `rate`: samples per second, if the time counts samples; `esmini`: library that plays an `.xosc` that requires a
+    simulator; `columns`: meanings of a table's columns, as in `{"time [ms]": "zeit"}`, if their names do not show them.
 
     Raises:
-        InterchangeError: unreadable, or no recording of a kind that is read.
+        InterchangeError: unreadable, or not a recording of a supported kind.
     """
     if columns and (path.suffix.lower() == SCENARIO or source_of(path).reader):
         raise InterchangeError("only the columns of a table have names to choose", "leave --columns out", path.name)
@@ -162,16 +165,20 @@ def read_recording(
     esmini: Path | None = None,
     columns: Mapping[str, str] = NO_NAMES,
 ) -> Imported:
-    """The recording of an ego and of whom it meets, from a file of any kind, or a part of it; as `read_traffic`."""
+    """Return the recording of an ego and the actors near it, from a file of any kind, or a part of it; as
+    `read_traffic`.
+    """
     if columns or path.suffix.lower() != SCENARIO:
         traffic = read_traffic(path, rate, columns=columns)
-        return _with_road(recording_of(traffic, path.stem, ego, step, window), path)
+        return _with_road(
+            recording_of(traffic, path.stem, ego, step, window), path, has_heights=may_be_apart(traffic.tracks)
+        )
     read = _scenario(path, ego, step, esmini)
     return read if window is None else replace(read, recording=_within(read.recording, window, path.name))
 
 
-def _with_road(read: Imported, path: Path) -> Imported:
-    """The same on the road that a Parquet file or an MCAP holds, if it holds one."""
+def _with_road(read: Imported, path: Path, *, has_heights: bool) -> Imported:
+    """Return the recording on the road within a Parquet file or an MCAP, if it contains one."""
     inside = {".parquet": embedded_road, ".mcap": road_of_mcap}.get(path.suffix.lower())
     found = inside(path) if inside else None
     if found is None:
@@ -182,23 +189,24 @@ def _with_road(read: Imported, path: Path) -> Imported:
             place = Path(folder) / name
             place.write_bytes(content)
             road = replace(read_opendrive(place), content=content)
+            levels = () if has_heights else level_notes(road)
     except InterchangeError as error:
         return replace(read, remarks=(*read.remarks, f"the road in it cannot be read: {error}"))
     recording = replace(read.recording, buildings=road.buildings)
-    return Imported(recording, road, (*read.remarks, *road.notes))
+    return Imported(recording, road, (*read.remarks, *road.notes, *levels))
 
 
 def road_file(called: str) -> str:
-    """A name for the road of a recording, of letters that every file system takes."""
+    """Return a file name for the road of a recording, with letters that every file system accepts."""
     plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in called)[:60]
     return f"{plain or 'road'}.xodr"
 
 
 def _scenario(path: Path, ego: str | None, step: float | None, esmini: Path | None) -> Imported:
-    """An `.xosc` as it stands, or else as esmini plays it.
+    """Return the recording of an `.xosc`, as written or else as esmini plays it.
 
     Raises:
-        InterchangeError: of the file as it stands, unless esmini is known, and opens it.
+        InterchangeError: the file cannot be read as written, and esmini is not given or does not open it.
     """
     try:
         return openscenario.read_openscenario(path, ego=ego, step=step)
@@ -212,7 +220,7 @@ def _scenario(path: Path, ego: str | None, step: float | None, esmini: Path | No
 
 
 def _within(recording: Recording, window: Window, file: str) -> Recording:
-    """The samples of a window, and the contact where it lies in it."""
+    """Return the samples of a window, and the contact if it is in it."""
     since = recording.time - recording.time[0]
     kept = (since >= window[0] - SAME_INSTANT) & (since <= window[1] + SAME_INSTANT)
     if not recording.there[kept, 0].any():
@@ -225,7 +233,7 @@ def _within(recording: Recording, window: Window, file: str) -> Recording:
 
 
 def tracks_of_recording(recording: Recording, file: str, remarks: tuple[str, ...] = ()) -> Tracks:
-    """The actors that take part, each while it is there."""
+    """Return tracks of the actors that appear, each while it is present."""
     begin = float(recording.time[0])
     tracks: list[TableTrack] = []
     for number, actor in enumerate(recording.actors):

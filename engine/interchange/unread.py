@@ -1,8 +1,7 @@
-"""What a file states and its reader does not read, kind by kind, with its number and its first place.
+"""Content of a file that its reader does not read, by kind, with number and first place.
 
-Nodes of road files record what is asked of them (`Node.read`), and `unread` finds the rest. Other readers name what
-they read (`unread_elements`), or note what they pass over (`Unread`). An element that is not read counts with all that
-is in it.
+Nodes of road files record each access (`Node.read`), and `unread` finds the rest. Other readers name the elements that
+they read (`unread_elements`), or note those that they skip (`Unread`). An unread element counts with all its content.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -12,8 +11,10 @@ from typing import NamedTuple
 from engine.interchange.contract import cited, quoted
 from engine.interchange.xml import Node
 
+NOTHING = ("", "0", "0.0", "0.00", "false")
+"""Values of attributes that state nothing."""
 MOST_KINDS = 50
-"""Notes on one file; a last one counts the kinds that are left."""
+"""Maximum number of notes on one file; a last note counts the remaining kinds."""
 
 
 class Kind(NamedTuple):
@@ -31,13 +32,13 @@ class Kind(NamedTuple):
 
 @dataclass
 class Unread:
-    """What was passed over, in the order of the file."""
+    """Skipped content, in the order of the file."""
 
     kinds: dict[str, Kind] = field(default_factory=dict[str, Kind])
     """Kinds by name."""
 
     def add(self, name: str, place: str) -> None:
-        """Count one more."""
+        """Count one more element of a kind."""
         known = self.kinds.get(name)
         self.kinds[name] = Kind(name, 1, place) if known is None else known._replace(number=known.number + 1)
 
@@ -54,10 +55,11 @@ class Unread:
 def unread_elements(
     root: Node, read: Mapping[str, Collection[str] | None], remarked: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Return notes on elements of other names than those of `read`, with all that is in them, and on attributes.
+    """Return notes on elements that `read` does not name, with all their content, and on attributes whose value is not
+    among `NOTHING`.
 
-    `read`: the attributes that are read of each element; None where all are, or none is looked at. `remarked`: elements
-    on which another remark is made.
+    `read`: attributes that are read of each element; None: no note on its attributes. `remarked`: elements with another
+    remark.
     """
     found, known = Unread(), {*remarked}
     stack = [root]
@@ -69,8 +71,8 @@ def unread_elements(
             found.add(node.tag, node.place)
             continue
         attributes = read[node.tag]
-        for name in node.attributes if attributes is not None else ():
-            if attributes is not None and name not in attributes:
+        for name, value in node.attributes.items() if attributes is not None else ():
+            if attributes is not None and name not in attributes and value.strip() not in NOTHING:
                 found.add(f"{node.tag}.{name}", node.place)
         stack.extend(reversed(node.children))
     return found.notes()
@@ -80,7 +82,7 @@ def unread(root: Node, known: Collection[str] = ()) -> tuple[Kind, ...]:
     """Return every kind that was not read, in the order of the file: elements first, then attributes.
 
     The attributes of an element of one name are one kind. `known`: elements (`header`) and attributes (`name`,
-    `connection id`) that say nothing of what the reader is after.
+    `connection id`) that are irrelevant to the reader.
     """
     elements: dict[str, list[int]] = {}
     attributes: dict[str, tuple[dict[str, None], list[int]]] = {}
@@ -102,7 +104,7 @@ def unread(root: Node, known: Collection[str] = ()) -> tuple[Kind, ...]:
 
 
 def _visited(root: Node) -> Iterator[Node]:
-    """Yield the elements that a reader asked for."""
+    """Yield the elements that a reader has accessed."""
     stack = [root]
     while stack:
         yield (node := stack.pop())
@@ -110,7 +112,7 @@ def _visited(root: Node) -> Iterator[Node]:
 
 
 def _is_unread(node: Node, name: str, known: Collection[str]) -> bool:
-    """Return True for an attribute that nobody asked for; a name space is no statement."""
+    """Return True for an attribute that was never accessed; a name space does not count."""
     is_known = name in known or f"{node.tag} {name}" in known or name.partition(":")[0] == "xmlns"
     return not is_known and name not in (node.read or ())
 

@@ -19,18 +19,18 @@ from xml.parsers import expat
 from engine.interchange.contract import InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
-"""XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
+"""xs:double of XML Schema without its infinities; Python alone would accept `1_000`, too."""
 INFINITE = ("INF", "+INF", "inf", "Infinity")
 LARGEST = 1e9
-"""No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
+"""Largest length, time or angle of a real file: beyond it, arithmetic loses the millimetre."""
 
 
-# -- an element of another tool's file, which says what is wrong with it -----------------------------------------------
+# -- elements of files of other tools, with error messages -------------------------------------------------------------
 
 
 @dataclass(eq=False, slots=True)
 class Node:
-    """One element; text within it is kept only where that is asked for, as few formats say anything with it."""
+    """One element; its text is stored only on request, as few formats use it."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -39,22 +39,22 @@ class Node:
     children: list["Node"] = field(default_factory=list)
     content: str = ""
     read: set[str] | None = None
-    """Names of the attributes that a reader asked for; None if it never asked for the element itself."""
+    """Names of the attributes that a reader has accessed; None if it never accessed the element itself."""
 
     @property
     def place(self) -> str:
         return f"{self.file}, line {self.line}"
 
     def error(self, message: str, cure: str) -> InterchangeError:
-        """What is wrong here."""
+        """Return an error at this element."""
         return InterchangeError(message, cure, self.place)
 
     def every(self, *tags: str) -> list["Node"]:
-        """Children of these names, in the order of the file."""
+        """Return the children of these names, in the order of the file."""
         return [node._asked() for node in self.children if node.tag in tags]
 
     def find(self, *path: str) -> "Node | None":
-        """The first element down a path of names."""
+        """Return the first element down a path of names; None if there is none."""
         node: Node | None = self
         for tag in path:
             node = next((child._asked() for child in node.children if child.tag == tag), None) if node else None
@@ -70,30 +70,30 @@ class Node:
         self.read = None
 
     def _asked(self) -> "Node":
-        """Record that a reader knows this element."""
+        """Record that a reader has accessed this element."""
         if self.read is None:
             self.read = set()
         return self
 
     def need(self, *path: str) -> "Node":
-        """As `find`.
+        """Return the first element down a path of names.
 
         Raises:
-            InterchangeError: it is not there.
+            InterchangeError: there is none.
         """
         if (node := self.find(*path)) is not None:
             return node
         raise self.error(f"<{self.tag}> has no <{'/'.join(path)}>", f"write <{path[-1]}> into it")
 
     def only(self) -> "Node":
-        """Its one child element."""
+        """Return its only child element."""
         if len(self.children) == 1:
             return self.children[0]
         said = "is empty" if not self.children else f"holds {len(self.children)} elements"
         raise self.error(f"<{self.tag}> {said}", "it must hold exactly one")
 
     def walk(self) -> Iterator["Node"]:
-        """Itself and everything within, in the order of the file."""
+        """Yield the element and everything within, in the order of the file."""
         stack: list[Node] = [self]
         while stack:
             node = stack.pop()
@@ -101,7 +101,7 @@ class Node:
             stack.extend(reversed(node.children))
 
     def text(self, name: str, default: str | None = None) -> str:
-        """An attribute.
+        """Return an attribute.
 
         Raises:
             InterchangeError: it is missing and there is no default.
@@ -115,10 +115,10 @@ class Node:
         return value
 
     def number(self, name: str, default: float | None = None, low: float = -LARGEST, high: float = LARGEST) -> float:
-        """An attribute as a number within bounds; with `high` infinite, INF is one, too.
+        """Return an attribute as a number within bounds; with `high` infinite, INF is accepted, too.
 
         Raises:
-            InterchangeError: missing without default, no number, not finite, or out of bounds.
+            InterchangeError: missing without default, not a number, not finite, or out of bounds.
         """
         if default is not None and name not in self.attributes:
             return default
@@ -134,10 +134,10 @@ class Node:
         return value
 
     def content_number(self) -> float:
-        """The number that is its text.
+        """Return the number in its text.
 
         Raises:
-            InterchangeError: it is none, or not finite.
+            InterchangeError: it is not a finite number.
         """
         if not NUMBER.fullmatch(self.content) or not abs(value := float(self.content)) <= LARGEST:
             said = quoted(self.content.strip()) if self.content.strip() else "nothing"
@@ -145,17 +145,17 @@ class Node:
         return value
 
     def integer(self, name: str) -> int:
-        """An attribute as a whole number of at most nine digits."""
+        """Return an attribute as a whole number of at most nine digits."""
         text = self.text(name).strip()
         if not re.fullmatch(r"[+-]?\d{1,9}", text, re.ASCII):
             raise self.error(f"{name}={quoted(text)} is not a whole number", "write one such as -1")
         return int(text)
 
 
-# -- the one reader ----------------------------------------------------------------------------------------------------
+# -- the only reader ---------------------------------------------------------------------------------------------------
 
 CHUNK = 1 << 22
-"""Bytes. An attribute that fills many chunks is looked at again with each, so that small ones would cost minutes."""
+"""Bytes per chunk. A long attribute is scanned again with each chunk, so small chunks would cost minutes."""
 MEGABYTE = 1_000_000
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -169,7 +169,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
     }
 )
 LESS: Mapping[str, str] = MappingProxyType({"OpenDRIVE": "cut the map down to the roads that are needed"})
-"""What to do about too large a file of a kind that is no recording."""
+"""Cures for too large a file of kinds that are not recordings."""
 ENDINGS: Mapping[str, str] = MappingProxyType({"OpenSCENARIO": ".xosc", "OpenDRIVE": ".xodr"})
 BINARY: Mapping[bytes, str] = MappingProxyType(
     {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"\x89MCAP": "an MCAP file", b"PAR1": "Parquet"}
@@ -178,23 +178,23 @@ BINARY: Mapping[bytes, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Limits:
-    """What a file may cost; a recording of twenty actors over ten minutes stays below each."""
+    """Limits of a file; a recording of twenty actors over ten minutes stays below each."""
 
     megabytes: float = 80.0
     elements: int = 1_000_000
     depth: int = 64
     attributes: int = 50
-    """Of one element."""
+    """Maximum number of attributes of one element."""
     all_attributes: int = 2_500_000
     tag_megabytes: float = 12.0
-    """Of one tag or comment, which the parser holds as a whole; a property of half a million numbers is shorter."""
+    """Maximum size of one tag or comment, which the parser holds as a whole; half a million numbers are smaller."""
 
 
 LIMITS = Limits()
 
 
 def read_xml(path: Path, root: str, limits: Limits = LIMITS, *, texts: bool = False) -> Node:
-    """The root element of a file, with all that is in it, and with `texts` the texts of its innermost elements.
+    """Return the root element of a file with all its content; `texts`: with the texts of its innermost elements.
 
     Raises:
         InterchangeError: no such file, not XML, another root than `root`, larger than `limits`, or with a DTD.
@@ -210,7 +210,7 @@ def read_xml(path: Path, root: str, limits: Limits = LIMITS, *, texts: bool = Fa
 
 
 def _regular(path: Path) -> Path:
-    """The path itself, if reading it comes to an end."""
+    """Return the path itself if it is a regular file, or raise InterchangeError."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise InterchangeError("this is a folder", "name a file in it", path.name)
@@ -275,7 +275,7 @@ class _Reader:
         return self.root
 
     def _look_at(self, head: bytes) -> None:
-        """Say what a binary file is, where that is known."""
+        """Raise InterchangeError for a known kind of binary file."""
         for magic, kind in BINARY.items():
             if head.startswith(magic):
                 raise InterchangeError(f"this is {kind}, not XML", "unpack it, or name the XML file", self.file)

@@ -1,4 +1,4 @@
-"""XML as every format here is written: one element a line, numbers that read back to the same value."""
+"""XML writer of all formats: one element per line, numbers that read back to the same value."""
 
 import math
 import re
@@ -9,17 +9,17 @@ from xml.etree.ElementTree import Element, SubElement
 from engine.interchange.contract import InterchangeError
 
 NO_CHARACTER = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML cannot hold, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""
+"""Characters that XML cannot contain, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""
 
 
 def child(parent: Element, tag: str, /, **attributes: str | float | int) -> Element:
-    """A new last child; numbers become text (see `number`)."""
+    """Return a new last child; numbers become text (see `number`)."""
     texts = {name: value if isinstance(value, str) else number(value) for name, value in attributes.items()}
     return SubElement(parent, tag, texts)
 
 
 def number(value: float) -> str:
-    """The shortest text that reads back to the same number; -0.0 is 0."""
+    """Return the shortest text that reads back to the same number; -0.0 is 0."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int):
@@ -28,16 +28,16 @@ def number(value: float) -> str:
 
 
 def decimal(value: float) -> str:
-    """As `number` without an exponent, which neither decimals of XML Schema nor all readers' expressions know."""
+    """Return `number` without an exponent, which neither xs:decimal nor some readers' expressions accept."""
     text = f"{Decimal(repr(float(value) + 0.0)):f}" if math.isfinite(value) else repr(value)
     return text.removesuffix(".0")
 
 
 def xml_text(root: Element) -> str:
-    """The whole document.
+    """Return the whole document.
 
     Raises:
-        InterchangeError: a text holds a character that XML cannot.
+        InterchangeError: a text contains a character that XML cannot.
     """
     ElementTree.indent(root, " ")
     text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

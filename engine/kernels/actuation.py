@@ -1,8 +1,8 @@
-"""From what a driver asks for to what the wheels of a car with slipping tyres are given.
+"""Steering rate and wheel torques of a car with slipping tyres, from its driver's demand.
 
-Steering goes as fast as it can to the angle asked for. Pedals go through an ideal anti-lock and traction control, which
-every new car has (UN Regulation 13-H, annex 6): the torque is the most that keeps the slip of either axle at
-`SLIP_TARGET`, given its load and slip angle; a wheel that slips more is brought back. Both are set anew every 5 ms.
+Steering moves at its fastest rate to the demanded angle. Pedals act through an ideal anti-lock and traction control, as
+in every new car (UN Regulation 13-H, annex 6): the torque is the largest that holds the slip of either axle at
+`SLIP_TARGET`, given its load and slip angle; a wheel with more slip is brought back. Both are updated every 5 ms.
 """
 
 import math
@@ -28,15 +28,16 @@ from engine.kernels.tyres import tyre_along
 from engine.tables import Floats
 
 SLIP_TARGET = 0.12
-"""Just below that of the largest force on a dry road; on others in proportion to the friction."""
+"""Slip just below that of the largest force on a dry road; multiplied by the friction on others."""
 BMW = Chassis(1.1561957064, 1.4227170936, 1093.2952334674046, 1791.5995300122856, 0.61373004, 0.66, 0.0, 7.319, 1.0)
 """Vehicle 2 of CommonRoad, a BMW 320i."""
 
 
 @inlined
 def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> Chassis:
-    """A car like the BMW, of another mass [kg] and with its centre elsewhere between its axles [m]: yaw inertia goes
-    with mass and the product of both ways to the axles, the height of the centre stays.
+    """Return a car like the BMW, with another mass [kg] and distance from rear axle to centre [m]: its yaw inertia is
+    proportional to mass and to the product of the distances from the centre to both axles; the height of the centre is
+    the same.
     """
     front = wheelbase - rear
     share = mass * front * rear / (BMW.mass * BMW.front * BMW.rear)
@@ -57,7 +58,10 @@ def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> C
 def slide(
     motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, memory: Floats, actor: int, time: float
 ) -> Motion:
-    """One step of a car with slipping tyres [s]; `memory` is `Run.actors`, `rear` the way from rear axle to centre."""
+    """Return the motion of a car with slipping tyres after `time` [s].
+
+    `memory` is `Run.actors`, `rear` the distance from rear axle to centre [m].
+    """
     chassis = chassis_of(mass, vehicle.wheelbase, rear, vehicle.grip / GRAVITY)
     car = driven(_taken(motion, chassis, memory, actor), demand, vehicle, chassis, time)
     memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE] = car.speed, car.slip
@@ -70,7 +74,7 @@ def slide(
 
 @inlined
 def _taken(motion: Motion, chassis: Chassis, memory: Floats, actor: int) -> Drift:
-    """The car as the step before left it; at first, and where its speed has been set, one that rolls freely."""
+    """Return the car as the previous step left it; a freely rolling car at first, and after its speed was set."""
     speed, slip = memory[actor, Memory.DRIFT_SPEED], memory[actor, Memory.DRIFT_ANGLE]
     front, rear = memory[actor, Memory.FRONT_WHEEL], memory[actor, Memory.REAR_WHEEL]
     if motion.speed != speed * math.cos(slip):
@@ -83,7 +87,7 @@ def _taken(motion: Motion, chassis: Chassis, memory: Floats, actor: int) -> Drif
 
 @inlined
 def driven(car: Drift, demand: Demand, vehicle: Vehicle, chassis: Chassis, time: float) -> Drift:
-    """A car after a time in which its driver asks for the same [s]."""
+    """Return a car after `time` [s] with a constant demand of its driver."""
     commands = math.ceil(time / COMMAND_STEP - 1e-9)
     held = time / commands
     substeps = math.ceil(held / SUBSTEP - 1e-9)
@@ -98,16 +102,16 @@ def driven(car: Drift, demand: Demand, vehicle: Vehicle, chassis: Chassis, time:
 
 
 class Axle(NamedTuple):
-    """An axle that brakes or drives."""
+    """An axle under brake or throttle."""
 
     share: float
-    """Of the car's torque."""
+    """Share of the car's torque."""
     load: float
-    """At rest, over the car's mass [m/s^2] …"""
+    """Load at rest, over the car's mass [m/s^2]."""
     gain: float
-    """… and what it gains by an acceleration, as a share of that."""
+    """Load gained per acceleration, over the car's mass."""
     force: float
-    """Its load now [N]."""
+    """Current load [N]."""
     slip: float
     angle: float
     """Slip angle [rad]."""
@@ -119,7 +123,7 @@ class Axle(NamedTuple):
 
 @inlined
 def eased(car: Drift, demand: float, chassis: Chassis) -> float:
-    """The acceleration asked for, shortened until both axles can give their shares of it at `SLIP_TARGET` [m/s^2]."""
+    """Return the demanded acceleration, reduced until both axles transmit their shares at `SLIP_TARGET` [m/s^2]."""
     if demand == 0.0:
         return demand
     wheels = wheels_of(car, demand, chassis)
@@ -143,7 +147,7 @@ def eased(car: Drift, demand: float, chassis: Chassis) -> float:
 
 @inlined
 def _axle_limit(axle: Axle, way: float, chassis: Chassis) -> float:
-    """The largest acceleration of a car of which an axle can give its share [m/s^2]; `way`: 1 forwards, -1 braking."""
+    """Return the largest acceleration [m/s^2] of which an axle transmits its share; `way`: 1 driving, -1 braking."""
     target = -way * SLIP_TARGET * min(chassis.friction, 1.0)
     held = abs(tyre_along(target, axle.angle, axle.force, chassis.friction)) / axle.force
     rest = axle.share - held * axle.gain

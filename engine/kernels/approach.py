@@ -1,16 +1,16 @@
-"""How near two outlines come over the continuous motion of a step, and when they touch.
+"""Distance and contact of two outlines over the continuous motion of a step.
 
 Within a step, centres and headings move linearly, each heading by the shortest turn. Two facts carry the search for
-first contact. For any unit vector n, the gap between the shadows of two outlines on n never exceeds their distance; and
-turning by w about its centre moves the edge of a shadow by at most |w| r, r = half diagonal. Its source: conservative
-advancement (Mirtich 1996, "Impulse-based dynamic simulation of rigid body systems", section 2.3), with the motion bound
-taken along the direction of the nearest points.
+first contact. For any unit vector n, the gap between the projections of two outlines on n never exceeds their distance;
+and a turn by w about its centre moves the edge of a projection by at most |w| r, r = half diagonal. Source:
+conservative advancement (Mirtich 1996, "Impulse-based dynamic simulation of rigid body systems", section 2.3), with the
+motion bound taken along the direction of the nearest points.
 
-The closest approach is searched only if it can beat a best one. While a unit vector n turns at a steady rate u, the gap
-between two outlines' shadows on n lies above the chord between its end values less the bound of its bend / 8: seen from
-n, the way p + v t between the centres has a second derivative of at most u^2 |p| + 2 |u| |v|, and a corner at r from a
-centre that turns by w one of at most (w - u)^2 r. Letting n turn with the side that it stands on keeps this bound tight
-where a side faces a corner.
+The closest approach is searched only if it can be less than the best one so far. While a unit vector n turns at a
+steady rate u, the gap between two outlines' projections on n is at least the chord between its end values less the
+bound of its second derivative / 8: in axes that turn with n, the vector p + v t between the centres has a second
+derivative of at most u^2 |p| + 2 |u| |v|, and a corner at r from a centre with turn rate w one of at most (w - u)^2 r.
+If n turns with the side to which it is normal, this bound is tight for a side that faces a corner.
 """
 
 import math
@@ -37,16 +37,25 @@ TOUCH = 1e-4
 FRACTION_AT_START = 1e-9
 """Reported where outlines touch already at the start of a step: contact belongs to (0, 1]."""
 MAX_ADVANCES = 4096
-"""After so many advances the gap was on average below 1/4096 of the way of one step (1 mm for 4 m): contact."""
+"""Maximum number of advances; after as many, the gap was on average below 1/4096 of the motion of a step (1 mm of 4 m),
+which counts as contact.
+"""
 DISTANCE_TOLERANCE = 1e-8
-"""How far above the true minimum over a step the distance found may lie [m]: where two pass on nearly parallel lines,
-a distance known to 1e-5 m leaves milliseconds of doubt about its instant. This costs 4 % more time than 1e-5 m."""
+"""Largest excess of the minimum that the search of a whole step returns [m]. Two steps whose least distances differ by
+less are equal: either may be returned.
+"""
+REFINED_TOLERANCE = 1e-12
+"""Largest excess after the search around that minimum [m]. The instant of MD is that of a distance slightly above MD
+(`kernels.pair`): its error is that of MD divided by the closing speed, which may be as low as 1e-4 m/s there.
+"""
+REFINED_WINDOW = 0.1
+"""Part of the step before and after the minimum that is searched again."""
 MAX_SPLITS = 256
-"""Bound on the work of one search; reached only where the motion in a step is absurd."""
+"""Maximum number of splits of one search; reached only if the motion in a step is absurd."""
 
 
 class Motion(NamedTuple):
-    """How one pair moves in a step: b's way relative to a [m], both turns [rad], and the bounds that follow."""
+    """Motion of a pair in a step: displacement of b relative to a [m], both turns [rad], and the bounds that follow."""
 
     x: float
     y: float
@@ -59,7 +68,7 @@ class Motion(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """An instant of a step (`fraction`), looked at: both frames and what is nearest."""
+    """The pair at an instant of a step (`fraction`): both frames and their nearest points."""
 
     fraction: float
     a: Frame
@@ -69,7 +78,7 @@ class Probe(NamedTuple):
 
 @kernel
 def first_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
-    """Fraction in (0, 1] of the step at which the outlines first come within `TOUCH`; -1.0 if they do not."""
+    """Return the fraction in (0, 1] of the step at which the outlines first come within `TOUCH`; else -1.0."""
     if circles_apart(a0, a1, b0, b1):
         return -1.0
     return _advance_to_contact(a0, a1, b0, b1)
@@ -77,16 +86,16 @@ def first_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
 
 @inlined
 def circles_apart(a0: Box, a1: Box, b0: Box, b1: Box) -> bool:
-    """Whether the circumscribed circles stay apart during the step: the cheap test that nearly always answers.
+    """Return True if the circumscribed circles stay apart during the step: a cheap test that nearly always answers.
 
-    (r1 + r2)^2 is replaced by its bound 2 (r1^2 + r2^2), exact for equal outlines, so that there is no root.
+    (r1 + r2)^2 is replaced by its bound 2 (r1^2 + r2^2), exact for equal outlines, which avoids a square root.
     """
     return centers_apart(a0, a1, b0, b1, 0.5 * (a0.length**2 + a0.width**2 + b0.length**2 + b0.width**2))
 
 
 @inlined
 def centers_apart(a0: Box, a1: Box, b0: Box, b1: Box, reach2: float) -> bool:
-    """Whether the squared distance between the centres exceeds `reach2` all through the step."""
+    """Return True if the squared distance between the centres exceeds `reach2` throughout the step."""
     x0, y0 = b0.x - a0.x, b0.y - a0.y
     x1, y1 = b1.x - a1.x, b1.y - a1.y
     way_x, way_y = x1 - x0, y1 - y0
@@ -100,7 +109,7 @@ def centers_apart(a0: Box, a1: Box, b0: Box, b1: Box, reach2: float) -> bool:
 
 @inlined
 def relative_motion(a0: Box, a1: Box, b0: Box, b1: Box) -> Motion:
-    """Motion of the pair over the step."""
+    """Return the motion of the pair over the step."""
     turn_a, turn_b = shortest_turn(a0.heading, a1.heading), shortest_turn(b0.heading, b1.heading)
     radius_a, radius_b = half_diagonal(a0), half_diagonal(b0)
     return Motion(
@@ -115,14 +124,14 @@ def relative_motion(a0: Box, a1: Box, b0: Box, b1: Box) -> Motion:
 
 @inlined
 def _moved(box: Box, x: float, y: float, turn: float) -> Frame:
-    """The box's frame after a shift and a turn."""
+    """Return the box's frame after a shift [m] and a turn [rad]."""
     heading = box.heading + turn
     return Frame(box.x + x, box.y + y, math.cos(heading), math.sin(heading), 0.5 * box.length, 0.5 * box.width)
 
 
 @kernel
 def probe(a0: Box, b0: Box, motion: Motion, fraction: float) -> Probe:
-    """The pair at a fraction of the step, in axes that move with a's centre."""
+    """Return the pair at a fraction of the step, in axes that move with a's centre."""
     a = _moved(a0, 0.0, 0.0, fraction * motion.turn_a)
     b = _moved(b0, fraction * motion.x, fraction * motion.y, fraction * motion.turn_b)
     return Probe(fraction, a, b, nearest_points(a, b))
@@ -130,7 +139,10 @@ def probe(a0: Box, b0: Box, motion: Motion, fraction: float) -> Probe:
 
 @kernel
 def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
-    """Conservative advancement: t += d / (approach along the nearest direction + swing), until d < `TOUCH`."""
+    """Return the fraction of first contact, or -1.0, by conservative advancement.
+
+    Each advance adds distance / (approach along the nearest direction + swing), until the distance is below `TOUCH`.
+    """
     motion = relative_motion(a0, a1, b0, b1)
     fraction = 0.0
     for _ in range(MAX_ADVANCES):
@@ -138,7 +150,7 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
         if nearest.distance < TOUCH:
             return max(fraction, FRACTION_AT_START)
         rate = max(0.0, -(nearest.x * motion.x + nearest.y * motion.y)) + motion.swing
-        # Written so that no motion at all, an infinity and NaN all end the search.
+        # Written so that zero motion, infinity and NaN all end the search.
         if not nearest.distance <= rate * (1.0 - fraction):
             return -1.0
         fraction = min(1.0, fraction + nearest.distance / rate)
@@ -150,9 +162,10 @@ def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
 
 @kernel
 def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[float, float]:
-    """Least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
+    """Return the least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
 
-    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least one.
+    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least. Inside the step it is at most
+    `REFINED_TOLERANCE` above the least distance around it.
     """
     reach = best + half_diagonal(a0) + half_diagonal(b0)
     if centers_apart(a0, a1, b0, b1, reach * reach):
@@ -167,22 +180,35 @@ def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[fl
 
 @kernel
 def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float) -> tuple[float, float]:
-    """Sweep over the step: an interval that cannot hold a distance below `best` is passed, any other is split.
-
-    Relative translation of convex bodies has a convex distance, so the planes at an interval's two ends bound it well
-    and their crossing is where to look next; turning only adds the small bend.
-    """
+    """Search the step, then the neighbourhood of the minimum with a smaller tolerance."""
     end = probe(a0, b0, motion, 1.0)
     best, at = _better(end, *_better(start, best, -1.0))
+    best, at = _sweep(a0, b0, motion, start, end, best, at, DISTANCE_TOLERANCE)
+    if at <= 0.0 or at >= 1.0:
+        return best, at
+    start = probe(a0, b0, motion, max(0.0, at - REFINED_WINDOW))
+    end = probe(a0, b0, motion, min(1.0, at + REFINED_WINDOW))
+    return _sweep(a0, b0, motion, start, end, best, at, REFINED_TOLERANCE)
+
+
+@kernel
+def _sweep(
+    a0: Box, b0: Box, motion: Motion, start: Probe, end: Probe, best: float, at: float, tolerance: float
+) -> tuple[float, float]:
+    """Search an interval: skip a part that cannot contain a distance below `best`, split any other.
+
+    Relative translation of convex bodies has a convex distance, so the planes at both ends of an interval bound it
+    well, and the next sample is taken at their intersection; turning only adds the small second derivative.
+    """
     low, high = start, end
     for _ in range(MAX_SPLITS):
         bound, crossing = _lower_bound(a0, b0, motion, low, high)
         span = high.fraction - low.fraction
-        if max(0.0, bound) < best - DISTANCE_TOLERANCE:
+        if max(0.0, bound) < best - tolerance:
             high = probe(a0, b0, motion, low.fraction + crossing * span)
-        elif high.fraction >= 1.0:
+        elif high.fraction >= end.fraction:
             break
-        elif high.fraction + 3.0 * span >= 1.0:
+        elif high.fraction + 3.0 * span >= end.fraction:
             low, high = high, end
         else:
             low, high = high, probe(a0, b0, motion, high.fraction + 2.0 * span)
@@ -192,7 +218,7 @@ def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float)
 
 @inlined
 def _better(seen: Probe, best: float, at: float) -> tuple[float, float]:
-    """The lesser of a distance seen and the best one, each with its fraction."""
+    """Return the lesser of a computed distance and the best one, with its fraction."""
     if seen.nearest.distance < best:
         return seen.nearest.distance, seen.fraction
     return best, at
@@ -200,7 +226,7 @@ def _better(seen: Probe, best: float, at: float) -> tuple[float, float]:
 
 @kernel
 def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> tuple[float, float]:
-    """Lower bound of the distance between two instants [m], and where in between (0..1) it is attained."""
+    """Return a lower bound of the distance between two instants [m], and its fraction in between (0..1)."""
     square = (high.fraction - low.fraction) ** 2
     slack_low = square * _bend(a0, b0, motion, low.nearest.owner) / 8.0
     slack_high = square * _bend(a0, b0, motion, high.nearest.owner) / 8.0
@@ -217,7 +243,7 @@ def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> t
 
 @inlined
 def _bend(a0: Box, b0: Box, motion: Motion, owner: int) -> float:
-    """Bound on the second derivative of the gap along a direction that turns with its owner [m per step^2]."""
+    """Return the bound on the second derivative of the gap along a direction fixed to its owner [m per step^2]."""
     turn = _turn_of(motion, owner)
     way = turn * turn * motion.reach + 2.0 * abs(turn) * math.sqrt(motion.x * motion.x + motion.y * motion.y)
     return way + (motion.turn_a - turn) ** 2 * half_diagonal(a0) + (motion.turn_b - turn) ** 2 * half_diagonal(b0)
@@ -225,7 +251,7 @@ def _bend(a0: Box, b0: Box, motion: Motion, owner: int) -> float:
 
 @inlined
 def _turn_of(motion: Motion, owner: int) -> float:
-    """How far the owner of a direction turns in the step [rad]; a direction between corners stands still."""
+    """Return the turn of a direction's owner in the step [rad]; 0 for a direction between corners."""
     if owner == SIDE_OF_A:
         return motion.turn_a
     return motion.turn_b if owner == SIDE_OF_B else 0.0
@@ -233,7 +259,7 @@ def _turn_of(motion: Motion, owner: int) -> float:
 
 @inlined
 def _gap_later(found: Probe, other: Probe) -> float:
-    """Gap between the shadows at another instant, on the nearest direction of the first carried on by its owner [m]."""
+    """Return the gap between the projections at another instant, on the nearest direction turned with its owner [m]."""
     nearest = found.nearest
     if nearest.owner == SIDE_OF_A:
         x, y = _turned(nearest.x, nearest.y, found.a, other.a)
@@ -247,14 +273,14 @@ def _gap_later(found: Probe, other: Probe) -> float:
 
 @inlined
 def _turned(x: float, y: float, before: Frame, after: Frame) -> tuple[float, float]:
-    """A direction fixed to a frame, after that frame has turned."""
+    """Return a direction fixed to a frame, after that frame has turned."""
     along, across = before.cos * x + before.sin * y, before.cos * y - before.sin * x
     return after.cos * along - after.sin * across, after.sin * along + after.cos * across
 
 
 @inlined
 def _shadow(outline: Frame, x: float, y: float) -> float:
-    """Half the length of an outline's shadow on a direction [m]."""
+    """Return half the length of an outline's projection on a direction [m]."""
     along, across = outline.cos * x + outline.sin * y, outline.cos * y - outline.sin * x
     return outline.half_length * abs(along) + outline.half_width * abs(across)
 
@@ -263,7 +289,7 @@ def _shadow(outline: Frame, x: float, y: float) -> float:
 
 
 class Touch(NamedTuple):
-    """Where two touch: after sample `sample` by `part` (0 .. 1) of the way to the next; sample -1: no two do."""
+    """First contact of two actors, at `part` (0 .. 1) of the step after sample `sample`; sample -1: no contact."""
 
     sample: int
     part: float
@@ -272,17 +298,18 @@ class Touch(NamedTuple):
 
 
 def search_contact(states: Floats, outlines: Floats) -> Touch:
-    """The first contact of any two; ties go to the lower pair."""
+    """Return the first contact of any two actors; of simultaneous contacts, the lower pair."""
     return search_contact_of(states, outlines, 0, states.shape[1])
 
 
 @kernel
 def search_contact_of(states: Floats, outlines: Floats, low: int, high: int) -> Touch:
-    """The first contact of an actor from `low` to `high` (exclusive) with a later one; ties go to the lower pair.
+    """Return the first contact of an actor from `low` to `high` (exclusive) with a later one; of equals, the lower
+    pair.
 
-    `states` (samples, actors, len(State)) with headings that are not wrapped, at times that need not be even;
-    `outlines` (actors, at least 2): length, width [m]. Two that are there at one sample alone, or the last, touch
-    if they do then.
+    `states` (samples, actors, len(State)) with headings that are not wrapped, at times that need not be evenly spaced;
+    `outlines` (actors, at least 2): length, width [m]. Two actors present together at a single sample, or at the last,
+    are in contact if they touch at it.
     """
     samples, actors = states.shape[0], states.shape[1]
     for k in range(samples):
@@ -303,7 +330,7 @@ def search_contact_of(states: Floats, outlines: Floats, low: int, high: int) -> 
 
 @inlined
 def _part_until_contact(states: Floats, samples: int, k: int, one: int, other: int, outlines: Floats) -> float:
-    """Fraction of the way to the next sample; -1.0 without contact in it."""
+    """Return the fraction of the step to the next sample at first contact; -1.0 if there is none."""
     a0, b0 = outline_at(states, k, one, outlines), outline_at(states, k, other, outlines)
     after = min(k + 1, samples - 1)
     if after == k or states[after, one, State.PRESENT] == 0.0 or states[after, other, State.PRESENT] == 0.0:

@@ -1,8 +1,9 @@
-"""Attempts at scenes: until every requirement holds (rejection sampling), or one that tests all of them.
+"""Attempts at scenes: repeated until every requirement holds (rejection sampling), or a single one that tests all of
+them.
 
 Draws are made when the first requirement that reads them is reached, which changes no number: a draw's value depends on
-its address alone. What is read and written stands in `recipe`. A single attempt evaluates every requirement, whether or
-not an earlier one failed, and by how much each holds.
+its address alone. `recipe` defines inputs and outputs. A single attempt evaluates every requirement, even after an
+earlier one failed, and the margin of each.
 """
 
 import math
@@ -50,7 +51,7 @@ def sample_rows(recipe: Recipe, request: Request, begin: int, end: int, scratch:
 
 @inlined
 def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Ledger) -> None:
-    """Attempts until the row's verdict is settled."""
+    """Repeat attempts until the row's verdict is final."""
     code, blocks = recipe.code, recipe.layout.blocks
     confined = len(request.confinement.mass) > 0
     start = int(code.group_start[request.group[row]])
@@ -69,7 +70,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
         made, left = attempt + 1, left - 1.0
         if attempt < begun:
             continue
-        # The next attempt's numbers are under way while this one is interpreted: Philox is long but independent.
+        # Compute the next attempt's numbers while this one is interpreted: Philox is long but independent.
         next_choice, next_first_draw = uniform_pair(stream, np.uint64((attempt + 1) * blocks))
         if confined:
             variant = start + _option(request.confinement.cumulative[row], choice)
@@ -90,7 +91,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
 
 @kernel
 def _rule_out(row: int, culprit: int, out: Ledger) -> None:
-    """One attempt that stands for all: the same requirement would fail in each."""
+    """Record a single attempt: the same requirement would fail in all."""
     out.verdict[row] = Verdict.INFEASIBLE
     out.attempts[row] = 1
     out.tested[row, culprit] += 1
@@ -99,7 +100,7 @@ def _rule_out(row: int, culprit: int, out: Ledger) -> None:
 
 @kernel
 def _jump(mass: float, key: Ints, attempt: int) -> float:
-    """How many attempts fall outside before the next one inside: geometric, by inversion (Devroye 1986, X.2.2)."""
+    """Return the number of attempts outside the box before the next one inside: geometric (Devroye 1986, X.2.2)."""
     if mass >= 1.0:
         return 0.0
     chance = uniform(open_stream(key, Purpose.SCENE, JUMP_CHANNEL), attempt)
@@ -108,7 +109,7 @@ def _jump(mass: float, key: Ints, attempt: int) -> float:
 
 @kernel
 def _option(cumulative: Floats, choice: float) -> int:
-    """The first option whose share of [0, 1) ends above the uniform number `choice`."""
+    """Return the first option whose share of [0, 1) ends above the uniform number `choice`."""
     option = 0
     while option + 1 < len(cumulative) and choice >= cumulative[option]:
         option += 1
@@ -220,7 +221,9 @@ def _note_draws(layout: Layout, row: int, registers: Floats, out: Ledger) -> Non
 
 @kernel
 def _count_rejections(layout: Layout, attempts: int, tested: Ints, failed: Ints) -> None:
-    """Impossible variants are rejected before any requirement; each reason is conditional on those before it."""
+    """Count the attempts per variant rejection, which precede all requirements; each counts those that earlier ones
+    left.
+    """
     for reason in range(layout.requirements, layout.reasons):
         tested[reason] = attempts
         attempts -= failed[reason]
@@ -231,21 +234,21 @@ def _count_rejections(layout: Layout, attempts: int, tested: Ints, failed: Ints)
 
 @handle
 class Weighed(NamedTuple):
-    """Where results go, row by row."""
+    """Results of single attempts, row by row."""
 
     variant: Ints
     """(n,)"""
     holds: Ints
-    """(n, requirements) 1 or 0; 1 for what was not evaluated because the variant was rejected."""
+    """(n, requirements) 1 or 0; 1 for requirements not evaluated because the variant was rejected."""
     margins: Floats
-    """(n, the file's own requirements) NaN where there is no such number."""
+    """(n, the file's own requirements) NaN for a requirement without a margin."""
     values: Floats
     """(n, scene values)"""
 
 
 @kernel
 def weigh_rows(recipe: Recipe, request: Request, scratch: Scratch, out: Weighed) -> None:
-    """One attempt a row: the first of the row's stream."""
+    """Evaluate one attempt per row: the first of the row's stream."""
     copy(recipe.code.literals, scratch.registers, 0)
     for row in range(len(request.keys)):
         copy(request.genes[row], scratch.registers, recipe.layout.genes)
@@ -287,7 +290,7 @@ def _run(recipe: Recipe, segment: Ints, registers: Floats) -> float:
 
 @kernel
 def _evaluate_scene(recipe: Recipe, template: int, row: int, registers: Floats, out: Weighed) -> None:
-    """The scene values, and the built-in requirements where they are all numbers."""
+    """Write the scene values and, if all are finite, the built-in requirements."""
     code, values = recipe.code, out.values[row]
     start, end = code.output_segment[template, Segment.START], code.output_segment[template, Segment.END]
     run_segment(code.scene_code, start, end, registers, code.pool, recipe.road)

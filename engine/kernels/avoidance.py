@@ -1,17 +1,17 @@
-"""Would a competent driver have avoided a collision? One case is driven again with a reference driver at the wheel.
+"""Avoidability of a collision by a competent driver: a case is driven again with a reference driver.
 
-The ego's path is the one that it took, carried on as it would have gone on without contact; only its motion along that
-path differs. Up to the moment when the reference driver brakes everything is as it was; from then on the others go on
-behaving, and react, if they react to anything, to the ego of the reference driver. That driver brakes as the ramp
-allows, and no less than the ego has done since, up to full braking: who takes over does not let go of the pedal. Full
-braking is that of the reference driver, of the ego's own brakes, or what its tyres hold, whichever is least.
+The ego's path is that of the case, continued as if there were no contact; only its motion along that path differs.
+Until the reference driver brakes, everything is as in the case; from then on the others continue to behave, and react,
+if they react to anything, to the ego of the reference driver. That driver brakes as the ramp permits, and at least as
+hard as the ego in the case, up to full braking, since a driver taking over does not release the pedal. Full braking is
+that of the reference driver, of the ego's own brakes, or the grip of its tyres, whichever is least.
 
-To brake earlier is not always better, as who brakes later may pass before the other: all moments are tried.
-`avoidability_rows` leaves these out: one drive tells yes or no, of thousands of collisions in the time of a few runs
-each.
+Earlier braking is not always better, since an ego braking later may pass before the other: all moments are tried.
+`avoidability_rows` omits these trials: a single drive answers yes or no, for thousands of collisions in the time of a
+few runs each.
 
-An ego that backs is followed along the same path, by how fast it moves, whichever way. What is perceived, and when, is
-up to `engine.kernels.perception`.
+An ego in reverse is followed along the same path, by its absolute speed. `engine.kernels.perception` defines when the
+conflict is perceived.
 """
 
 import math
@@ -52,16 +52,17 @@ from engine.vocabulary import ActorKind, Blame, Column, EndReason, State, Verdic
 
 NONE, AVOIDABLE, UNAVOIDABLE, STRUCK = map(int, Blame)
 COASTING = 0.5
-"""Who slows down by more brakes [m/s^2]; *ours*."""
+"""Deceleration above which an actor uses its brakes [m/s^2]; a choice of cortexc."""
 AFTERWARDS = 6.0
-"""How long a case is followed after the time of contact [s], as stopping from 130 km/h takes on a dry road; longer
-where the reference driver needs longer to stop …"""
+"""Time for which a case is followed after contact [s], as for stopping from 130 km/h on a dry road; longer if the
+reference driver needs longer to stop.
+"""
 LONGEST = 60.0
-"""… but no longer than this [s]: on a road without grip nobody ever stops."""
+"""Upper bound of that time [s]: on a road without grip nothing ever stops."""
 
 
 class Case(NamedTuple):
-    """One scene: variant, scene values, stream key, and what was decided outside."""
+    """A scene: variant, scene values, stream key, and external decisions."""
 
     variant: int
     values: Floats
@@ -70,55 +71,57 @@ class Case(NamedTuple):
 
 
 class ReferenceDrive(NamedTuple):
-    """What the reference driver made of a case, in samples of it; `NEVER` where there is none."""
+    """Result of the reference driver in a case, in samples of the case; `NEVER` for samples that do not exist."""
 
     contact: int
-    """The sample after first contact; `NEVER`: the ego touched nobody, and nothing else is known."""
+    """Sample after first contact; `NEVER`: the ego touched nobody, and nothing else is known."""
     time: float
-    """Of contact [s]."""
+    """Time of contact [s]."""
     fault: int
     """`Fault`"""
     perceived: int
-    """At which the conflict had been perceived."""
+    """Sample at which the conflict was perceived."""
     braking: int
-    """From which the reference driver brakes."""
+    """Sample at which the reference driver begins to brake."""
     avoided: bool
-    """Whether the ego then touches nobody."""
+    """True if the ego then touches nobody."""
     latest: int
-    """If avoided, the last sample up to which the driver may wait, every sample between avoiding contact; if not, the
-    last one before `braking` that would have, else the first one after it; `NEVER`: there is none at all."""
+    """If avoided, the last sample up to which the driver may wait, every sample in between also avoiding contact; if
+    not, the last sample before `braking` that would avoid it, else the first after it; `NEVER` if there is none.
+    """
     as_hard: bool
-    """Whether the ego had braked, and at least as hard itself: it had come no farther."""
+    """True if the ego itself braked at least as hard: the reference driver stays no farther behind."""
     helpless: bool
-    """Whether no sample at all avoids contact, nor full braking from the first sample on, without any ramp."""
+    """True if no sample avoids contact, nor does full braking without a ramp from the first sample on."""
     too_late: bool
-    """Whether the scene begins too late: the ego drives, and the conflict is in sight at the first sample, or the ego
-    drives into another though it brakes fully from there."""
+    """True if the scene begins too late: the ego drives, and either the conflict is in sight at the first sample, or
+    the ego collides even with full braking from that sample on.
+    """
 
 
 class Replayed(NamedTuple):
-    """A case as it was: what every drive of the reference driver begins with."""
+    """A case as recorded, from which every drive of the reference driver begins."""
 
     case: Case
     contact: int
-    """The sample after first contact."""
+    """Sample after first contact."""
     until: int
-    """The sample to which a drive is followed."""
+    """Last sample of a drive."""
     outlines: Floats
     path: Floats
-    """(until + 1, PATH_COLUMNS)"""
+    """(until + 1, PATH_COLUMNS) path of the ego."""
 
 
 class Braked(NamedTuple):
-    """One drive of the reference driver."""
+    """Result of one drive of the reference driver."""
 
     touched: bool
     at: int
-    """The sample at which it is compared with the case: of the touch, or the last one before the contact of old."""
+    """Sample of the comparison with the case: that of contact, or the last before the contact of the case."""
     way: float
-    """Where along the path the ego then was [m]."""
+    """Arc length of the ego along the path at that sample [m]."""
     speed: float
-    """Of the ego when it touched, or at the end [m/s]."""
+    """Speed of the ego at contact, or at the end [m/s]."""
 
 
 @kernel
@@ -173,7 +176,7 @@ def avoidability_rows(
     driver: Driver,
     out: Ints,
 ) -> None:
-    """The `Blame` of each valid scene from row `first` to `last` (exclusive). `reach`: how far each ego sees [m]."""
+    """Write the `Blame` of each valid scene of rows `first` to `last` - 1; `reach` (n,): sight of each ego [m]."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
@@ -182,7 +185,7 @@ def avoidability_rows(
 
 @kernel
 def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, driver: Driver) -> int:
-    """What `resimulate_with_reference` says of a case, in a word."""
+    """Return the `Blame` of a case, as `resimulate_with_reference` would find it."""
     if not _collides(plan, run, case):
         return NONE
     note_outlines(plan, run, outlines)
@@ -190,7 +193,7 @@ def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, dri
         return STRUCK
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     reaction = first_sample(driver.reaction, plan.layout.time_step)
-    # What is perceived later than this is braked for at contact or after it.
+    # A conflict perceived later is braked for at contact or after it.
     latest = contact - reaction
     if latest <= first_sample(driver.perception, plan.layout.time_step):
         return UNAVOIDABLE
@@ -205,16 +208,16 @@ def _blame(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, dri
 
 @inlined
 def _collides(plan: Plan, run: Run, case: Case) -> bool:
-    """Drive a case as it was, up to the end of what is scored; whether that is a collision of the ego."""
+    """Run a case as recorded up to the end of the scored run; return True if the ego collides."""
     begin(plan, run, case.variant, case.values, case.key, case.actions)
-    scored = run.status[Status.END] == RUNNING  # no literal truth: numba would compile `advance` once more
+    scored = run.status[Status.END] == RUNNING  # not the literal True: numba would compile `advance` again
     advance(plan, run, plan.layout.last_sample + 1, scored)
     return run.status[Status.END] == EndReason.COLLISION
 
 
 @inlined
 def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
-    """The `Fault` of the contact at which a run has just ended."""
+    """Return the `Fault` of the contact at which a run has just ended."""
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     met = measure_pair(run.states, contact, plan.layout.time_step, other, outlines, True, run.end[1])
     return fault_of(
@@ -224,7 +227,7 @@ def _fault(plan: Plan, run: Run, outlines: Floats) -> int:
 
 @inlined
 def _carry_on(plan: Plan, run: Run, path: Floats, driver: Driver) -> int:
-    """Carry a run that ended at contact on without it, for as long as drives are followed; to which sample."""
+    """Continue a run after its contact, for as long as drives are followed; return the last sample."""
     contact = int(run.status[Status.SAMPLE])
     end = min(contact + _following(run.states, contact, plan.layout.time_step, driver), len(path) - 1)
     advance(plan, run, end, run.status[Status.END] == RUNNING)
@@ -235,7 +238,7 @@ def _carry_on(plan: Plan, run: Run, path: Floats, driver: Driver) -> int:
 
 @inlined
 def _following(states: Floats, contact: int, time_step: float, driver: Driver) -> int:
-    """For how many samples after contact a case is followed: until the driver stands, whenever it begins to brake."""
+    """Return the number of samples after contact until the driver has stopped, whenever braking begins."""
     fastest = 0.0
     for k in range(contact):
         fastest = max(fastest, abs(states[k, 0, State.SPEED]))
@@ -245,7 +248,7 @@ def _following(states: Floats, contact: int, time_step: float, driver: Driver) -
 
 @inlined
 def in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
-    """The reference driver with the brakes and the tyres of the ego, whose full brakes take a time to build up."""
+    """Return the reference driver with brakes and tyres of the ego, including the build-up time of its pedal."""
     vehicle, build_up = vehicle_of(plan, run, 0), column_of(plan, run, 0, Column.PEDAL_TIME)
     on_foot = plan.kinds[0] == ActorKind.PEDESTRIAN
     hardest = vehicle.max_braking if on_foot else min(vehicle.max_braking, vehicle.grip)
@@ -256,7 +259,7 @@ def in_its_car(plan: Plan, run: Run, driver: Driver) -> Driver:
 
 @inlined
 def _sees(driver: Driver, reach: float) -> Driver:
-    """The same driver, who sees no farther than this [m]."""
+    """Return the same driver with a distance of sight of at most `reach` [m]."""
     return Driver(
         driver.perception, driver.reaction, driver.deceleration, driver.ramp, driver.horizon, driver.alarming, reach
     )
@@ -264,7 +267,7 @@ def _sees(driver: Driver, reach: float) -> Driver:
 
 @inlined
 def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
-    """The same driver with other brakes [m/s^2, s]."""
+    """Return the same driver with other brakes [m/s^2] and ramp [s]."""
     return Driver(driver.perception, driver.reaction, braking, ramp, driver.horizon, driver.alarming, driver.reach)
 
 
@@ -273,7 +276,7 @@ def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
 
 @kernel
 def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) -> Braked:
-    """Drive a case as it was up to the sample `braking`, then brake along the path to the end of what is followed."""
+    """Drive a case as recorded up to the sample `braking`, then brake along the path up to `again.until`."""
     case, contact, outlines, path = again.case, again.contact, again.outlines, again.path
     begin(plan, run, case.variant, case.values, case.key, case.actions)
     scored = run.status[Status.END] == RUNNING
@@ -303,7 +306,7 @@ def _drive(plan: Plan, run: Run, again: Replayed, braking: int, driver: Driver) 
 
 @inlined
 def pressed(driver: Driver, time: float) -> float:
-    """How hard the driver brakes so long after the first touch of the pedal [m/s^2]."""
+    """Return the driver's deceleration `time` [s] after the first touch of the pedal [m/s^2]."""
     return driver.deceleration * (min(1.0, time / driver.ramp) if driver.ramp > 0.0 else 1.0)
 
 
@@ -318,7 +321,7 @@ def put(states: Floats, sample: int, pose: Box, speed: float) -> None:
 
 @inlined
 def _touches(states: Floats, k: int, outlines: Floats) -> bool:
-    """Whether the ego touches anybody in the step after sample k."""
+    """Return True if the ego touches any actor in the step after sample k."""
     touched = False
     for other in range(1, states.shape[1]):
         if states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0:
@@ -330,7 +333,7 @@ def _touches(states: Floats, k: int, outlines: Floats) -> bool:
 
 @kernel
 def _latest(plan: Plan, run: Run, again: Replayed, braking: int, avoided: bool, driver: Driver) -> int:
-    """How long braking may wait, or which other moment would have been the right one; see `ReferenceDrive.latest`."""
+    """Return the last or nearest sample at which braking avoids contact; see `ReferenceDrive.latest`."""
     if avoided:
         for k in range(braking + 1, again.contact):
             if _drive(plan, run, again, k, driver).touched:

@@ -1,10 +1,11 @@
-"""The interpreter of step code: one turn of an actor or monitor, or one look at a rule, at the current sample.
+"""The interpreter of step code: a turn of an actor or monitor, or the evaluation of a rule, at the current sample.
 
-Behaviours are coroutines made of blocks. A block is a stretch of code with a resume row of its own, -1 while it is not
-running; `YIELD` ends the turn and notes where its block goes on. A `try` is a row that each turn comes back to: it
-asks its handlers, last one first, whether they are running or should start, and resumes the first that is, else the
-body. Nothing here sees the effect of what another actor does in the same sample: states are those of the sample,
-commands take effect in the step that follows. Instructions that read about other actors are in `kernels.senses`.
+Behaviours are coroutines made of blocks. A block is a stretch of code with its own resume row, -1 while it is not
+running; `YIELD` ends the turn and stores the row at which its block continues. A `try` is a row to which each turn
+returns: it tests its handlers from last to first, whether they are running or should start, and resumes the first such
+handler, else the body. Nothing here sees the effect of another actor's action in the same sample: states are those of
+the sample, commands take effect in the following step. Instructions that read about other actors are in
+`kernels.senses`.
 """
 
 import math
@@ -36,9 +37,9 @@ from engine.vocabulary import ActorKind, Column, Command, State
 # -- the interpreter ---------------------------------------------------------------------------------------------------
 
 END_OF_ROAD = 0.01
-"""A path ends with the road where there is road so far before its end, and none so far behind it [m]."""
+"""Distance before and after a path's end [m]: the road ends there if only the first point is on the road."""
 YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET, UNDEFINED = range(6)
-"""How a turn ended; `UNDEFINED`: at a condition that is NaN."""
+"""End of a turn; `UNDEFINED`: at a condition that is NaN."""
 COMMANDED = tuple(
     int(column)
     for column in (
@@ -56,7 +57,7 @@ COMMANDED = tuple(
 
 
 class Turn(NamedTuple):
-    """How a turn ended, and for a rule its number, out of budget the row."""
+    """End of a turn, with the number of a rule, or the row if the budget is exhausted."""
 
     signal: int
     detail: int
@@ -64,7 +65,7 @@ class Turn(NamedTuple):
 
 @inlined
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
-    """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
+    """Run step code from a row until the turn is over. Inlined into its caller: call it in one place.
 
     `actor` is the actor whose turn it is; it has no meaning for rules and monitors, whose code sets no commands.
     """
@@ -148,15 +149,15 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         else:
             signal = SEGMENT_ENDED
             break
-    if signal == OUT_OF_BUDGET and run.status[Status.ARRIVALS] > 1:  # at the end of a way, round and round
+    if signal == OUT_OF_BUDGET and run.status[Status.ARRIVALS] > 1:  # it arrives at the end of a path again and again
         signal = HALTED
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 
 @inlined
 def _now(run: Run) -> int:
-    """The current sample. Instructions read it from memory, and whose turn it is: of variables the compiler would work
-    out before each turn all that any instruction might make of them.
+    """Return the current sample. Instructions read it, and the actor of the turn, from memory: for variables the
+    compiler would compute before each turn everything that any instruction might derive from them.
     """
     return int(run.status[Status.SAMPLE])
 
@@ -204,8 +205,8 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
 
 @inlined
 def _arrives(plan: Plan, run: Run, sample: int, actor: int, path: int, left: float) -> bool:
-    """Whether an actor whose rear axle has so far to go [m] has come to the end of its path: with its centre, or, where
-    the road ends too, so near that its outline would pass the end before its next turn.
+    """Return True if an actor whose rear axle has `left` [m] to go has reached the end of its path: its centre reaches
+    it, or, if the road ends there, its outline would pass it before the next turn.
     """
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     if left <= to_center:
@@ -220,7 +221,7 @@ def _arrives(plan: Plan, run: Run, sample: int, actor: int, path: int, left: flo
 
 @kernel
 def _passes_end(plan: Plan, run: Run, sample: int, actor: int, path: int, left: float) -> bool:
-    """Whether a path ends with the road, and an outline whose rear axle has so far to go reaches beyond."""
+    """Return True if a path ends with the road and the outline, with `left` [m] to go, extends past it."""
     end = path_pose(plan.road, path, plan.road.path_length[path])
     cos, sin = math.cos(end.heading), math.sin(end.heading)
     inside = region_contains(plan.road, ROAD_REGION, end.x - END_OF_ROAD * cos, end.y - END_OF_ROAD * sin)

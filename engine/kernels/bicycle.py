@@ -1,4 +1,4 @@
-"""How a body moves in one step: the kinematic bicycle at its rear axle, the pedestrian, the obstacle.
+"""Motion of a body in a step: the kinematic bicycle at its rear axle, the pedestrian, the obstacle.
 
 The bicycle, with (x, y) the middle of the rear axle, v its speed, psi the heading, delta the steering angle, L the
 wheelbase (Rajamani, "Vehicle Dynamics and Control", 2nd ed., section 2.2; Althoff et al. 2017, model KS):
@@ -10,11 +10,11 @@ A step of length h takes speed and steering at its middle and drives the circula
     ds = (v + a h / 2) h          dpsi = ds tan(delta + delta' h / 2) / L
     (x, y) += ds sinc(dpsi / 2) (cos, sin)(psi + dpsi / 2)
 
-which is of second order in h and exact for constant steering, whatever the speed does. Under brake a vehicle stops
-at v = 0 and goes no further. What tyres cannot hold is not driven, see `within_grip`.
+which is of second order in h and exact for constant steering, with any change of speed. Under brake a vehicle stops at
+v = 0. Demands beyond the grip of the tyres are reduced, see `within_grip`.
 
-Backwards the same equations hold with v < 0. They are those of a vehicle that faces the other way and steers to the
-other side, so `drive` is only asked for speeds from 0 on; see `rollout`.
+In reverse the same equations hold with v < 0. They are those of a vehicle that faces the other way and steers to the
+other side, so `drive` is only called for speeds >= 0; see `rollout`.
 """
 
 import math
@@ -31,7 +31,7 @@ SERIES = tuple((-1.0) ** (n // 2) / math.factorial(n) for n in range(12))
 
 
 class Vehicle(NamedTuple):
-    """What a body can do."""
+    """Capabilities of a body."""
 
     wheelbase: float
     """L [m]"""
@@ -50,15 +50,15 @@ class Vehicle(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where a body is and how it moves."""
+    """Pose and motion of a body."""
 
     x: float
     """Middle of the rear axle [m]."""
     y: float
     heading: float
-    """Not wrapped [rad]."""
+    """Heading, not wrapped [rad]."""
     cos: float
-    """Of the heading; carried along, as every step and every follower needs them."""
+    """Cosine of the heading; stored, because every step and every follower needs it."""
     sin: float
     speed: float
     """[m/s]"""
@@ -67,14 +67,14 @@ class Motion(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What the driver wants of one step: longitudinal acceleration [m/s^2] and steering angle [rad]."""
+    """Demand of the driver in a step: longitudinal acceleration [m/s^2] and steering angle [rad]."""
 
     acceleration: float
     steer: float
 
 
 class Grip(NamedTuple):
-    """What the tyres hold of a demand: acceleration [m/s^2] and curvature [1/m]."""
+    """The part of a demand that the tyres can hold: acceleration [m/s^2] and curvature [1/m]."""
 
     acceleration: float
     curvature: float
@@ -82,7 +82,7 @@ class Grip(NamedTuple):
 
 @inlined
 def clip(value: float, low: float, high: float) -> float:
-    """`value` brought into [low, high]; NaN stays NaN, so that a broken number is never hidden."""
+    """Return `value` limited to [low, high]; NaN stays NaN, so that a broken number is never hidden."""
     if value < low:
         return low
     if value > high:
@@ -92,7 +92,7 @@ def clip(value: float, low: float, high: float) -> float:
 
 @inlined
 def powered(acceleration: float, speed: float, top_speed: float, time_step: float) -> float:
-    """The acceleration, cut so that no throttle drives beyond the top speed."""
+    """Return the acceleration, limited so that the speed does not exceed the top speed [m/s^2]."""
     if not acceleration > 0.0:
         return acceleration
     headroom = max(top_speed - speed, 0.0) / time_step
@@ -101,10 +101,11 @@ def powered(acceleration: float, speed: float, top_speed: float, time_step: floa
 
 @inlined
 def within_grip(acceleration: float, curvature: float, speed: float, grip: float, time_step: float) -> Grip:
-    """The demand, shortened until the tyres hold it; both laws hold at the middle of the step.
+    """Return the demand, reduced to the grip of the tyres; both laws hold at the middle of the step.
 
     First |yaw rate| <= mu g / v, that is |curvature| v^2 <= mu g: an actor too fast for a bend runs wide. Then the
-    friction circle, sqrt(a_lon^2 + a_lat^2) <= mu g: both parts shrink by one factor, so one can still brake in a bend.
+    friction circle, sqrt(a_lon^2 + a_lat^2) <= mu g: both parts shrink by the same factor, so braking in a bend is
+    possible.
     """
     # The fastest that the middle of the step may be: shortening an acceleration can only slow it down from there.
     speed = max(speed, speed + 0.5 * acceleration * time_step)
@@ -123,7 +124,7 @@ def within_grip(acceleration: float, curvature: float, speed: float, grip: float
 
 @inlined
 def small_turn(angle: float) -> tuple[float, float, float]:
-    """sin(x) / x, sin(x) and cos(x) of a turn within one step; by their series where it is small, as nearly always."""
+    """Return sin(x) / x, sin(x) and cos(x) of a turn within a step; by series if it is small, as nearly always."""
     if abs(angle) > 0.25:
         sin = math.sin(angle)
         return sin / angle, sin, math.cos(angle)
@@ -135,7 +136,7 @@ def small_turn(angle: float) -> tuple[float, float, float]:
 
 @inlined
 def travelled(speed: float, acceleration: float, time_step: float) -> tuple[float, float]:
-    """Way driven in a step and speed at its end; braking ends where the speed reaches zero."""
+    """Return the distance driven in a step [m] and the speed at its end [m/s]; braking ends at zero speed."""
     end_speed = speed + acceleration * time_step
     if end_speed < 0.0:
         return -0.5 * speed * speed / acceleration, 0.0
@@ -144,7 +145,7 @@ def travelled(speed: float, acceleration: float, time_step: float) -> tuple[floa
 
 @inlined
 def drive(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) -> Motion:
-    """One step of a vehicle with wheels."""
+    """Return the motion of a vehicle with wheels after a step."""
     turn = vehicle.steer_rate * time_step
     target = clip(demand.steer, -vehicle.max_steer, vehicle.max_steer)
     steer = clip(target, motion.steer - turn, motion.steer + turn)
@@ -168,7 +169,7 @@ def drive(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) ->
 
 @inlined
 def walk(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) -> Motion:
-    """One step of a pedestrian: a point that turns at once by the demanded angle and then goes straight on."""
+    """Return the motion of a pedestrian after a step: a point that turns at once by the demanded angle."""
     acceleration = powered(demand.acceleration, motion.speed, vehicle.max_speed, time_step)
     way, speed = travelled(motion.speed, acceleration, time_step)
     heading = motion.heading + demand.steer
@@ -178,5 +179,5 @@ def walk(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) -> 
 
 @inlined
 def stand(motion: Motion) -> Motion:
-    """One step of an obstacle."""
+    """Return the motion of an obstacle after a step: it stands."""
     return Motion(motion.x, motion.y, motion.heading, motion.cos, motion.sin, 0.0, 0.0)

@@ -26,7 +26,7 @@ def text_digest(kernels: Path = KERNELS) -> str:
 
 
 def syntax_digest(kernels: Path = KERNELS) -> str:
-    """Return the digest of what the sources mean: no comment, docstring, line number or layout changes it."""
+    """Return the digest of the sources' meaning: no comment, docstring, line number or layout changes it."""
     trees = ((name, _described(ast.parse(path.read_bytes()))) for name, path in _sources(kernels))
     return _digest((name, repr(tree).encode()) for name, tree in trees)
 
@@ -46,7 +46,7 @@ def _digest(parts: Iterable[tuple[str, bytes]]) -> str:
 def _described(value: object) -> object:
     """Return a syntax tree as tuples. Empty fields are left out, so that all versions of Python give the same.
 
-    A statement that is a string, such as a docstring, has no effect and is left out too.
+    A statement that consists of a string, such as a docstring, has no effect and is left out too.
     """
     match value:
         case ast.AST():

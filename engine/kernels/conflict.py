@@ -1,7 +1,7 @@
-"""Surrogate measures of safety of one pair beside those of `pair`: TTC, DRAC, THW, time gap, PET.
+"""Surrogate measures of safety of a pair in addition to those of `pair`: TTC, DRAC, THW, time gap, PET.
 
 "TTC" alone is not one number: the same left turn has 4.25 s, 4.06 s, 1.96 s or infinity under four usual definitions.
-Each function says which one it is. Infinity means that the danger measured is not there.
+Each function names its definition. Infinity means that the measured danger does not exist.
 """
 
 import math
@@ -22,7 +22,7 @@ MAX_SHIFTS = 10_000
 
 
 class Snapshot(NamedTuple):
-    """One pair at an instant: the outlines and their centres' velocities."""
+    """A pair at an instant: the outlines and their centres' velocities."""
 
     ego: Box
     other: Box
@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
 def snapshot(
     states: Floats, samples: int, k: int, part: float, time_step: float, other: int, outlines: Floats
 ) -> Snapshot:
-    """The pair at sample k, or a part (0..1) of a step later, in between linearly; arrays as in `measure_pair`."""
+    """Return the pair at sample k plus a part (0..1) of a step, interpolated linearly; arrays as in `measure_pair`."""
     after = min(k + 1, samples - 1)
     return Snapshot(
         outline_between(states, k, after, part, 0, outlines),
@@ -55,17 +55,17 @@ def _rate_between(
 
 @kernel
 def relative_speed(now: Snapshot) -> float:
-    """Magnitude of the difference of the centres' velocities [m/s]."""
+    """Return the magnitude of the difference of the centres' velocities [m/s]."""
     return math.hypot(now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y)
 
 
 @kernel
 def time_to_collision(now: Snapshot) -> float:
-    """TTC [s]: when the outlines would touch if both kept velocity and heading; infinity if never, 0 on overlap.
+    """Return TTC [s]: time until contact at constant velocities and headings; infinity if never, 0 on overlap.
 
     Hayward (1972), "Near-miss determination through use of a scale of danger", Highway Research Record 384, with
     outlines in the plane as in Laureshyn, Svensson & Hyden (2010), Accid. Anal. Prev. 42(6). Exact: rectangles that
-    only translate overlap while their shadows do on all four of their axes.
+    only translate overlap while their projections do on all four of their axes.
     """
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
@@ -85,8 +85,8 @@ def time_to_collision(now: Snapshot) -> float:
 
 @inlined
 def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
-    """From when to when |position + speed t| <= reach; an interval that starts at infinity is empty. A speed that may
-    be rounding noise is none.
+    """Return the begin and end of |position + speed t| <= reach; an interval that begins at infinity is empty. A speed
+    that may be rounding noise counts as 0.
     """
     if abs(speed) <= NOISE_FLOOR:
         return (-math.inf, math.inf) if abs(position) <= reach else (math.inf, -math.inf)
@@ -96,22 +96,22 @@ def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
 
 @inlined
 def shadow(box: Box, nx: float, ny: float) -> float:
-    """Half the length of an outline's shadow on a direction [m]."""
+    """Return half the length of an outline's projection on a direction [m]."""
     return _shadow(box, math.cos(box.heading), math.sin(box.heading), nx, ny)
 
 
 @inlined
 def _shadow(box: Box, cos: float, sin: float, nx: float, ny: float) -> float:
-    """The same, by the direction of the outline's heading."""
+    """Return the same as `shadow`, from cosine and sine of the outline's heading."""
     return 0.5 * (box.length * abs(cos * nx + sin * ny) + box.width * abs(cos * ny - sin * nx))
 
 
 @kernel
 def required_deceleration(now: Snapshot) -> float:
-    """DRAC [m/s^2]: deceleration that ends the relative motion on the way that is left before contact; 0 if none is.
+    """Return DRAC [m/s^2]: deceleration that ends the relative motion before contact; 0 without a collision course.
 
-    On the collision course that `time_to_collision` assumes, that way is |v| TTC, hence |v|^2 / (2 |v| TTC). For one
-    car behind another this is the (v2 - v1)^2 / (2 gap) of Cooper & Ferguson (1976), "Traffic studies at
+    On the collision course that `time_to_collision` assumes, the distance left is |v| TTC, hence |v|^2 / (2 |v| TTC).
+    For one car behind another this is the (v2 - v1)^2 / (2 gap) of Cooper & Ferguson (1976), "Traffic studies at
     T-junctions", Traffic Engineering & Control 17(7). Infinite on contact.
     """
     ttc = time_to_collision(now)
@@ -121,21 +121,21 @@ def required_deceleration(now: Snapshot) -> float:
 
 
 class Lead(NamedTuple):
-    """The other as seen by one who follows it."""
+    """The other actor as leader of the ego."""
 
     follows: bool
-    """Whether the other leads; else the rest means nothing."""
+    """True if the ego follows the other; else the other fields have no meaning."""
     ahead: float
-    """From centre to centre along the ego's heading [m]."""
+    """Distance from centre to centre along the ego's heading [m]."""
     reach: float
-    """Half the length of the other's shadow on that heading [m]."""
+    """Half the length of the other's projection on that heading [m]."""
     speed: float
-    """Of the ego, along its heading [m/s]; positive."""
+    """Speed of the ego along its heading [m/s]; positive."""
 
 
 @inlined
 def _lead(now: Snapshot) -> Lead:
-    """The other leads when it is ahead, heads the same way but for 45 degrees, and reaches into the strip that the
+    """Return the other as leader: it is ahead, heads the same way within 45 degrees, and overlaps the strip that the
     ego's width sweeps straight ahead, while the ego moves.
     """
     cos, sin = math.cos(now.ego.heading), math.sin(now.ego.heading)
@@ -150,7 +150,7 @@ def _lead(now: Snapshot) -> Lead:
 
 @kernel
 def time_headway(now: Snapshot) -> float:
-    """THW [s]: time until the ego's front is where the other's front is now, if the other leads; else infinity.
+    """Return THW [s]: time until the ego's front reaches the other's present front, if the other leads; else infinity.
 
     Vogel (2003), "A comparison of headway and time to collision as safety indicators", Accid. Anal. Prev. 35(3). The
     leader's length counts; `time_gap` leaves it out.
@@ -161,9 +161,10 @@ def time_headway(now: Snapshot) -> float:
 
 @kernel
 def time_gap(now: Snapshot) -> float:
-    """Time gap [s]: time until the ego's front is where the other's rear is now, if the other leads; else infinity.
+    """Return the time [s] until the ego's front reaches the other's present rear, if the other leads; else infinity.
 
-    SAE J2944 (2015), "Operational definitions of driving performance measures and statistics", tells it from headway.
+    SAE J2944 (2015), "Operational definitions of driving performance measures and statistics", distinguishes it from
+    headway.
     """
     lead = _lead(now)
     return max(0.0, lead.ahead - lead.reach - 0.5 * now.ego.length) / lead.speed if lead.follows else math.inf
@@ -171,14 +172,14 @@ def time_gap(now: Snapshot) -> float:
 
 @kernel
 def post_encroachment_time(states: Floats, together: int, time_step: float, other: int, outlines: Floats) -> float:
-    """PET [s]: the least time between the one's being at a place and the other's being there; infinity if no place
-    is shared. Positive when the ego was there first, negative when the other was, 0 on contact.
+    """Return PET [s]: the least time between the presence of both at a place; infinity if they share no place. Positive
+    if the ego was there first, negative if the other was, 0 on contact.
 
     Allen, Shin & Cooper (1978), "Analysis of traffic conflicts and collisions", Transportation Research Record 667,
-    define it for a given conflict area. Here the area is every place that both outlines cover: PET is the shift of
-    one motion in time, least in magnitude, by which the two would have touched. It is found by conservative
-    advancement of that shift: by a shift of t nobody comes nearer than (top speed) t. Of two equal ones the positive
-    counts. Arrays as in `measure_pair`; the first `together` samples count.
+    define it for a given conflict area. Here the area is every place that both outlines cover: PET is the shift of one
+    motion in time, least in magnitude, by which the two would have touched. It is found by conservative advancement of
+    that shift: a shift of t reduces the distance by at most (top speed) t. Of two equal shifts the positive counts.
+    Arrays as in `measure_pair`; the first `together` samples count.
     """
     longest = (together - 1) * time_step
     ego_first = _least_shift(states, together, time_step, 0, other, outlines, longest)
@@ -190,7 +191,9 @@ def post_encroachment_time(states: Floats, together: int, time_step: float, othe
 def _least_shift(
     states: Floats, together: int, time_step: float, first: int, second: int, outlines: Floats, longest: float
 ) -> float:
-    """The least shift [s], up to `longest`, after which `second` would touch where `first` has been."""
+    """Return the least shift [s], up to `longest`, at which `second` touches the earlier place of `first`; else
+    infinity.
+    """
     speed = _top_speed(states, together, time_step, second, outlines)
     shift = 0.0
     for _ in range(MAX_SHIFTS):
@@ -205,7 +208,7 @@ def _least_shift(
 
 @kernel
 def _top_speed(states: Floats, together: int, time_step: float, actor: int, outlines: Floats) -> float:
-    """The most that any point of an outline moves in a step, as a speed [m/s]."""
+    """Return the largest motion of any point of an outline in a step, as a speed [m/s]."""
     radius = 0.5 * math.hypot(outlines[actor, 0], outlines[actor, 1])
     top = 0.0
     for k in range(together - 1):
@@ -218,9 +221,9 @@ def _top_speed(states: Floats, together: int, time_step: float, actor: int, outl
 
 @kernel
 def _distance_shifted(states: Floats, together: int, first: int, second: int, outlines: Floats, shift: float) -> float:
-    """Least distance [m] between `first` and where `second` is `shift` steps later, over all times that both have.
+    """Return the least distance [m] between `first` and `second` `shift` steps later, over all their common times.
 
-    Shifted, a step of the one spans the end of one step and the start of the next of the other, so it is cut there.
+    A shifted step of `second` spans parts of two steps of `first`, so it is cut there.
     """
     whole = math.floor(shift)
     part = shift - whole
@@ -238,5 +241,5 @@ def _distance_shifted(states: Floats, together: int, first: int, second: int, ou
 
 @inlined
 def _at(states: Floats, k: int, part: float, actor: int, outlines: Floats) -> Box:
-    """An outline a part of a step after sample k, which is not the last."""
+    """Return an outline at a part of a step after sample k, which is not the last sample."""
     return outline_between(states, k, k + 1, part, actor, outlines)

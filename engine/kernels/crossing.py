@@ -1,15 +1,15 @@
-"""Where the ways of two actors cross, and when each of them is there: what drivers of the library foresee of others.
+"""Area of conflict of two actors' ways, and the times at which each is in it, as foreseen by drivers of the library.
 
-The way of an actor is the path that its driver follows (its indicator tells which), else the default route of the lane
-that it is in, else straight on as it moves. Along its way its outline sweeps a strip. The area of conflict is where my
-outline, going on along my way, reaches into the strip that is still before the other; the other has one of its own,
-where its outline reaches into mine. Both are searched for along the ways: outlines keep to the ways with their rear
-axles, as vehicles do, and count as touching from `CLEARANCE` on. Allen, Shin and Cooper (1978), "Analysis of traffic
-conflicts and collisions", Transportation Research Record 667, look at the same area, in what has been driven.
+The way of an actor is the path that its driver follows (its indicator reveals it), else the default route of its lane,
+else a straight line in its direction of motion. Along its way its outline sweeps a strip. The area of conflict is the
+part of my way at which my outline overlaps the strip ahead of the other; the other has its own area, where its outline
+overlaps my strip. Both are searched for along the ways: outlines follow the ways with their rear axles, as vehicles do,
+and count as touching from `CLEARANCE` on. Allen, Shin and Cooper (1978), "Analysis of traffic conflicts and
+collisions", Transportation Research Record 667, use the same area, for recorded motion.
 
-Times follow from speeds along the ways, which nobody goes faster than its bends allow (`kernels.steering`): mine with
-my acceleration up to my target speed; the other's at its present speed, and, at the earliest, with an acceleration of
-its own. Who goes faster through a bend than is comfortable is taken to go on like that.
+Times follow from speeds along the ways, limited by their bends (`kernels.steering`): mine with my acceleration up to my
+target speed; the other's at its present speed and, for the earliest time, with an acceleration. An actor that exceeds
+the comfortable speed of a bend is assumed to continue to do so.
 """
 
 import math
@@ -28,68 +28,68 @@ from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, Column, State
 
 CLEARANCE = 0.2
-"""Outlines nearer than this count as touching [m]; *ours*: more than a path follower is off its path."""
+"""Distance below which outlines count as touching [m]; a choice of cortexc: more than a path follower deviates."""
 REACH = 120.0
-"""How far along the ways is looked [m]; *ours*: what braking from 130 km/h takes."""
+"""Length of the ways that is searched [m]; a choice of cortexc: the braking distance from 130 km/h."""
 BESIDE = 1.25
-"""Who is farther from the middle of a way [m] …"""
+"""Distance from the centre line of a path beyond which an actor does not follow it [m]."""
 ASKEW = math.pi / 4.0
-"""… or heads off it by more does not follow it [rad]; *ours*."""
+"""Angle to the path beyond which an actor does not follow it [rad]; a choice of cortexc."""
 BACK = 3.0
-"""Who is in the area looks for a way out of it backwards so far [m]; *ours*: less than a car."""
+"""Distance that an actor in the area searches backwards for an exit [m]; a choice of cortexc: less than a car."""
 INSIDE_STEP = 1.0
-"""Of the search for the end of the area [m], for its beginning at least half of it."""
+"""Step of the search for the end of the area [m]; for its beginning at least half of it."""
 HALVINGS = 6
 TIME_STEP = 1.5
-"""Part of a way that is gone through at a time when times are added up [m]."""
+"""Length of the parts of a way by which times are summed [m]."""
 BEND = 3.0
 """Lateral acceleration in bends, and deceleration before them: those of the library's drivers [m/s^2]."""
 CREEPING = 0.05
-"""Who is slower stands [m/s]."""
+"""Speed below which an actor stands [m/s]."""
 
 
 class Foresight(NamedTuple):
-    """How a driver looks at another: what `Op.CROSSING` is given."""
+    """Perception and plan of a driver: the input of `Op.CROSSING`."""
 
     path: int
-    """My path, or -1: the way that I am on."""
+    """My path, or -1: the way on which I am."""
     reach: float
-    """How far I see [m] …"""
+    """Distance of my sight [m]."""
     angle: float
-    """… and in which sector about my heading [rad]."""
+    """Angle of my sector of sight, symmetric about my heading [rad]."""
     latency: float
-    """How old what I see is, of myself too [s]."""
+    """Age of all that I perceive, my own state included [s]."""
     target: float
-    """Speed that I am to go at [m/s] …"""
+    """My target speed [m/s]."""
     acceleration: float
-    """… and how I get there [m/s^2]."""
+    """My acceleration towards it [m/s^2]."""
     theirs: float
-    """Acceleration of the other's that I reckon with [m/s^2]."""
+    """Acceleration of the other that I assume [m/s^2]."""
 
 
 class Crossing(NamedTuple):
-    """One actor and another; infinite where there is no area, or no end of it, as where two ways become one."""
+    """Areas and times of an actor and another; infinite without an area, or without its end, as for merging ways."""
 
     enter: float
-    """How far I have to go until my outline is in the area; 0 inside [m] …"""
+    """Distance until my outline enters the area; 0 inside [m]."""
     leave: float
-    """… until it is out again."""
+    """Distance until my outline leaves the area [m]."""
     arrives: float
-    """When I am in it [s] …"""
+    """Time at which I enter it [s]."""
     clears: float
-    """… and out of it."""
+    """Time at which I leave it [s]."""
     their_enter: float
     their_leave: float
     earliest: float
-    """When the other is in it at the earliest [s], …"""
+    """Earliest time at which the other enters its area [s]."""
     their_arrival: float
-    """… when at its present speed, …"""
+    """Time at which the other enters it at its present speed [s]."""
     their_clearing: float
-    """… and when it is out again."""
+    """Time at which the other leaves it at its present speed [s]."""
     along: float
-    """Cosine of the other's heading against that of my way beside it: 1 of who goes my way."""
+    """Cosine of the angle between the other's heading and my way near it: 1 if it goes my way."""
     back: float
-    """How far back I would be out of the area: 0 outside, infinite where that is more than `BACK` [m]."""
+    """Distance backwards to the outside of the area [m]: 0 outside, infinite if more than `BACK`."""
 
 
 class Way(NamedTuple):
@@ -101,20 +101,20 @@ class Way(NamedTuple):
     """Arc length of the rear axle; on a straight line that of the outline's centre, 0 [m]."""
     end: float
     offset: float
-    """How far left of it the actor goes [m]."""
+    """Offset of the actor to the left of its way [m]."""
     x: float
     y: float
     heading: float
     length: float
     width: float
     to_center: float
-    """From the place that is on the way to the outline's centre [m]."""
+    """Distance from the point on the way to the outline's centre [m]."""
     speed: float
 
 
 @kernel
 def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Foresight) -> Crossing:
-    """Where the ways of two actors cross, and when they are there; nothing of one that is absent or not seen."""
+    """Return the areas and times of two actors; `_nothing()` if either is absent or not seen."""
     seen = sample - math.floor(look.latency / plan.layout.time_step + 0.5)
     states = run.states
     if seen < 0 or states[seen, me, State.PRESENT] == 0.0 or states[seen, other, State.PRESENT] == 0.0:
@@ -143,7 +143,7 @@ def crossing(plan: Plan, run: Run, sample: int, me: int, other: int, look: Fores
 
 @deferred()
 def foresee(plan: Plan, run: Run, sample: int, row: int) -> None:
-    """`Op.CROSSING`, at a row of step code."""
+    """Execute `Op.CROSSING` at a row of step code."""
     code, registers = plan.code, run.registers
     at = registers[int(code[row, 4]) :]
     look = Foresight(int(at[0]), at[1], at[2], at[3], at[4], at[5], at[6])
@@ -165,7 +165,7 @@ def _nothing() -> Crossing:
 
 @kernel
 def _way(plan: Plan, run: Run, sample: int, actor: int, path: int) -> Way:
-    """The way of an actor that takes part; `path`: the one that it surely goes, or -1."""
+    """Return the way of a present actor; `path` is its known path, or -1."""
     box = outline_of(plan, run, sample, actor)
     speed = run.states[sample, actor, State.SPEED]
     if run.states[sample, actor, State.PRESENT] == SLIDING:
@@ -189,7 +189,7 @@ def _way(plan: Plan, run: Run, sample: int, actor: int, path: int) -> Way:
 
 @inlined
 def _along(plan: Plan, run: Run, box: Box, actor: int, path: int, speed: float) -> Way:
-    """The way of an actor along a path."""
+    """Return the way of an actor along a path."""
     first, last = int(plan.road.path_start[path]), int(plan.road.path_start[path + 1])
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     x, y = box.x - to_center * math.cos(box.heading), box.y - to_center * math.sin(box.heading)
@@ -204,7 +204,9 @@ def _along(plan: Plan, run: Run, box: Box, actor: int, path: int, speed: float) 
 
 @inlined
 def _straight(plan: Plan, box: Box, heading: float, speed: float) -> Way:
-    """Straight on from where an outline is; what moves aslant sweeps as wide a strip as its outline casts a shadow."""
+    """Return the straight way from an outline's place; an outline that moves obliquely sweeps the width of its
+    projection.
+    """
     length = 2.0 * shadow(box, math.cos(heading), math.sin(heading))
     width = 2.0 * shadow(box, -math.sin(heading), math.cos(heading))
     row = int(plan.road.path_start[0])
@@ -213,14 +215,14 @@ def _straight(plan: Plan, box: Box, heading: float, speed: float) -> Way:
 
 @inlined
 def _is_on(primitives: Floats, way: Way) -> bool:
-    """Whether who is beside a path follows it."""
+    """Return True if an actor near a path follows it."""
     turn = shortest_turn(chain_pose(primitives, way.first, way.last, way.start).heading, way.heading)
     return abs(way.offset) < BESIDE and abs(turn) < ASKEW
 
 
 @kernel
 def _outline(primitives: Floats, way: Way, s: float) -> Box:
-    """The outline at an arc length of its way."""
+    """Return the outline at an arc length of its way."""
     x, y, heading = way.x + s * math.cos(way.heading), way.y + s * math.sin(way.heading), way.heading
     if way.last > way.first:
         pose = chain_pose(primitives, way.first, way.last, s)
@@ -232,7 +234,7 @@ def _outline(primitives: Floats, way: Way, s: float) -> Box:
 
 @inlined
 def _foot_heading(primitives: Floats, way: Way, x: float, y: float) -> float:
-    """The heading of a way beside a place."""
+    """Return the heading of a way at the point nearest to (x, y)."""
     if way.last == way.first:
         return way.heading
     s, _ = chain_project(primitives, way.first, way.last, x, y)
@@ -241,7 +243,7 @@ def _foot_heading(primitives: Floats, way: Way, x: float, y: float) -> float:
 
 @kernel
 def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
-    """How far the outline at an arc length of its way is from the strip before the other [m]; negative inside."""
+    """Return the distance of the outline at an arc length from the strip ahead of the other [m]; negative inside."""
     box = _outline(primitives, way, s)
     x, y, heading, foot, end = other.x, other.y, other.heading, 0.0, math.inf
     if other.last > other.first:
@@ -260,7 +262,7 @@ def _apart(primitives: Floats, way: Way, s: float, other: Way) -> float:
 
 @kernel
 def _stretch(primitives: Floats, way: Way, other: Way) -> tuple[float, float]:
-    """From where to where along a way its outline is in what lies before the other, from where it is now [m]."""
+    """Return the distances along a way at which its outline enters and leaves the strip ahead of the other [m]."""
     end = min(way.end, way.start + REACH)
     before, s = way.start, way.start
     apart = _apart(primitives, way, s, other)
@@ -280,7 +282,7 @@ def _stretch(primitives: Floats, way: Way, other: Way) -> tuple[float, float]:
 
 @inlined
 def _way_back(primitives: Floats, way: Way, other: Way) -> float:
-    """How far back along its way an outline that is in the area would be out of it [m]."""
+    """Return the distance backwards along its way at which an outline in the area is out of it [m]."""
     behind = way.start - BACK if way.last == way.first else max(way.start - BACK, 0.0)
     if _apart(primitives, way, behind, other) < 0.0:
         return math.inf
@@ -289,7 +291,7 @@ def _way_back(primitives: Floats, way: Way, other: Way) -> float:
 
 @inlined
 def _border(primitives: Floats, way: Way, other: Way, outside: float, inside: float) -> float:
-    """Where the area begins or ends; on its outer side."""
+    """Return the arc length of the area's begin or end [m], on its outer side."""
     for _ in range(HALVINGS):
         middle = 0.5 * (outside + inside)
         if _apart(primitives, way, middle, other) < 0.0:
@@ -306,7 +308,7 @@ def _border(primitives: Floats, way: Way, other: Way, outside: float, inside: fl
 def _times(
     primitives: Floats, way: Way, target: float, acceleration: float, enter: float, leave: float
 ) -> tuple[float, float]:
-    """When an actor has gone so far [s], and when so far, at most at a target speed and as its bends allow."""
+    """Return the times at which an actor has gone `enter` and `leave` [m], limited by target speed and bends [s]."""
     speed, time, gone, entered = way.speed, 0.0, 0.0, 0.0 if enter <= 0.0 else math.inf
     usual = _limit(primitives, way, 0.0)
     bold = max(1.0, speed / usual) if usual > 0.0 else 1.0
@@ -317,7 +319,7 @@ def _times(
         most = min(target, bold * _limit(primitives, way, to))
         after = math.sqrt(max(0.0, speed * speed + 2.0 * acceleration * step))
         if after > most:
-            # Nobody slows down harder than this for a target or a bend.
+            # No driver brakes harder than this for a target or a bend.
             after = max(most, math.sqrt(max(0.0, speed * speed - 2.0 * BEND * step)))
         if speed + after < CREEPING:
             return entered, math.inf
@@ -330,7 +332,7 @@ def _times(
 
 @inlined
 def _limit(primitives: Floats, way: Way, gone: float) -> float:
-    """The speed that the bends ahead allow [m/s]."""
+    """Return the speed that the bends ahead permit [m/s]."""
     if way.last == way.first:
         return math.inf
     return chain_speed_limit(primitives, way.first, way.last, way.start + gone, BEND, BEND)

@@ -22,9 +22,9 @@ class ControlTiming(NamedTuple):
     delay: int
     """Turns from a decision until it holds."""
     every: int
-    """Turns from one query to the next."""
+    """Number of turns from a query to the next."""
     pause: int
-    """Turns from one pause of the runs to the next; it divides `every`."""
+    """Number of turns from a pause of the runs to the next; it divides `every`."""
 
 
 @kernel
@@ -37,7 +37,7 @@ def mark_queried(status: Ints, verdict: Ints, every: int, out: Bools) -> None:
 
 @kernel
 def mark_running(status: Ints, verdict: Ints, out: Bools) -> None:
-    """Mark the slots (slots,) whose run continues."""
+    """Write True into `out` (slots,) for slots whose run continues."""
     for slot in range(len(out)):
         out[slot] = verdict[slot] == Verdict.VALID and status[slot, Status.END] == RUNNING
 

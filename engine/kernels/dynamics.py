@@ -3,7 +3,7 @@
 Source: Althoff, Koschi, Manzinger, "CommonRoad: Composable benchmarks for motion planning on roads", IV 2017, with
 Althoff and Würsching, "CommonRoad: Vehicle Models" (2020); tyres: `engine.kernels.tyres`. With v the speed of the
 centre of gravity, beta its slip angle, r the yaw rate, omega the speed of a wheel, u the speed of its hub in its own
-plane, a and b the ways from the centre to the axles:
+plane, a and b the distances from the centre to the axles:
 
     m v' = -F_yf sin(delta - beta) + F_yr sin(beta) + F_xr cos(beta) + F_xf cos(delta - beta)
     I r' = a (F_yf cos(delta) + F_xf sin(delta)) - b F_yr
@@ -27,20 +27,21 @@ from engine.kernels.jit import inlined, kernel
 from engine.kernels.tyres import tyre_across, tyre_along
 
 COMMAND_STEP = 0.005
-"""How long a steering rate and an acceleration are held [s]."""
+"""Time for which a steering rate and an acceleration are held [s]."""
 SUBSTEP = 0.00025
-"""Inside of which the model is integrated [s]; with 1 ms a stop is off by some 2 mm, and at times by 2 cm."""
+"""Time step of the integration [s]; with 1 ms the place of a stop is off by about 2 mm, and at times by 2 cm."""
 CRAWLING_SPEED = 1.0
-"""Below it [m/s] a wheel's slip changes so fast that a substep could carry it over the peak of its tyre's curve, where
-it would go on to spin …"""
+"""Speed below which a wheel's slip changes so fast that a substep could jump over the peak of its tyre's curve, after
+which it would spin [m/s].
+"""
 CRAWLING_PARTS = 4
-"""… so a substep is taken in so many parts."""
+"""Number of parts of a substep below that speed."""
 STAGE_WEIGHT = 1.0 - math.sqrt(0.5)
 """gamma of ROS2 for which it is L-stable."""
 FADE_SPEED = 0.2
-"""Where the model is half kinematic [m/s] …"""
+"""Speed at which the model is half kinematic [m/s]."""
 FADE_WIDTH = 0.05
-"""… and how sharply it becomes so [m/s]."""
+"""Width of the transition to the kinematic model [m/s]."""
 LEAST_SPEED = 0.5 * FADE_SPEED
 """Below it, slips are shares of this speed [m/s]."""
 WHEEL_LAG = 0.02
@@ -50,32 +51,32 @@ WHEEL_RADIUS = 0.344
 WHEEL_INERTIA = 1.7
 """[kg m^2]"""
 MOST_ACCELERATION = 11.5
-"""That a pedal may ask for, either way [m/s^2]; CommonRoad, vehicles 1 to 3."""
+"""Largest acceleration that a pedal may demand in either direction [m/s^2]; CommonRoad, vehicles 1 to 3."""
 LEAST_FRICTION = 1e-6
 """Below it the tyre curves would be steps."""
 LEAST_LOAD = 1.0
-"""An axle that would lift keeps this [N]."""
+"""Load that an axle retains when it would lift [N]."""
 NUDGE = 1e-6
 """Change of a wheel's speed over which its slope is taken, as a share of that speed."""
 
 
 class Chassis(NamedTuple):
-    """What a car is, apart from its tyres, which all have in common."""
+    """Properties of a car, except for its tyres, which are the same for all."""
 
     front: float
-    """From the centre of gravity to the front axle, a [m] …"""
+    """Distance a from the centre of gravity to the front axle [m]."""
     rear: float
-    """… and to the rear one, b [m]."""
+    """Distance b from the centre of gravity to the rear axle [m]."""
     mass: float
     """[kg]"""
     yaw_inertia: float
     """[kg m^2]"""
     height: float
-    """Of the centre of the sprung mass, by which load moves [m]."""
+    """Height of the centre of the sprung mass, by which load moves [m]."""
     brake_split: float
-    """Share of the brake torque on the front axle …"""
+    """Share of the brake torque on the front axle."""
     drive_split: float
-    """… and of the engine's."""
+    """Share of the engine's torque on the front axle."""
     power_speed: float
     """Above this speed the engine, not the tyre, limits the acceleration [m/s]."""
     friction: float
@@ -83,15 +84,15 @@ class Chassis(NamedTuple):
 
 
 class Drift(NamedTuple):
-    """Where a car is and how it moves."""
+    """State of a car with slipping tyres."""
 
     x: float
     """Centre of gravity [m]."""
     y: float
     heading: float
-    """Not wrapped [rad]."""
+    """Heading, not wrapped [rad]."""
     speed: float
-    """Of the centre of gravity, in the direction of its motion [m/s]."""
+    """Speed of the centre of gravity, in the direction of its motion [m/s]."""
     slip: float
     """Angle from the heading to that direction, beta [rad]."""
     yaw_rate: float
@@ -104,7 +105,7 @@ class Drift(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is commanded: rate of the steering angle [rad/s] and acceleration, as torques over m R [m/s^2]."""
+    """Command: rate of the steering angle [rad/s] and acceleration, as torques over m R [m/s^2]."""
 
     steer_rate: float
     acceleration: float
@@ -114,7 +115,7 @@ class Held(NamedTuple):
 
 
 class Wheels(NamedTuple):
-    """The two axles as one wheel each: slip, slip angle [rad] and load [N]; and which way the car goes, 1 or -1."""
+    """The two axles as one wheel each: slip, slip angle [rad] and load [N]; and the direction of motion, 1 or -1."""
 
     front_slip: float
     rear_slip: float
@@ -130,7 +131,7 @@ class Wheels(NamedTuple):
 
 @inlined
 def wheels_of(car: Drift, acceleration: float, chassis: Chassis) -> Wheels:
-    """What each axle does at this moment; `acceleration` is the commanded one, which moves load from axle to axle."""
+    """Return the slips and loads of both axles; the commanded `acceleration` moves load from axle to axle."""
     ahead, aside = car.speed * math.cos(car.slip), car.speed * math.sin(car.slip)
     way = -1.0 if ahead < 0.0 else 1.0
     front_aside, length = aside + car.yaw_rate * chassis.front, max(abs(ahead), 1e-9)
@@ -155,7 +156,7 @@ def wheels_of(car: Drift, acceleration: float, chassis: Chassis) -> Wheels:
 
 @inlined
 def _rates(car: Drift, held: Held, chassis: Chassis) -> Drift:
-    """The time derivative of each number of a state."""
+    """Return the time derivative of each number of a state."""
     acceleration = _engine_limit(held.acceleration, car.speed, chassis)
     wheels = wheels_of(car, acceleration, chassis)
     front_x = wheels.way * tyre_along(wheels.front_slip, wheels.front_angle, wheels.front_load, chassis.friction)
@@ -192,7 +193,7 @@ def _rates(car: Drift, held: Held, chassis: Chassis) -> Drift:
 
 @inlined
 def _engine_limit(acceleration: float, speed: float, chassis: Chassis) -> float:
-    """The acceleration that brakes or engine can give (model KS of CommonRoad, section 5)."""
+    """Return the acceleration that brakes or engine can produce (model KS of CommonRoad, section 5) [m/s^2]."""
     most = MOST_ACCELERATION
     if speed > chassis.power_speed:
         most *= chassis.power_speed / speed
@@ -201,7 +202,7 @@ def _engine_limit(acceleration: float, speed: float, chassis: Chassis) -> float:
 
 @inlined
 def _spin(torque: float, along: float, wheel: float) -> float:
-    """How a wheel's speed changes; a wheel that brakes hold stands, and never turns backwards."""
+    """Return the angular acceleration of a wheel [rad/s^2]; brakes stop it, and never turn it backwards."""
     spin = (torque - WHEEL_RADIUS * along) / WHEEL_INERTIA
     return 0.0 if wheel <= 0.0 and spin < 0.0 else spin
 
@@ -216,8 +217,8 @@ class Rolling(NamedTuple):
 
 @inlined
 def _kinematic(car: Drift, steer_rate: float, acceleration: float, chassis: Chassis) -> Rolling:
-    """The equations of CommonRoad as they are, though of atan(share tan(steer)) the derivative has (share tan)^2; both
-    are alike where this model counts, at walking pace with wheels that turn slowly.
+    """Return the rates by the equations of CommonRoad, unchanged, though the derivative of atan(share tan(steer)) has
+    (share tan)^2; both are nearly equal where this model counts, at walking pace with slowly turning wheels.
     """
     wheelbase = chassis.front + chassis.rear
     tan, cos = math.tan(car.steer), math.cos(car.steer)
@@ -230,7 +231,7 @@ def _kinematic(car: Drift, steer_rate: float, acceleration: float, chassis: Chas
 
 @inlined
 def _moved(car: Drift, by: Drift, share: float) -> Drift:
-    """A state with a share of another added."""
+    """Return a state plus a share of another."""
     return Drift(
         car.x + share * by.x,
         car.y + share * by.y,
@@ -246,7 +247,7 @@ def _moved(car: Drift, by: Drift, share: float) -> Drift:
 
 @inlined
 def standing(car: Drift, turn: float, chassis: Chassis) -> Drift:
-    """The car at rest where it is, its wheels turned [rad], its slip angle that of a kinematic car."""
+    """Return the car at rest in its place, its wheels turned [rad], its slip angle that of a kinematic car."""
     steer = car.steer + turn
     slip = math.atan(math.tan(steer) * chassis.rear / (chassis.front + chassis.rear))
     return Drift(car.x, car.y, car.heading, 0.0, slip, 0.0, steer, 0.0, 0.0)
@@ -254,7 +255,7 @@ def standing(car: Drift, turn: float, chassis: Chassis) -> Drift:
 
 @kernel
 def hold(car: Drift, held: Held, chassis: Chassis, time: float, substeps: int) -> Drift:
-    """A car after a time under one command [s]; once it stops it stands, unless the command is to go."""
+    """Return a car after `time` [s] with one command; after a stop it stands, unless the command is to go."""
     if car.speed <= 0.0 and held.acceleration <= 0.0:
         return standing(car, held.steer_rate * time, chassis)
     if car.speed < CRAWLING_SPEED:
@@ -263,8 +264,8 @@ def hold(car: Drift, held: Held, chassis: Chassis, time: float, substeps: int) -
     here = first = car
     front_gain = rear_gain = 1.0
     for evaluation in range(3 * substeps):
-        # Three to a substep, in one loop because the code is copied to where it is called: at the state, with the
-        # wheels turning a little faster, and a step further.
+        # Three evaluations per substep, in one loop because the code is copied to its place of call: at the state, with
+        # slightly faster wheels, and one step later.
         stage = evaluation % 3
         point = car
         if stage == 1:
@@ -300,13 +301,13 @@ def _with_wheels(car: Drift, front: float, rear: float) -> Drift:
 
 @inlined
 def _gain(here: float, nudged: float, by: float, step: float) -> float:
-    """1 / (1 - gamma h J) of a wheel, whose J is the slope of its rate; a rate that grows is left to the others."""
+    """Return 1 / (1 - gamma h J) of a wheel with the slope J of its rate; 1 for a rate that grows."""
     return 1.0 / (1.0 - STAGE_WEIGHT * step * min((nudged - here) / by, 0.0))
 
 
 @inlined
 def _solved(car: Drift, right: Drift, front_gain: float, rear_gain: float, chassis: Chassis) -> Drift:
-    """The k of (1 - gamma h J) k = right: J says of a wheel how it is drawn to the speed of its hub, and no more."""
+    """Return k of (1 - gamma h J) k = right, where J contains only the attraction of a wheel to its hub's speed."""
     cos, sin = math.cos(car.slip), math.sin(car.slip)
     ahead = right.speed * cos - car.speed * sin * right.slip
     aside = right.speed * sin + car.speed * cos * right.slip + chassis.front * right.yaw_rate
@@ -320,5 +321,5 @@ def _solved(car: Drift, right: Drift, front_gain: float, rear_gain: float, chass
 
 @inlined
 def _rolled(car: Drift) -> Drift:
-    """No wheel turns backwards."""
+    """Return the car with wheel speeds of at least 0."""
     return _with_wheels(car, max(0.0, car.front_wheel), max(0.0, car.rear_wheel))

@@ -1,7 +1,7 @@
-"""What a driver observes where the file says nothing else: its own state, its path ahead, and the nearest whom it sees.
+"""Default observation of a driver: its own state, its path ahead, and the nearest actors that it sees.
 
-Everything is in the frame of the actor: x ahead of the middle of its outline, y to its left, headings from its own. Who
-is hidden behind others or buildings, or beyond what the weather lets anybody see, is not there.
+Everything is in the frame of the actor: x ahead of the middle of its outline, y to its left, headings relative to its
+own. Actors hidden behind others or buildings, or beyond the visibility of the weather, are left out.
 """
 
 import math
@@ -22,27 +22,29 @@ OWN = (
     ("speed", "m/s"), ("acceleration", "m/s^2"), ("steer", "rad"),
     ("path offset", "m"), ("path heading", "rad"), ("path left", "m"),
 )  # fmt: skip
-"""Its own state: how far left of its path its rear axle is, the heading of the path there, how far the path goes on."""
+"""Its own state, with the offset of its rear axle to the left of its path, the path's heading there, and its length
+left.
+"""
 AHEAD = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
 """Points of its path, so far on from the rear axle [m]; beyond its end, the end."""
 NEAREST = 4
-"""How many others; where fewer are seen, zeros."""
+"""Maximum number of other actors; zeros if fewer are seen."""
 EACH = (
     ("seen", ""), ("x", "m"), ("y", "m"), ("heading", "rad"), ("vx", "m/s"), ("vy", "m/s"),
     ("length", "m"), ("width", "m"),
 )  # fmt: skip
-"""Of each, the nearest first: 1, its place and heading, its velocity less that of the actor, its size."""
+"""Numbers of each other actor, the nearest first: 1, pose, velocity relative to the actor, size."""
 WIDTH = len(OWN) + 2 * len(AHEAD) + NEAREST * len(EACH)
 
 
 class Frame(NamedTuple):
-    """Where an actor is, and how it stands."""
+    """Pose of an actor, as a frame."""
 
     x: float
     y: float
     heading: float
     cos: float
-    """Of the heading."""
+    """Cosine of the heading."""
     sin: float
 
 
@@ -51,7 +53,7 @@ def write_observation(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floa
     """Write the observation of an actor at the current samples of the chosen slots into `out` (slots, WIDTH), and zeros
     into all other rows.
 
-    `paths` (slots,): the path that the actor follows; -1: that of its lane. `reach` (slots,) [m].
+    `paths` (slots,): the path that the actor follows; -1: that of its lane. `reach` (slots,): distance of sight [m].
     """
     for slot in range(len(chosen)):
         out[slot, :] = 0.0
@@ -75,7 +77,7 @@ def write_observation(plan: Plan, run: Run, actor: int, paths: Ints, reach: Floa
 
 @inlined
 def _from(frame: Frame, dx: float, dy: float) -> tuple[float, float]:
-    """A difference of places or velocities, ahead and to the left."""
+    """Return a difference of positions or velocities in the frame: ahead and to the left."""
     return dx * frame.cos + dy * frame.sin, dy * frame.cos - dx * frame.sin
 
 
@@ -98,7 +100,7 @@ def _observe_itself(plan: Plan, run: Run, sample: int, actor: int, frame: Frame,
 
 @inlined
 def _observe_others(plan: Plan, run: Run, sample: int, actor: int, frame: Frame, reach: float, out: Floats) -> None:
-    """The nearest by their centres, one after the other: of equally near ones the lower number."""
+    """Write the nearest actors by their centres, in ascending distance; of equally near ones the lower number first."""
     speed = run.states[sample, actor, State.SPEED]
     before, last = -1.0, -1
     for number in range(NEAREST):

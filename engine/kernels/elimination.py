@@ -12,12 +12,12 @@ def eliminate(rows: Floats) -> None:
     with U^T U = A, and the other columns B become X with U^T X = B.
 
     Unlike LAPACK, whose order of additions depends on the processor, each number is the result of one sequence of
-    roundings; only numbers beside one another are computed at the same time. The lower triangle keeps what it held. A
-    matrix that is not positive definite gives NaN.
+    roundings; only adjacent numbers of a row are computed at the same time. The lower triangle is not changed. A matrix
+    that is not positive definite gives NaN.
     """
     size, width = rows.shape
     for row in range(size):
-        # Four rows at once, in the same order: half the time, as the row is written a quarter as often.
+        # Four rows at once, in the same order: half the time, because the row is written a quarter as often.
         for k in range(0, row - 3, 4):
             one, two, three, four = rows[k, row], rows[k + 1, row], rows[k + 2, row], rows[k + 3, row]
             for j in range(row, width):

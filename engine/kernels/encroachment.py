@@ -1,8 +1,9 @@
-"""When each of two is in the area that both of them pass over, for PET and encroachment time by conflict area.
+"""Times at which two actors are in the area that both pass over, for PET and encroachment time by conflict area.
 
 Allen, Shin and Cooper (1978), "Analysis of traffic conflicts and collisions", Transportation Research Record 667, take
-the area as given. Here it is all that the outlines of both sweep while they are in the scene, whoever was there first.
-What an outline sweeps between two samples counts as the convex hull of the two: the true one bulges by less than 1 mm.
+the area as given. Here it is the intersection of the areas that both outlines sweep while they are in the scene,
+whichever was there first. The area swept between two samples is approximated by the convex hull of both outlines; the
+true one extends beyond it by less than 1 mm.
 """
 
 import math
@@ -26,32 +27,32 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 HALVINGS = 40
-"""Of a step, until the instant at which an outline comes into the area is down to rounding."""
+"""Number of bisections of a step that find the instant of entry or exit to rounding precision."""
 NEVER = -1
 """No such step."""
 
 
 class OccupancyInterval(NamedTuple):
-    """From when to when one of the two is in the area, in samples of the record; infinite if there is no such area."""
+    """Time in the area, in samples of the record; infinite if there is no such area."""
 
     enter: float
     leave: float
 
 
 class Pair(NamedTuple):
-    """One and another whose motions are measured: one looks at what the other sweeps."""
+    """Two actors whose motions are measured: `one` is tested against the area that `other` sweeps."""
 
     one: Span
     other: Span
     row: int
-    """Of the one in working memory; the other has 1 less it."""
+    """Row of `one` in working memory; that of `other` is 1 - `row`."""
 
 
 @kernel
 def stays(
     states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept
 ) -> tuple[OccupancyInterval, OccupancyInterval]:
-    """When each is in what the other sweeps."""
+    """Return the interval of each actor in the area that the other sweeps."""
     first, second = _measured(states, one, other, outlines, sweep)
     enters = _first_step(states, first, outlines, sweep)
     if enters == NEVER:
@@ -72,8 +73,8 @@ def _stay(states: Floats, pair: Pair, enters: int, outlines: Floats, sweep: Swep
 
 @kernel
 def encroachment(states: Floats, ego: Span, other: Span, outlines: Floats, sweep: Swept) -> float:
-    """`encroachment_gap` of the stays of two. Steps tell who was there first, so that only instants between which the
-    gap lies are searched for.
+    """Return `encroachment_gap` of the intervals of two actors. Steps determine their order, so that only the instants
+    at the ends of the gap are searched for.
     """
     mine, theirs = _measured(states, ego, other, outlines, sweep)
     enters = _first_step(states, mine, outlines, sweep)
@@ -102,10 +103,10 @@ def encroachment(states: Floats, ego: Span, other: Span, outlines: Floats, sweep
 
 @kernel
 def encroachment_gap(ego: OccupancyInterval, other: OccupancyInterval) -> float:
-    """PET by area, in samples: from when the first is out of the area until the second comes in.
+    """Return PET by area, in samples: from the exit of the first actor to the entry of the second.
 
-    Positive when the ego was there first, negative when the other was; infinite without an area; NaN where both are in
-    it at a time, as when one follows the other: the definition is of paths that cross.
+    Positive if the ego was there first, negative if the other was; infinite without an area; NaN if both are in it at a
+    time, as when one follows the other: the definition applies to crossing paths.
     """
     if ego.enter == math.inf:
         return math.inf
@@ -116,7 +117,7 @@ def encroachment_gap(ego: OccupancyInterval, other: OccupancyInterval) -> float:
 
 @inlined
 def _measured(states: Floats, one: Span, other: Span, outlines: Floats, sweep: Swept) -> tuple[Pair, Pair]:
-    """Measure both motions; the one and the other, and the other way round."""
+    """Measure both motions; return the pair in both orders."""
     measure(states, one, outlines, sweep, 0)
     measure(states, other, outlines, sweep, 1)
     return Pair(one, other, 0), Pair(other, one, 1)
@@ -127,9 +128,9 @@ def _measured(states: Floats, one: Span, other: Span, outlines: Floats, sweep: S
 
 @kernel
 def _first_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> int:
-    """The first step of the one in which it touches what the other sweeps.
+    """Return the first step of `one` in which it touches the area that `other` sweeps; else `NEVER`.
 
-    Where two motions are some way apart, the one goes on until it may have come as far: no step is looked at before.
+    If the two motions are some distance apart, the search skips the steps in which `one` cannot cover that distance.
     """
     k, steps = 0, steps_of(pair.one)
     while k < steps:
@@ -142,7 +143,7 @@ def _first_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> i
 
 @kernel
 def _last_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> int:
-    """The last such step."""
+    """Return the last step of `one` in which it touches the area that `other` sweeps; else `NEVER`."""
     k, ways = steps_of(pair.one) - 1, sweep.ways[pair.row]
     while k >= 0:
         apart = _apart(states, pair, k, outlines, sweep)
@@ -157,7 +158,9 @@ def _last_step(states: Floats, pair: Pair, outlines: Floats, sweep: Swept) -> in
 
 @kernel
 def _apart(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
-    """How far a step of the one stays away from all that the other sweeps, or less [m]; negative if it touches that."""
+    """Return a lower bound on the distance of a step of `one` from the area that `other` sweeps [m]; negative on
+    contact.
+    """
     row, theirs = pair.row, 1 - pair.row
     box, least, steps = sweep.boxes[row, k], math.inf, steps_of(pair.other)
     lay_step(states, pair.one, k, outlines, sweep, row)
@@ -174,7 +177,7 @@ def _apart(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -
                 apart = hulls_apart(sweep.hulls[row, k], sweep.hulls[theirs, j], sweep.near)
             if apart < 0.0:
                 return -1.0
-            # Half of it may be used up: the rest is what all steps left out are still away.
+            # Half of the distance may be used up: the other half bounds the distance of all steps left out.
             least = min(least, 0.5 * apart)
             j = until(sweep.ways[theirs], j, end, 0.5 * apart)
     return least
@@ -185,7 +188,7 @@ def _apart(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -
 
 @kernel
 def _enter(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
-    """When the one, in its first step in the area, comes into it, in samples."""
+    """Return the instant of entry of `one` in its first step in the area, in samples."""
     near = _note_near(states, pair, k, outlines, sweep)
     _part(states, pair, k, 0.0, 0.0, outlines, sweep)
     inside = 0.0 if _touches(pair, near, sweep) else 1.0
@@ -202,7 +205,7 @@ def _enter(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -
 
 @kernel
 def _leave(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> float:
-    """When the one, in its last step in the area, goes out of it, in samples."""
+    """Return the instant of exit of `one` in its last step in the area, in samples."""
     near = _note_near(states, pair, k, outlines, sweep)
     _part(states, pair, k, 1.0, 1.0, outlines, sweep)
     inside = 1.0 if _touches(pair, near, sweep) else 0.0
@@ -219,7 +222,9 @@ def _leave(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -
 
 @inlined
 def _note_near(states: Floats, pair: Pair, k: int, outlines: Floats, sweep: Swept) -> int:
-    """Note which steps of the other a part of a step may touch; how many. Of steps in which it stands, the first."""
+    """Note the steps of `other` that a part of a step may touch; return their number. Of standing steps, only the
+    first.
+    """
     row, theirs, count = pair.row, 1 - pair.row, 0
     for j in range(steps_of(pair.other)):
         stood = j > 0 and _stands(states, pair.other, j - 1) and _stands(states, pair.other, j)
@@ -246,7 +251,7 @@ def _part(states: Floats, pair: Pair, k: int, start: float, end: float, outlines
 
 @kernel
 def _touches(pair: Pair, near: int, sweep: Swept) -> bool:
-    """Whether the part that is laid touches one of the steps noted; the one that it touches is looked at first then."""
+    """Return True if the part in memory touches a noted step; that step is then tested first."""
     for number in range(near):
         j = sweep.near[number]
         if hulls_apart(sweep.part, sweep.hulls[1 - pair.row, j], sweep.near) < 0.0:

@@ -137,7 +137,7 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
 
 @inlined
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
-    """`run_segment` for hot loops: copied into its caller."""
+    """Execute rows as `run_segment` does, for hot loops: copied into its caller."""
     for row in range(start, end):
         op = code[row, 0]
         if op == Op.END:
@@ -147,7 +147,7 @@ def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, r
 
 @kernel
 def _option(pool: Floats, first: int, index: float) -> float:
-    """Numeric option `index` of a discrete choice; held inside the pool, whatever the index became."""
+    """Return numeric option `index` of a discrete choice; limited to the pool for any index."""
     place = first + index
     if not place > 0.0:
         return pool[0]
@@ -156,9 +156,10 @@ def _option(pool: Floats, first: int, index: float) -> float:
 
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`. Of a place that is NaN all is NaN, but the number of the nearest lane.
+    """Execute `Op.PATH_POSE` to `Op.REGION_BOX_DEPTH`. For a NaN position all results are NaN except the nearest lane.
 
-    The commonest two are executed here. The others are families of functions, compiled for the programs that have one.
+    The two most frequent ones are executed here. The others are families of functions, compiled for programs that use
+    them.
     """
     if op == Op.PATH_POSE:
         x, y, heading = path_pose(road, int(registers[a]), registers[b])
@@ -181,7 +182,7 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
 
 @deferred()
 def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_LENGTH`, `PATH_DISTANCE` and `PATH_PROJECT`."""
+    """Execute `Op.PATH_LENGTH`, `PATH_DISTANCE` or `PATH_PROJECT`."""
     path, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.PATH_LENGTH:
         registers[dst] = road.path_length[path]
@@ -195,7 +196,7 @@ def path_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
 
 @deferred()
 def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.REGION_SAMPLE` and `REGION_CONTAINS`: points and regions."""
+    """Execute `Op.REGION_SAMPLE` or `REGION_CONTAINS`: points and regions."""
     region, y, z = int(registers[a]), registers[b], registers[c]
     if op == Op.REGION_SAMPLE:
         registers[dst], registers[dst + 1] = region_sample(road, region, y, z)
@@ -207,7 +208,7 @@ def place_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floa
 
 @deferred()
 def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` and `REGION_DEPTH`."""
+    """Execute `Op.BOX_DISTANCE`, `REGION_CONTAINS_BOX`, `REGION_BOX_DISTANCE`, `REGION_BOX_DEPTH` or `REGION_DEPTH`."""
     if (
         math.isnan(registers[b]) or math.isnan(registers[c])
         if op == Op.REGION_DEPTH
@@ -230,7 +231,7 @@ def outline_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Fl
 
 @deferred()
 def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.CAN_SEE`."""
+    """Execute `Op.CAN_SEE`."""
     if has_nan(registers, a, 5) or has_nan(registers, b, 5):
         registers[dst] = math.nan
         return
@@ -242,9 +243,9 @@ def sight_instruction(dst: int, a: int, b: int, c: int, registers: Floats, road:
 
 @deferred()
 def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.LANE_ROUTE`, `LANE_NEAREST`, `ROAD_HEADING` and `ROAD_FOLLOW`.
+    """Execute `Op.LANE_ROUTE`, `LANE_NEAREST`, `ROAD_HEADING` or `ROAD_FOLLOW`.
 
-    The last one goes along the default route of the nearest lane, and not beyond its ends.
+    The last follows the default route of the nearest lane, and not beyond its ends.
     """
     if op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
         lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
@@ -267,7 +268,7 @@ def lane_instruction(op: int, dst: int, a: int, b: int, c: int, registers: Float
 
 @inlined
 def has_nan(registers: Floats, first: int, count: int) -> bool:
-    """Whether one of consecutive registers is NaN."""
+    """Return True if one of `count` registers from `first` on is NaN."""
     found = False
     for register in range(first, first + count):
         found |= math.isnan(registers[register])

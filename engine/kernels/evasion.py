@@ -1,10 +1,11 @@
-"""What it would still take the ego to avoid one other: how late it may brake or steer, and how hard it must.
+"""Latest instants and least accelerations by which the ego avoids one other actor, by braking or steering.
 
-The other keeps velocity and heading. The ego keeps its own up to some instant, then accelerates steadily along or
-across its direction of motion, its outline unturned: the point mass of Hillenbrand, Spieker and Kroschel (2006), "A
+The other's velocity and heading stay constant. So do the ego's up to some instant, then it accelerates steadily along
+or across its direction of motion, its outline unturned: the point mass of Hillenbrand, Spieker and Kroschel (2006), "A
 multilevel collision mitigation approach", IEEE Transactions on Intelligent Transportation Systems 7(4). Relative to the
-ego the other then moves on a parabola, so that contact is a question of quadratic equations and needs no steps in time.
-Infinity means that nothing is needed; minus infinity, or an infinite acceleration, that nothing helps any more.
+ego the other then moves on a parabola, so that contact follows from quadratic equations and needs no steps in time.
+
+Infinity means that nothing is needed; minus infinity, or an infinite acceleration, that nothing avoids contact.
 """
 
 import math
@@ -17,9 +18,9 @@ from engine.kernels.pair import NOISE_FLOOR
 TOUCHING = 1e-9
 """Shadows that overlap by less than this far from it touch [m]: a root is where they do, but for rounding."""
 INSTANTS = 64
-"""At so many instants before contact a manoeuvre is tried: one that begins later may help where an earlier does not."""
+"""Number of instants before contact at which a manoeuvre is tried: a later one may help even if an earlier does not."""
 HALVINGS = 50
-"""Of an interval, until it is down to rounding."""
+"""Number of bisections of an interval, to rounding precision."""
 MOST = 1e4
 """Accelerations beyond this are none [m/s^2]."""
 
@@ -60,7 +61,7 @@ class _Phase(NamedTuple):
 
 @kernel
 def evades(now: Snapshot, maneuver: Maneuver) -> bool:
-    """Whether the outlines never touch if the ego does this and the other keeps its velocity."""
+    """Return True if the outlines never touch during and after the manoeuvre, with the other at constant velocity."""
     axes = _axes(now)
     ux, uy = _direction(now)
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
@@ -77,13 +78,13 @@ def evades(now: Snapshot, maneuver: Maneuver) -> bool:
     x, y = x + (vx + 0.5 * ax * lasts) * lasts, y + (vy + 0.5 * ay * lasts) * lasts
     vx, vy = vx + ax * lasts, vy + ay * lasts
     if abs(math.hypot(now.ego_rate.x, now.ego_rate.y) + maneuver.along * lasts) <= NOISE_FLOOR:
-        vx, vy = now.other_rate.x, now.other_rate.y  # it stands: what rounding leaves would creep on for ever
+        vx, vy = now.other_rate.x, now.other_rate.y  # it stands: a speed from rounding would move it for ever
     return not _meets(axes, _Phase(x, y, vx, vy, 0.0, 0.0, math.inf))
 
 
 @inlined
 def _direction(now: Snapshot) -> tuple[float, float]:
-    """Of the ego's motion; of its heading where it stands."""
+    """Return the unit vector of the ego's motion; that of its heading if it stands."""
     speed = math.hypot(now.ego_rate.x, now.ego_rate.y)
     if speed > 0.0:
         return now.ego_rate.x / speed, now.ego_rate.y / speed
@@ -108,9 +109,10 @@ def _axes(now: Snapshot) -> _Axes:
 
 @kernel
 def _meets(axes: _Axes, phase: _Phase) -> bool:
-    """Whether the outlines overlap at any time of a phase.
+    """Return True if the outlines overlap at any time of a phase.
 
-    They begin to at its start, or where their shadows begin to on one of the axes: these are all the instants to try.
+    An overlap begins at the phase's start, or when an overlap of the projections on an axis begins: only these instants
+    are tested.
     """
     if _overlap_after(axes, phase, 0.0):
         return True
@@ -134,7 +136,7 @@ def _meets(axes: _Axes, phase: _Phase) -> bool:
 
 @inlined
 def _roots(a: float, b: float, c: float) -> tuple[float, float]:
-    """Where a t^2 + b t + c is 0; -1 for none."""
+    """Return the times t with a t^2 + b t + c = 0; -1 for a missing root."""
     if a == 0.0:
         return (-c / b if b != 0.0 else -1.0), -1.0
     inside = b * b - 4.0 * a * c
@@ -161,16 +163,16 @@ def _overlap_after(axes: _Axes, phase: _Phase, time: float) -> bool:
 
 @kernel
 def time_to_brake(now: Snapshot, braking: float) -> float:
-    """TTB [s]: the latest instant at which braking by `braking` [m/s^2] to a stop still avoids contact.
+    """Return TTB [s]: the latest instant at which braking by `braking` [m/s^2] to a stop still avoids contact.
 
-    Hillenbrand et al. (2006). Behind one that keeps a lower speed it is TTC - dv / (2 braking).
+    Hillenbrand et al. (2006). Behind a vehicle at constant lower speed it is TTC - dv / (2 braking).
     """
     return _latest(now, -braking, 0.0, math.inf)
 
 
 @kernel
 def time_to_kick_down(now: Snapshot, acceleration: float, top_speed: float) -> float:
-    """TTK [s]: the latest instant at which speeding up, to no more than `top_speed`, still avoids contact.
+    """Return TTK [s]: the latest instant at which accelerating, up to `top_speed` [m/s], still avoids contact.
 
     Hillenbrand et al. (2006).
     """
@@ -179,16 +181,16 @@ def time_to_kick_down(now: Snapshot, acceleration: float, top_speed: float) -> f
 
 @kernel
 def time_to_steer(now: Snapshot, grip: float) -> float:
-    """TTS [s]: the latest instant at which swerving by `grip` [m/s^2], to the better side, still avoids contact.
+    """Return TTS [s]: the latest instant at which swerving by `grip` [m/s^2], to the better side, avoids contact.
 
-    Hillenbrand et al. (2006). Straight behind another it is TTC - sqrt(2 way aside / grip).
+    Hillenbrand et al. (2006). Straight behind another it is TTC - sqrt(2 lateral distance / grip).
     """
     return max(_latest(now, 0.0, grip, math.inf), _latest(now, 0.0, -grip, math.inf))
 
 
 @kernel
 def _latest(now: Snapshot, along: float, aside: float, top_speed: float) -> float:
-    """The latest instant before contact from which the manoeuvre avoids it; minus infinity if there is none."""
+    """Return the latest instant before contact at which the manoeuvre avoids it [s]; minus infinity if none."""
     ttc = time_to_collision(now)
     if ttc == math.inf:
         return math.inf
@@ -209,7 +211,7 @@ def _latest(now: Snapshot, along: float, aside: float, top_speed: float) -> floa
 
 @inlined
 def _lasts(now: Snapshot, along: float, aside: float, top_speed: float) -> float:
-    """How long the ego can go on accelerating so [s]; who stands can neither brake nor swerve."""
+    """Return the longest duration of such an acceleration [s]; 0 for braking or swerving at a stand."""
     speed = math.hypot(now.ego_rate.x, now.ego_rate.y)
     if along < 0.0:
         return -speed / along
@@ -223,27 +225,27 @@ def _lasts(now: Snapshot, along: float, aside: float, top_speed: float) -> float
 
 @kernel
 def braking_needed(now: Snapshot) -> float:
-    """a_req [m/s^2]: the least deceleration of the ego alone, from now on and to a stop, that avoids contact.
+    """Return a_req [m/s^2]: the least deceleration of the ego alone, from now to a stop, that avoids contact.
 
-    Jansson (2005), "Collision avoidance theory", PhD thesis, Linkoping, section 5.3.5: behind one that keeps a lower
-    speed it is dv^2 / (2 gap). DRAC is that of the relative motion instead, and of nobody in particular where paths
-    cross. 0 where no contact lies ahead, infinite where no braking helps.
+    Jansson (2005), "Collision avoidance theory", PhD thesis, Linkoping, section 5.3.5: behind a vehicle at constant
+    lower speed it is dv^2 / (2 gap). DRAC is that of the relative motion instead, which on crossing paths is that of
+    neither vehicle. 0 without a contact ahead, infinite if no braking avoids it.
     """
     return _least(now, -1.0, 0.0)
 
 
 @kernel
 def swerving_needed(now: Snapshot) -> float:
-    """a_lat_req [m/s^2]: the least sideways acceleration of the ego alone, from now on, that avoids contact.
+    """Return a_lat_req [m/s^2]: the least lateral acceleration of the ego alone, from now on, that avoids contact.
 
-    Jansson (2005), section 5.3.8: straight behind another it is 2 (way aside) / TTC^2. To the better side.
+    Jansson (2005), section 5.3.8: straight behind another it is 2 (lateral distance) / TTC^2. To the better side.
     """
     return min(_least(now, 0.0, 1.0), _least(now, 0.0, -1.0))
 
 
 @kernel
 def _least(now: Snapshot, along: float, aside: float) -> float:
-    """The least acceleration in a direction that avoids contact."""
+    """Return the least acceleration in a direction that avoids contact [m/s^2]; infinity above `MOST`."""
     if time_to_collision(now) == math.inf:
         return 0.0
     low, high = 0.0, 1.0

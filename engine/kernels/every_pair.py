@@ -1,6 +1,7 @@
-"""Every pair of a recording: when two are near one another, and what their motion comes to then.
+"""Pairs of a recording: the windows in which two actors are near one another, and the metrics of their motion in these.
 
-Actors come as a crowd: the samples of one after those of another, on one grid of steps, each from its own first step.
+Actors are stored as a crowd: the samples of one actor after those of another, on a common grid of steps, each from its
+first step.
 """
 
 import math
@@ -20,11 +21,10 @@ METRICS = len(PLACES)
 NEAREST_AT = PLACES.index(ROWS.index("min_distance_time"))
 FASTEST_AT = PLACES.index(ROWS.index("max_closing_time"))
 TTC, TTC_TIME, CONTACT = METRICS, METRICS + 1, METRICS + 2
-"""Columns of a window's row behind the metrics of its pair: least time to collision [s], when [s], and what came of
-it."""
+"""Columns of a window's row after the metrics of its pair: least time to collision [s], its time [s], and contact."""
 COLUMNS = METRICS + 3
 APART, TOUCHED, OVERLAPPING = 0.0, 1.0, 2.0
-"""What came of it; those who overlap from its first sample have no other number."""
+"""Values of `CONTACT`; a pair that overlaps at the first sample of its window has no other number."""
 
 
 @handle
@@ -47,8 +47,10 @@ class RecordedActors(NamedTuple):
 
 @allocating
 def near_windows(crowd: RecordedActors, near: float, most: int) -> Ints:
-    """(windows, 4): one, other, first and last step between which the two are there without a gap and whose ends are
-    the first and last at which their centres are nearer than `near` [m]. No more than `most` windows.
+    """Return (windows, 4), at most `most` rows: two actors, and the first and last step of their window.
+
+    A window lies within a common presence without a gap; its ends are the first and last step at which the centres are
+    nearer than `near` [m].
     """
     found = np.empty((1024, 4), dtype=np.int64)
     count = 0
@@ -74,7 +76,7 @@ def near_windows(crowd: RecordedActors, near: float, most: int) -> Ints:
 
 @kernel
 def _end(crowd: RecordedActors, actor: int) -> int:
-    """The step after an actor's last."""
+    """Return the step after an actor's last."""
     return crowd.begin[actor] + crowd.offset[actor + 1] - crowd.offset[actor]
 
 
@@ -90,8 +92,8 @@ def _never_near(bounds: Floats, one: int, other: int, near: float) -> bool:
 
 @kernel
 def _next_window(crowd: RecordedActors, one: int, other: int, step: int, end: int, near: float) -> tuple[int, int, int]:
-    """First and last step of the stretch of common presence that begins at `step` or later, -1 where the two are never
-    near in it, and where to go on. Steps in which nobody can have come near are passed.
+    """Return the first and last step of the window in the common presence that begins at `step` or later, and the step
+    to continue from; -1 if the two are never near in it. Steps at which they cannot be near are skipped.
     """
     states, ways = crowd.states, crowd.fastest[one] + crowd.fastest[other]
     mine, theirs = crowd.offset[one] - crowd.begin[one], crowd.offset[other] - crowd.begin[other]
@@ -117,8 +119,8 @@ def _next_window(crowd: RecordedActors, one: int, other: int, step: int, end: in
 
 @allocating
 def judge_windows(crowd: RecordedActors, windows: Ints, time_step: float) -> Floats:
-    """(windows, COLUMNS): metrics of each pair in its window, up to the contact of the two; times [s] count from the
-    recording's first step. Others, and what they touch, have no part in it.
+    """Return (windows, COLUMNS) the metrics of each pair in its window, up to the contact of the two; times [s] count
+    from the recording's first step. Other actors, and their contacts, are ignored.
     """
     rows = np.full((len(windows), COLUMNS), math.nan)
     longest = 0
@@ -165,7 +167,7 @@ def _judge(states: Floats, outlines: Floats, time_step: float, begin: float, row
 
 @kernel
 def _judged_up_to(touch: Touch, samples: int) -> tuple[int, float]:
-    """How many samples are scored, and the part of the step after them that came before contact; 0 without contact."""
+    """Return the number of samples that are scored, and the part of the next step before contact; 0 without contact."""
     if touch.sample < 0:
         return samples, 0.0
     if touch.part == 0.0:  # at a sample: it belongs to the step before

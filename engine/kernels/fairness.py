@@ -1,8 +1,8 @@
-"""Whether a start is fair: the ego of who brakes at once runs into nobody.
+"""Fair starts: scenes in which an ego that brakes at once collides with nobody by its own fault.
 
-The driver is that of `engine.kernels.avoidance`, who needs no time to perceive and to react: full braking from sample 0
-on, as the ramp allows, along the path that the ego drives of itself when nobody is touched. Contact counts against the
-start while the ego moves, unless the other comes from behind: who is struck from behind, or standing, was free to start
+The driver is that of `engine.kernels.avoidance` without times of perception and reaction: full braking from sample 0
+on, as the ramp permits, along the path that the ego takes by itself without contact. Contact counts against the start
+while the ego moves, unless the other comes from behind: an ego struck from behind, or while standing, was free to start
 there. The first contact decides.
 """
 
@@ -20,7 +20,7 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import State, Verdict
 
 NOBODY, BEHIND, IN_THE_WAY = range(3)
-"""Whom the ego meets, the worst last."""
+"""Contact of the ego, in ascending order of severity."""
 
 
 @kernel
@@ -35,7 +35,7 @@ def fair_rows(
     driver: Driver,
     out: Ints,
 ) -> None:
-    """Whether each valid scene from row `first` to `last` (exclusive) is a fair start: 1 or 0."""
+    """Write 1 for each valid scene from row `first` to `last` (exclusive) that is a fair start, else 0."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
             case = Case(int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
@@ -60,14 +60,14 @@ def _is_fair(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, d
 
 @inlined
 def _standstill(speed: float, time_step: float, most: int, driver: Driver) -> int:
-    """The sample at which the ego stands."""
+    """Return the sample at which the ego has stopped."""
     stopping = speed / driver.deceleration + driver.ramp if driver.deceleration > 0.0 else LONGEST
     return min(first_sample(min(stopping, LONGEST), time_step), most)
 
 
 @inlined
 def _strikes(plan: Plan, run: Run, until: int, outlines: Floats, path: Floats, driver: Driver) -> bool:
-    """Whether the ego, braking along its path, first touches somebody ahead or beside it, and while it moves."""
+    """Return True if the ego, braking along its path, first touches an actor ahead or at its side while it moves."""
     time_step, states = plan.layout.time_step, run.states
     way, speed, met = 0.0, abs(states[0, 0, State.SPEED]), NOBODY
     for k in range(until):
@@ -87,7 +87,7 @@ def _strikes(plan: Plan, run: Run, until: int, outlines: Floats, path: Floats, d
 
 @inlined
 def _met(states: Floats, k: int, other: int, outlines: Floats) -> int:
-    """Whether the ego touches another in the step after sample k, and where that one was."""
+    """Return the contact of the ego with another in the step after sample k: `NOBODY`, `BEHIND` or `IN_THE_WAY`."""
     ego, them = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
     ego_after, after = outline_at(states, k + 1, 0, outlines), outline_at(states, k + 1, other, outlines)
     if first_contact(ego, ego_after, them, after) < 0.0:

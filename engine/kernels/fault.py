@@ -1,10 +1,10 @@
-"""Whose failure a contact of the ego is, as far as motion and road say: it may have been struck.
+"""Fault of a contact of the ego, as far as motion and road determine it: it may have been struck.
 
-Two contacts are no failure of the ego. Another runs into it from behind: contact is at the ego's rear, the ego does not
-back, the other is the faster of the two along the ego's heading, and for the last second, or since both were there, it
-came behind the ego on the way by which the ego had come. (Who cuts in before another, or turns in, is not struck.) Or
-the ego stands where one may stand: it has stood for the last second, or since the run began, and no part of it is in an
-intersection, or in a lane that leads against its heading or across it.
+Two kinds of contact are no fault of the ego. Another runs into it from behind: contact is at the ego's rear, the ego
+does not reverse, the other is the faster of the two along the ego's heading, and for the last second, or since both
+were present, it was behind the ego on the ego's earlier path. (An ego that cuts in before another, or turns in, is not
+struck.) Or the ego stands at a permitted place: it has stood for the last second, or since the run began, and no part
+of it is in an intersection, or in a lane that leads against its heading or across it.
 """
 
 import math
@@ -20,12 +20,13 @@ from engine.tables import ROAD_REGION, Floats, RoadTables
 from engine.vocabulary import Fault, Side, State
 
 STANDING = 0.1
-"""Who is slower stands [m/s]."""
+"""Speed below which an actor stands [m/s]."""
 SETTLED = 1.0
-"""For how long it must have stood, or been followed [s]; *ours*: as long as another takes to see it and to begin to
-brake."""
+"""Time for which it must have stood, or been followed [s]; a choice of cortexc: the time in which another sees it and
+begins to brake.
+"""
 ACROSS = 1e-6
-"""Cosines that are no greater may be rounding noise: exactly across is against."""
+"""Cosines that are no greater may be rounding noise: exactly across counts as against."""
 EGO, FROM_BEHIND, WHILE_STANDING = map(int, Fault)
 REAR = int(Side.REAR)
 
@@ -41,10 +42,10 @@ def fault_of(
     road: RoadTables,
     intersections: int,
 ) -> int:
-    """The `Fault` of the contact of actor 0, the ego, with `other` in the step after sample `last`.
+    """Return the `Fault` of the contact of actor 0, the ego, with `other` in the step after sample `last`.
 
-    `met` is what `pair.measure_pair` says of the two, with the same `outlines`; the road's regions 1 to `intersections`
-    are intersections. A road without regions says nothing of where one may stand.
+    `met` is the result of `pair.measure_pair` for the two, with the same `outlines`; the road's regions 1 to
+    `intersections` are intersections. A road without regions permits standing everywhere.
     """
     forwards = met.ego_speed > -STANDING
     same_way = math.cos(met.approach_angle)
@@ -58,10 +59,10 @@ def fault_of(
 
 @kernel
 def _was_followed(states: Floats, last: int, time_step: float, other: int, outlines: Floats) -> bool:
-    """Whether the other has been behind, in the strip that the ego has swept, for `SETTLED` or since both were there.
+    """Return True if the other was behind, in the strip that the ego swept, for `SETTLED` or since both were present.
 
-    Where it was abreast of an earlier pose of the ego, it reaches into the strip as wide as the ego there; who was
-    behind all of them is held against the first one.
+    If it was abreast of an earlier pose of the ego, it must overlap the strip of the ego's width there; if it was
+    behind all of them, it is compared with the first.
     """
     pose = last
     for k in range(last, max(0, last - math.ceil(SETTLED / time_step)) - 1, -1):
@@ -94,7 +95,7 @@ def _stood(states: Floats, last: int, time_step: float) -> bool:
 
 @kernel
 def _is_in_the_way(states: Floats, last: int, outlines: Floats, road: RoadTables, intersections: int) -> bool:
-    """Whether the ego's centre, or a corner, lies in an intersection, or where a lane leads another way."""
+    """Return True if the ego's centre or a corner lies in an intersection, or in a lane with another direction."""
     ego = outline_at(states, last, 0, outlines)
     cos, sin = math.cos(ego.heading), math.sin(ego.heading)
     for place in range(5):
@@ -111,7 +112,7 @@ def _is_in_the_way(states: Floats, last: int, outlines: Floats, road: RoadTables
 
 @inlined
 def _leads_against(road: RoadTables, x: float, y: float, heading: float) -> bool:
-    """Whether the lane at (x, y) leads against a heading, or right across it; off the road none does."""
+    """Return True if the lane at (x, y) leads against a heading, or exactly across it; False off the road."""
     if len(road.lane_path) == 0 or not region_contains(road, ROAD_REGION, x, y):
         return False
     path = int(road.lane_path[lane_nearest(road, x, y, math.nan)])

@@ -1,4 +1,4 @@
-"""Outlines (oriented rectangles) at one instant: how far apart two are, and fields of view."""
+"""Outlines (oriented rectangles) at an instant: distances of two, and fields of view."""
 
 import math
 from typing import NamedTuple
@@ -38,37 +38,37 @@ class Nearest(NamedTuple):
     x: float
     y: float
     owner: int
-    """Whose side the direction stands on: `CORNERS`, `SIDE_OF_A`, `SIDE_OF_B`."""
+    """Owner of the side to which the direction is normal: `SIDE_OF_A` or `SIDE_OF_B`; `CORNERS`: no side."""
 
 
 @kernel
 def box_distance(a: Box, b: Box) -> float:
-    """Distance between two outlines [m]; 0.0 when they touch or overlap."""
+    """Return the distance between two outlines [m]; 0.0 if they touch or overlap."""
     return nearest_points(frame(a), frame(b)).distance
 
 
 @inlined
 def half_diagonal(box: Box) -> float:
-    """Radius of the circumscribed circle [m]."""
+    """Return the radius of the circumscribed circle [m]."""
     return 0.5 * math.sqrt(box.length * box.length + box.width * box.width)
 
 
 @inlined
 def shortest_turn(start: float, end: float) -> float:
-    """The turn from one heading to another that is at most half a circle [rad]."""
+    """Return the turn from one heading to another, at most half a circle [rad]."""
     turn = end - start
     return turn if -math.pi <= turn <= math.pi else turn - 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
 
 
 @inlined
 def frame(box: Box) -> Frame:
-    """The box as a frame."""
+    """Return the box as a frame."""
     return Frame(box.x, box.y, math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width)
 
 
 @inlined
 def building(buildings: Floats, number: int) -> Box:
-    """The outline of one of a road's buildings."""
+    """Return the outline of a building of the road."""
     row = buildings[number]
     return Box(row[0], row[1], row[2], row[3], row[4])
 
@@ -100,7 +100,10 @@ def outline_between(states: Floats, k: int, after: int, part: float, actor: int,
 
 @kernel
 def nearest_points(a: Frame, b: Frame) -> Nearest:
-    """Separating axes decide on overlap; else the least of the eight distances from a corner to the other box."""
+    """Return the nearest points of two outlines, after a test of the separating axes for overlap.
+
+    Without an overlap, the distance is the least of the eight distances from a corner to the other box.
+    """
     dx, dy = b.x - a.x, b.y - a.y
     cos, sin = a.cos * b.cos + a.sin * b.sin, a.cos * b.sin - a.sin * b.cos
     bx, by = a.cos * dx + a.sin * dy, a.cos * dy - a.sin * dx  # b's centre in a's frame
@@ -122,7 +125,7 @@ def nearest_points(a: Frame, b: Frame) -> Nearest:
 
 @inlined
 def _in_world(square: float, x: float, y: float, cos: float, sin: float, owner: int) -> Nearest:
-    """The offset (x, y) seen in the owner's frame, as a `Nearest`; one along an axis stands on a side."""
+    """Return the offset (x, y) in the owner's frame as a `Nearest`; an offset along an axis is normal to a side."""
     distance = math.sqrt(square)
     if distance == 0.0:
         return Nearest(0.0, 0.0, 0.0, CORNERS)
@@ -134,7 +137,7 @@ def _in_world(square: float, x: float, y: float, cos: float, sin: float, owner: 
 def _nearest_corner(
     half_length: float, half_width: float, x: float, y: float, cos: float, sin: float, length: float, width: float
 ) -> tuple[float, float, float]:
-    """Squared distance and offset from a box at the origin to the nearest corner of another.
+    """Return the squared distance and the offset from a box at the origin to the nearest corner of another.
 
     The other has its centre at (x, y), is turned by (cos, sin) and has half sizes `length` and `width`.
     """

@@ -1,10 +1,10 @@
-"""The numba type of a handle (`engine.handles`): one word, whose fields are read where code names them.
+"""The numba type of a handle (`engine.handles`): one word, whose fields are read when code names them.
 
 A header does not change while a kernel runs, so its words are loaded with `!invariant.load`: LLVM reads each once, and
 not again after every write to an array.
 """
 
-# Nothing that numba keeps to itself has types.
+# Internal parts of numba have no types.
 # pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 
 import hashlib
@@ -35,7 +35,7 @@ NUMBERS = {"int": types.int64, "float": types.float64}
 
 
 class HandleType(types.Type):
-    """A handle of one layout. Its name, which is part of symbols of compiled code, has a digest of the layout."""
+    """Type of the handles of a layout. Its name, a part of compiled symbols, has a digest of the layout."""
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
@@ -43,7 +43,7 @@ class HandleType(types.Type):
         super().__init__(f"{layout.name}_{_digest(layout)}")
 
     def type_of(self, field: Field) -> types.Type:
-        """What code gets that reads a field."""
+        """Return the type of a field's value in compiled code."""
         if field.kind == "slots":
             return SlotsType(self)
         if field.layout is not None:
@@ -62,7 +62,7 @@ class SlotsType(types.Type):
 
 
 def handle_type(layout: Layout) -> HandleType:
-    """Return the one type of a layout."""
+    """Return the only type of a layout."""
     if layout.numba_type is None:
         layout.numba_type = HandleType(layout)
     return cast("HandleType", layout.numba_type)
@@ -80,7 +80,7 @@ class _HandleModel(models.OpaqueModel):
 
 @register_model(SlotsType)
 class _SlotsModel(models.OpaqueModel):
-    """The address of the header of the handle that has the slots: how many there are, and where, is read from it."""
+    """The address of the header of the handle with the slots, which holds their number and place."""
 
 
 @typeof_impl.register(Handle)

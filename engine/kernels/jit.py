@@ -4,12 +4,12 @@
 A `@kernel` is compiled on the first call from Python and stored on disk; other kernels contain it. Code that many
 kernels would contain and that takes long to compile is `@shared`: compiled once, called by all others; `@deferred` code
 is compiled only for programs that need it. An `@inlined` function is always copied into its caller. None of these count
-references where another kernel contains them, since numba counts with atomic instructions: they may neither make arrays
-nor return them (numba refuses the former), and read and write arrays of their caller. A function that makes arrays is
-`@allocating`. Each function says so itself, since numba would compile a callee as its first caller is compiled.
+references inside other kernels, since numba counts with atomic instructions: they must neither create arrays nor return
+them (numba refuses the former), and read and write arrays of their caller. A function that creates arrays is
+`@allocating`. Each function is marked itself, since numba would compile a callee as its first caller is compiled.
 
-The cache is named by contents: one compilation for a user, however many clones and environments there are. Any edit of
-a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
+The cache is named by contents: one compilation per user, for all clones and environments. Any edit of a kernel, or of
+an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
 
 Private parts of numba are used in `numba_internals`, `shared` and `handle_types`. With a numba whose parts are untested
 (not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for longer, and once for each
@@ -37,7 +37,7 @@ from engine.user_cache import cache_roots, is_ours, is_writable, remove_old
 if not cast("Any", numba).config.DISABLE_JIT:
     from engine.kernels import handle_types
 
-    assert handle_types  # numba knows the type of `engine.handles` now
+    assert handle_types  # numba now has the type of `engine.handles`
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
 NJIT: Any = numba.njit
@@ -48,7 +48,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def is_known(version: str) -> bool:
-    """Whether the private parts of this numba are as we take them to be."""
+    """Return True if the private parts of this numba version were tested."""
     return version.rpartition(".")[0] in KNOWN
 
 
@@ -61,7 +61,7 @@ def kernel(function: Function) -> Function:
 
 
 def allocating(function: Function) -> Function:
-    """Compile like `@kernel` what makes arrays or returns them: references are counted wherever it is contained."""
+    """Compile a function that creates or returns arrays, like `@kernel`; references are counted in every caller."""
     return _compiled(function, {}, {"_nrt": True})
 
 
@@ -71,22 +71,22 @@ def inlined(function: Function) -> Function:
 
 
 def shared(function: Function) -> Function:
-    """Compile like `@kernel`, and have other kernels call that code where they would contain it: once for all callers.
+    """Compile like `@kernel`, and have other kernels call that code instead of containing it: once for all callers.
 
-    It makes no arrays and counts no references. Rarely executed code is better shared than contained: a small step
+    It creates no arrays and counts no references. Rarely executed code is better shared than contained: a small step
     stays in the caches of the processor.
     """
     return _shared(function, {"_nrt": False}, deferred=False)
 
 
 def deferred(allocates: bool = False) -> Callable[[Function], Function]:
-    """Compile like `@shared`, once a program needs it: `engine.host.plan` says so by `need`."""
+    """Compile like `@shared`, once a program needs it: `engine.host.plan` calls `need`."""
     options = {} if allocates else {"_nrt": False}
     return lambda function: _shared(function, options, deferred=True)
 
 
 def need(*functions: Callable[..., Any]) -> None:
-    """Have deferred functions ready for the kernels that call them."""
+    """Prepare deferred functions for the kernels that call them."""
     for function in functions:
         if not isinstance(function, FunctionType) and is_known(numba.__version__):
             cast("Any", function).need()
@@ -104,7 +104,7 @@ def _shared(function: Function, options: dict[str, Any], deferred: bool) -> Func
 
 
 def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any]) -> Function:
-    """A function compiled with further options, and with some more where it is part of other kernels."""
+    """Return a function compiled with further options, and with those in `within` inside other kernels."""
     if not is_known(numba.__version__):
         return NJIT(**OPTIONS | options)(function) if options else _finished(function)
     from engine.kernels.numba_internals import DRAFT_OPTIONS, Compiled
@@ -114,7 +114,7 @@ def _compiled(function: Function, options: dict[str, Any], within: dict[str, Any
 
 
 def _finished(function: Function, options: dict[str, Any] | None = None) -> Function:
-    """A function with machine code of its own, which is cached."""
+    """Return a function with its own machine code, which is cached."""
     dispatcher: Any = NJIT(**OPTIONS | (options or {}))(function)
     if dispatcher is function:
         return function
@@ -167,7 +167,8 @@ def content_key() -> str:
 def source_hash() -> str:
     """Return the hash of all sources that a compiled kernel may depend on: of their syntax trees, without docstrings.
 
-    An empty file beside the kernels says in its name which text has which hash, so that few starts parse the sources.
+    An empty file in each folder of compiled kernels is named by the hashes of text and syntax, so that few starts parse
+    the sources.
     """
     text = text_digest()
     folders = (FOLDER, *(folder for root in _roots() for folder in _kernel_folders(root)))
@@ -191,7 +192,7 @@ def _temporary_root() -> Path:
 
 
 def _cache_by_place(dispatcher: Any) -> None:
-    """Numba's own cache, in our folder: an entry is of use to one installation only."""
+    """Store the machine code with numba's own cache, in our folder: an entry serves a single installation."""
     config = cast("Any", numba).config
     before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
     try:

@@ -1,9 +1,9 @@
-"""What a file expects of a run, and what it lets a search make large or small, worked out when the run is over.
+"""Expectations and search objectives of a run, evaluated when the run is over.
 
 Rules are evaluated in each sample, and once more at the instant of the ego's first contact: `append_contact_sample`
-stores that instant in place of the next sample, in which nothing is driven any more, and `step_on` removes it again.
-So a formula sees samples 0 to the last, then contact; a reducer takes the same ones, at their times. `final` alone
-stops at the last sample, as `record final` does.
+stores that instant in place of the next sample, in which nothing is driven any more, and `step_on` removes it again. So
+a formula has the values of samples 0 to the last, then contact; a reducer takes the same values, at their times. Only
+`final` stops at the last sample, as `record final` does.
 
 A number that is NaN breaks the run: it is an error, and never a result.
 """
@@ -23,7 +23,7 @@ from engine.vocabulary import Column, Reducer, State
 _NAMES = [row.name for row in PAIRS]
 NEAREST, AT = _NAMES.index("min_distance"), _NAMES.index("min_distance_time")
 COLUMNS = tuple(_NAMES.index(row.name) if row.name in _NAMES else -1 for row in NAMED_RESULTS)
-"""Where each result by name stands among those of a pair; -1 for what is worked out here."""
+"""Column of each named result among those of a pair; -1 for results that are computed here."""
 DELTA_V, ENCROACHMENT = ([row.name for row in NAMED_RESULTS].index(n) for n in ("delta_v", "post_encroachment_time"))
 
 # -- the instant of contact --------------------------------------------------------------------------------------------
@@ -31,7 +31,9 @@ DELTA_V, ENCROACHMENT = ([row.name for row in NAMED_RESULTS].index(n) for n in (
 
 @deferred()
 def append_contact_sample(run: Run) -> None:
-    """Let the next sample be the instant of the ego's first contact, for one look at all rules; motion is linear."""
+    """Write the instant of the ego's first contact as the next sample, for one evaluation of all rules; motion is
+    linear.
+    """
     sample = run.status[Status.SAMPLE]
     for actor in range(run.states.shape[1]):
         for column in range(run.states.shape[2]):
@@ -45,7 +47,7 @@ def append_contact_sample(run: Run) -> None:
 
 @deferred()
 def step_on(run: Run) -> None:
-    """The sample after contact again, as it would be had the ego touched nobody."""
+    """Restore the sample after contact, as it would be if the ego had touched nobody."""
     sample = run.status[Status.SAMPLE]
     for actor in range(run.states.shape[1]):
         for column in range(run.states.shape[2]):
@@ -58,8 +60,8 @@ def step_on(run: Run) -> None:
 
 @kernel
 def judge(plan: Plan, run: Run, pairs: Floats, outlines: Floats, sought: Floats, broken: Floats) -> int:
-    """What each objective of a measured run comes to, into `sought`, and 1.0 into `broken` where an expectation is
-    broken, 0.0 where it is kept. Return the first whose number is NaN, or -1.
+    """Write the value of each objective of a measured run into `sought`, and 1.0 into `broken` for a broken
+    expectation, else 0.0. Return the first objective whose number is NaN, or -1.
 
     `pairs` (pairs, len(PAIRS)): the metrics of the run; `outlines` as in `pair.measure_pair`; `sought` and `broken`
     (objectives,).
@@ -91,7 +93,7 @@ def judge(plan: Plan, run: Run, pairs: Floats, outlines: Floats, sought: Floats,
 
 @inlined
 def _read(plan: Plan, run: Run, last: int, seen: int, pairs: Floats, outlines: Floats) -> None:
-    """Registers in which the first locals are the readings of the run."""
+    """Write the registers for the objectives, whose first locals are the readings of the run."""
     for register in range(len(run.registers)):
         run.final[register] = run.registers[register]
     for reading in range(len(plan.readings)):
@@ -105,8 +107,8 @@ def _read(plan: Plan, run: Run, last: int, seen: int, pairs: Floats, outlines: F
 
 @kernel
 def reduced(kind: int, watched: Floats, rule: int, last: int, seen: int, step: float, end: float) -> float:
-    """One number of a rule's values at samples 0 to `last`, a `step` [s] apart, and, where `seen` is greater, at the
-    `end` [s] of the run; in between they are linear. NaN where one of those is that count.
+    """Return a reduction of a rule's values at samples 0 to `last`, a `step` [s] apart, and, if `seen` is greater, at
+    the `end` [s] of the run; in between they are linear. NaN if a value that counts is NaN.
     """
     if kind == Reducer.FINAL:
         return watched[last, rule]
@@ -129,7 +131,7 @@ def reduced(kind: int, watched: Floats, rule: int, last: int, seen: int, step: f
 
 @inlined
 def _result(plan: Plan, run: Run, name: int, pairs: Floats, outlines: Floats) -> float:
-    """A result by name, of whom the ego came nearest to."""
+    """Return a named result of the pair whose other actor came nearest to the ego."""
     nearest = 0
     for pair in range(1, len(pairs)):
         if pairs[pair, NEAREST] < pairs[nearest, NEAREST]:
@@ -143,7 +145,9 @@ def _result(plan: Plan, run: Run, name: int, pairs: Floats, outlines: Floats) ->
 
 @inlined
 def _shared(run: Run, other: int) -> tuple[int, int]:
-    """The first sample that the ego and another share, and how many they do without a gap."""
+    """Return the first sample at which both the ego and another are present, and the number of such samples without a
+    gap.
+    """
     samples = int(run.status[Status.SAMPLE]) + (0 if run.end[1] > 0.0 else 1)
     first, count = 0, 0
     for sample in range(samples):
@@ -159,7 +163,7 @@ def _shared(run: Run, other: int) -> tuple[int, int]:
 
 @kernel
 def _delta_v(plan: Plan, run: Run, other: int, time: float, outlines: Floats) -> float:
-    """|v| m_other / (m_ego + m_other) at the instant of MD [m/s]: of a central impact without rebound.
+    """Return |v| m_other / (m_ego + m_other) at the instant of MD [m/s]: delta-v of a central impact without rebound.
 
     Laureshyn et al. (2017), "In search of the severity dimension of traffic events", Accid. Anal. Prev. 98: Delta-V0.
     """
@@ -175,8 +179,8 @@ def _delta_v(plan: Plan, run: Run, other: int, time: float, outlines: Floats) ->
 
 @kernel
 def _encroachment(plan: Plan, run: Run, other: int, distance: float, outlines: Floats) -> float:
-    """The magnitude of PET by shift [s] (`conflict.post_encroachment_time`): 0 on contact, infinite where no place is
-    passed by both.
+    """Return the magnitude of PET by shift [s] (`conflict.post_encroachment_time`): 0 on contact, infinite if the two
+    share no place.
     """
     if distance == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""Motion of everybody from one sample to the next, from what each was commanded to do."""
+"""Motion of all actors from one sample to the next, by their commands."""
 
 import math
 from typing import NamedTuple
@@ -14,11 +14,11 @@ from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, Column, State
 
 REVERSE_SPEED = 13.9
-"""The fastest that any engine drives backwards [m/s]; CommonRoad, vehicle 2."""
+"""Largest speed in reverse by engine power [m/s]; CommonRoad, vehicle 2."""
 
 
 class PedalResult(NamedTuple):
-    """What the pedals do in a step: acceleration along the way one goes [m/s^2], and where they are at its end."""
+    """Acceleration by the pedals in the direction of travel [m/s^2], and their positions at a step's end."""
 
     acceleration: float
     throttle: float
@@ -30,7 +30,7 @@ class PedalResult(NamedTuple):
 
 @inlined
 def step(plan: Plan, run: Run) -> None:
-    """Write the next sample of everybody but those whom a host moves."""
+    """Write the next sample of all actors except those that a host moves."""
     sample = int(run.status[Status.SAMPLE])
     for actor in range(len(plan.kinds)):
         if run.actors[actor, Memory.FREE] != 0.0:
@@ -61,9 +61,9 @@ def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
 
 @inlined
 def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """One actor's step from what it was commanded to do.
+    """Move one actor by a step according to its commands.
 
-    Who goes backwards is driven as one that faces the other way, and steers to the other side.
+    A vehicle in reverse is computed as one that faces the other way and steers to the other side.
     """
     memory = run.actors
     vehicle = vehicle_of(plan, run, actor)
@@ -73,7 +73,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
         memory[actor, Memory.SET_SPEED] = NO_SPEED
     way = direction_of_travel(speed, memory[actor, Memory.REVERSE], plan.kinds[actor])
     pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
-    faces = 1.0 if plan.slides[actor] != 0 else way  # a car that slips is turned back by a spin alone
+    faces = 1.0 if plan.slides[actor] != 0 else way  # a slipping car is turned back only by a spin
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
     motion = Motion(
         memory[actor, Memory.REAR_X],
@@ -105,7 +105,9 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
 def _record(
     plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: PedalResult
 ) -> None:
-    """The sample after `before`, at which the speed was `speed`; `faces` turns a motion that was turned round back."""
+    """Write the sample after `before`, at which the speed was `speed`; `faces` -1 reverts the sign of a reversed
+    motion.
+    """
     states, sample = run.states, before + 1
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     states[sample, actor, State.X] = after.x + to_center * after.cos
@@ -119,12 +121,12 @@ def _record(
     states[sample, actor, State.PRESENT] = 1.0
 
 
-# -- pedals: how far they are pressed in one step, and the acceleration that they ask for ------------------------------
+# -- pedals: positions in a step, and acceleration ---------------------------------------------------------------------
 
 
 @inlined
 def direction_of_travel(speed: float, reverse: float, kind: int) -> float:
-    """1 of who goes or will go forwards, -1 of a vehicle that goes backwards, or stands with the reverse gear in."""
+    """Return 1.0 for forward travel, -1.0 for a vehicle that moves backwards, or stands with reverse gear."""
     if speed < 0.0 or (speed == 0.0 and reverse != 0.0 and kind != ActorKind.PEDESTRIAN):
         return -1.0
     return 1.0
@@ -132,12 +134,12 @@ def direction_of_travel(speed: float, reverse: float, kind: int) -> float:
 
 @inlined
 def pedal_response(asked: float, before: float, build_up: float, time_step: float) -> tuple[float, float]:
-    """A pedal at the end of a step, and its mean over the step: it is pressed at 1 / `build_up` and let go at once.
+    """Return a pedal's position at the end of a step, and its mean; it rises at 1 / `build_up` [1/s] and falls at once.
 
     Formula of the mean of a pedal p that rises at 1 / T from p0 to p1 within a step of length h, and is held from then
     on: p1 - (p1 - p0)^2 T / (2 h).
     """
-    if not (asked > before and build_up > 0.0):  # a pedal that is NaN comes back as it is
+    if not (asked > before and build_up > 0.0):  # a pedal that is NaN is returned unchanged
         return asked, asked
     after = min(asked, before + time_step / build_up)
     rise = after - before
@@ -146,10 +148,10 @@ def pedal_response(asked: float, before: float, build_up: float, time_step: floa
 
 @inlined
 def push(plan: Plan, run: Run, sample: int, actor: int, vehicle: Vehicle, speed: float, way: float) -> PedalResult:
-    """Pedals to acceleration; `speed` is along the way, which is -1 backwards.
+    """Return the effect of the pedals; `speed` is along the direction of travel `way`, which is -1 in reverse.
 
-    A throttle pushes the way that the gear is in; against it, it slows like a brake. Brakes and drag oppose the motion
-    and stop at rest.
+    A throttle accelerates in the direction of the gear; against it, it decelerates like a brake. Brakes and drag oppose
+    the motion and end at rest.
     """
     states, memory, time_step = run.states, run.actors, plan.layout.time_step
     build_up = column_of(plan, run, actor, Column.PEDAL_TIME)

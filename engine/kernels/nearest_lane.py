@@ -1,4 +1,4 @@
-"""The lane that somebody is in: the one whose centre line is nearest."""
+"""Lane of a position: the lane with the nearest centre line."""
 
 import math
 
@@ -9,10 +9,10 @@ from engine.tables import RoadTables
 
 @kernel
 def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
-    """The lane whose centre line is nearest; of equally near ones the first.
+    """Return the lane with the nearest centre line; of equally near ones the first.
 
-    With a heading (not NaN) a lane that runs across it counts one width farther off, one that runs against it two.
-    What a likely lane costs is known first, so that most others are left out at a glance.
+    With a heading (not NaN) the cost of a lane across it is increased by one lane width, of a lane against it by two.
+    The cost of a likely lane is computed first, so that most others are rejected by a cheap test.
     """
     best, best_cost = 0, math.inf
     if len(road.lane_path) == 0:
@@ -27,7 +27,7 @@ def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
 
 @inlined
 def _likely_lane(road: RoadTables, x: float, y: float) -> int:
-    """A straight lane that is near, if there is one."""
+    """Return a near straight lane, if there is one, else lane 0."""
     likely, least = 0, math.inf
     for lane in range(len(road.lane_path)):
         row = int(road.path_start[road.lane_path[lane]])
@@ -41,7 +41,7 @@ def _likely_lane(road: RoadTables, x: float, y: float) -> int:
 
 @inlined
 def _lane_cost(road: RoadTables, lane: int, x: float, y: float, heading: float, bound: float) -> float:
-    """How far off a lane is, in the sense of `lane_nearest`; infinite where that is no less than `bound`, or nearly."""
+    """Return the cost of a lane as in `lane_nearest` [m]; infinite if it is at least `bound`, or nearly."""
     path = int(road.lane_path[lane])
     first, last = int(road.path_start[path]), int(road.path_start[path + 1])
     dx, dy = x - road.primitives[first, X], y - road.primitives[first, Y]

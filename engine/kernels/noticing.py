@@ -1,8 +1,9 @@
-"""Who sees whom in a run: the view of an actor at a sample, past everybody else who takes part and all buildings.
+"""Visibility between actors in a run: the view of an actor at a sample, past all other present actors and all
+buildings.
 
-An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) where nothing hides it. A driver of the
-library turns its head: it *notices* whomever nothing hides, as far as the weather lets anybody see. Who is absent
-neither sees, nor is seen, nor hides anybody.
+An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) if nothing hides it. A driver of the
+library turns its head: it *notices* every actor that nothing hides, as far as the weather permits. An absent actor
+neither sees, nor is seen, nor hides another.
 """
 
 import math
@@ -19,7 +20,7 @@ from engine.vocabulary import Column, State
 
 @inlined
 def visibility(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
-    """What becomes of one actor's look at another at a recorded sample: `sight.OUTSIDE`, `HIDDEN` or `SEEN`."""
+    """Return the visibility of an actor from another at a recorded sample: `sight.OUTSIDE`, `HIDDEN` or `SEEN`."""
     if not _both_present(run, sample, viewer, target):
         return OUTSIDE
     box = outline_of(plan, run, sample, target)
@@ -28,13 +29,13 @@ def visibility(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> i
 
 @inlined
 def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
-    """Whether one actor sees another at a recorded sample."""
+    """Return True if one actor sees another at a recorded sample."""
     return bool(visibility(plan, run, sample, viewer, target) == SEEN)
 
 
 @inlined
 def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int, reach: float) -> bool:
-    """Whether nothing hides one actor from another at a recorded sample, wherever that looks within a reach [m]."""
+    """Return True if nothing hides one actor from another at a recorded sample, in any direction within `reach` [m]."""
     if not _both_present(run, sample, viewer, target):
         return False
     x, y = run.states[sample, viewer, State.X], run.states[sample, viewer, State.Y]
@@ -51,7 +52,7 @@ def _both_present(run: Run, sample: int, viewer: int, target: int) -> bool:
 
 @inlined
 def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
-    """An actor's field of view at a recorded sample."""
+    """Return an actor's field of view at a recorded sample."""
     return View(
         run.states[sample, viewer, State.X],
         run.states[sample, viewer, State.Y],
@@ -63,13 +64,13 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
 
 @inlined
 def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
-    """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
+    """Return the visibility of an outline past all actors except `viewer` and `looked_at` (-1: no such actor)."""
     if not in_reach(view, target):
         return OUTSIDE
     count = len(plan.kinds)
     if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
         if len(plan.road.buildings) == 0 and _is_around(view, target.x, target.y):
-            return SEEN  # as nearly always of two on a road: there is nothing that could hide them
+            return SEEN  # nearly always for two actors on a road: nothing could hide them
         count = 0
     elif run.status[Status.SHADED] != sample:
         _cast_shades(plan, run, sample)
@@ -78,7 +79,7 @@ def visibility_past(plan: Plan, run: Run, sample: int, view: View, target: Box, 
 
 @inlined
 def _is_around(view: View, x: float, y: float) -> bool:
-    """Whether a point is in the reach of who looks all around."""
+    """Return True if a point is within the distance of a view that covers all directions."""
     dx, dy = x - view.x, y - view.y
     return view.angle >= 2.0 * math.pi and view.distance >= 0.0 and dx * dx + dy * dy <= view.distance * view.distance
 
@@ -97,7 +98,7 @@ def _cast_shades(plan: Plan, run: Run, sample: int) -> None:
 
 @inlined
 def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
-    """Whether a present actor's centre is nearer than `distance` and `me` sees it."""
+    """Return True if `me` sees a present actor whose centre is nearer than `distance` [m]."""
     states = run.states
     x, y = states[sample, me, State.X], states[sample, me, State.Y]
     for other in range(states.shape[1]):
@@ -109,17 +110,18 @@ def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> 
     return False
 
 
-# -- what the ego saw of the others ------------------------------------------------------------------------------------
+# -- sightings by the ego ----------------------------------------------------------------------------------------------
 
 FIRST_SEEN, TTC_THEN, HIDDEN_TIME = (ROWS.index(name) for name in ("first_seen", "ttc_at_first_sight", "hidden_time"))
 
 
 @inlined
 def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: Floats, pairs: Floats) -> None:
-    """Write what the ego saw in the first `samples` samples of a run, and the part `ending` of a step after them, into
-    the row of each pair; `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step after it.
+    """Write `first_seen`, `ttc_at_first_sight` and `hidden_time` into the row of each pair, from the first `samples`
+    samples of a run and the part `ending` of the step after them; `outlines` as in `pair.measure_pair`.
 
-    Where nobody else and no building can hide it, one that was seen needs no further look.
+    Visibility at a sample holds for the step after it. If no other actor and no building can hide it, an actor that was
+    seen once needs no further test.
     """
     hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
     for pair in range(len(pairs)):

@@ -1,18 +1,18 @@
 """Private parts of numba: functions without machine code of their own, and a cache by content.
 
-`Compiled`: numba would optimise and finish each function alone, and again with each function that it is copied into on
-the way to what Python calls. A `_Draft` keeps it from that: two thirds of the time that a first compilation took.
+`Compiled`: numba would optimise and finish each function alone, and again in each function that contains it. A `_Draft`
+prevents that, which saves two thirds of the time of a first compilation.
 
-`cache_by_content`: numba's own cache is named by the place of the source and its time, and keeps an index beside the
-code: two files, which a process that dies between them leaves at odds. Here each compiled signature is one file that
-appears whole, named by what it is for, and is checked when it is read. What is broken is compiled again.
+`cache_by_content`: numba's own cache is named by path and time of the source, and stores an index apart from the code:
+two files, which are inconsistent if the process dies between their writes. Here each compiled signature is one file
+that is written atomically, named by its purpose, and checked when it is read. A broken file is compiled again.
 
-The file of a caller says which cells of shared functions it names (`engine.kernels.shared`).
+The file of a caller lists the cells of shared functions that it names (`engine.kernels.shared`).
 
-`tests/engine/kernels/test_numba_internals.py` looks at the parts that are used.
+`tests/engine/kernels/test_numba_internals.py` tests the parts that are used.
 """
 
-# Nothing that numba keeps to itself has types.
+# Internal parts of numba have no types.
 # pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 
 import hashlib
@@ -46,24 +46,24 @@ class _Draft(JITCodeLibrary):
     """The code of a function that exists only inside its callers, which make machine code of it."""
 
     def _optimize_final_module(self) -> None:
-        """Its callers do."""
+        """Do nothing: the callers' modules are optimised."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """The null pointer, numba's sign for a function that Python cannot call."""
+        """Return the null pointer, numba's sign for a function that Python cannot call."""
         del name
         return 0
 
     @property
     def codegen(self) -> Any:
-        """Sets the address of the function's environment, which belongs to the bridge from Python."""
+        """Return this object, which sets the address of an environment: part of the bridge from Python."""
         return self
 
     def set_env(self, env_name: str, env: object) -> None:
-        """Nothing to set."""
+        """Do nothing: there is no environment."""
 
 
 class _DraftCompiler(Compiler):
@@ -77,12 +77,12 @@ class _DraftCompiler(Compiler):
 
 
 FINISHING = Lock()
-"""Of two threads that call a function for the first time, one makes it: two would compile for twice as long."""
+"""Lock for the first call of a function from two threads: compiling twice would take twice as long."""
 DRAFT_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": _DraftCompiler}
 
 
 class Compiled:
-    """What Python sees of a function that kernels contain; numba sees its draft. Python's first call finishes it."""
+    """A function that kernels contain, as Python sees it; numba sees its draft. Python's first call finishes it."""
 
     def __init__(
         self, function: Callable[..., Any], draft: Any, finish: Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -98,7 +98,7 @@ class Compiled:
 
     @property
     def finished(self) -> Any:
-        """The function with machine code of its own."""
+        """Return the function with its own machine code."""
         with FINISHING:
             if self._finished is None:
                 self._finished = self._finish(self.py_func)
@@ -114,7 +114,7 @@ def _type_of_draft(function: Compiled, _context: object) -> types.Type:
 
 
 class _Reduced(CompileResultCacheImpl):
-    """What is stored of compiled code: the cells that it names, and numba's own reduction."""
+    """Serialization of compiled code: the cells that it names, and numba's own reduction."""
 
     def reduce(self, cres: Any) -> Any:
         library = cres.library
@@ -146,9 +146,9 @@ def cache_by_content(
     sources: Path,
     packaged: PackagedKernels | None = None,
 ) -> None:
-    """Keep what is compiled of a function in a folder whose name says which `sources` it comes from.
+    """Store compiled code of a function in a folder whose name identifies its `sources`.
 
-    What is in the folder of the package is not compiled.
+    Code in the folder of the package is not compiled.
     """
     if Path(function.__code__.co_filename).is_file():
         dispatcher._cache = _cache_class(folder, sources, packaged)(function)
@@ -160,7 +160,7 @@ def _cache_class(folder: Path, sources: Path, packaged: PackagedKernels | None) 
         _locator_classes = [_locator_class(folder, sources)]  # noqa: RUF012 (numba's own attribute)
 
         def get_filename_base(self, fullname: str, abiflags: str) -> str:
-            """Return the beginning of the names of a function's files: with its line where other code is cached."""
+            """Return the begin of the names of a function's files: with its line for code outside our kernels."""
             if cast("Any", self).locator.kernel is None:
                 return str(super().get_filename_base(fullname, abiflags))
             return fullname.replace("<", "").replace(">", "")
@@ -170,7 +170,7 @@ def _cache_class(folder: Path, sources: Path, packaged: PackagedKernels | None) 
 
 def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator]:
     class Locator(UserProvidedCacheLocator):
-        """Places a function's files: those of our kernels by the name of their module, any others by their place."""
+        """Location of a function's files: for our kernels by module name, for others by path."""
 
         def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
             source = Path(py_file)
@@ -185,7 +185,7 @@ def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator
             return cls(py_func, py_file)
 
         def get_source_stamp(self) -> bytes:
-            """The folder stands for the contents of our kernels; other files are looked at."""
+            """Return nothing for our kernels, whose folder identifies their contents; a hash for other files."""
             return self._stamp
 
     return Locator
@@ -207,15 +207,15 @@ class _KernelCache(FunctionCache):
             self._packaged_file = _Files(self.packaged.folder / self._kernel, name, b"")
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Return a key without the bytes of a kernel's code, which vary with docstrings: the folder stands for it."""
+        """Return a key without the bytes of a kernel's code, which vary with docstrings: the folder identifies them."""
         signature, target, (code, closure) = super()._index_key(sig, codegen)
         return signature, target, (self._function if self._kernel else code, closure)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what `_load_overload` finds.
+        """Return the result of `_load_overload`.
 
-        numba would first import the declarations of all that it can compile, with scipy.linalg: a compiled kernel needs
-        none of them, and whatever has to be compiled imports them.
+        numba would first import the declarations of everything it can compile, including scipy.linalg: a compiled
+        kernel needs none of them, and a compilation imports them itself.
         """
         rtsys.initialize(target_context)
         with cast("Any", self)._guard_against_spurious_io_errors():
@@ -253,7 +253,7 @@ class _Files:
         self._folder, self._name, self._stamp = folder, name, stamp
 
     def load(self, key: Any) -> Any:
-        """The code for this key, None where there is none that is whole."""
+        """Return the code for this key; None if there is no complete file."""
         path = self._path(key)
         try:
             content = path.read_bytes()
@@ -280,7 +280,7 @@ class _Files:
             raise
 
     def flush(self) -> None:
-        """Nothing is in memory."""
+        """Do nothing: no data is held in memory."""
 
     def _path(self, key: Any) -> Path:
         return self._folder / f"{self._name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"

@@ -1,6 +1,6 @@
-"""Compiled kernels that a wheel carries: a folder in the package that is read before the user's cache.
+"""Compiled kernels of a wheel: a folder in the package that is read before the user's cache.
 
-Its kernels are compiled for a named processor of a platform, not for the one of the machine that built the wheel.
+Its kernels are compiled for a named processor of a platform, not for that of the machine that built the wheel.
 """
 
 import json
@@ -24,7 +24,7 @@ SYNONYMS = {"amd64": "x86_64", "aarch64": "arm64"}
 
 
 class Target(NamedTuple):
-    """What machine code is compiled for, in the order of numba's own keys."""
+    """Target of machine code, in the order of numba's own keys."""
 
     triple: str
     processor: str
@@ -72,7 +72,7 @@ def process_triple() -> str:
 
 
 def processor() -> tuple[str, str]:
-    """Return LLVM's name of the processor that numba compiles for, and its features; empty where LLVM cannot tell."""
+    """Return LLVM's name of the processor that numba compiles for, and its features; empty if unknown."""
     config, untyped = cast("Any", numba).config, cast("Any", binding)
     try:
         features = untyped.get_host_cpu_features().flatten() if config.CPU_FEATURES is None else config.CPU_FEATURES
@@ -89,6 +89,6 @@ def _suits(target: Target) -> bool:
         return chosen == target[1:]
     try:
         features = dict(cast("Any", binding).get_host_cpu_features())
-    except RuntimeError:  # LLVM cannot tell
+    except RuntimeError:  # LLVM does not know them
         return False
     return target.runs_on(process_triple(), features)

@@ -1,6 +1,6 @@
-"""MD, MS, D_MS and TTC_MS of one pair (ego, other) from recorded states: the one definition for every host.
+"""MD, MS, D_MS and TTC_MS of a pair (ego, other) from recorded states: the common definition of all hosts.
 
-With p the way from the ego's centre to the other's and v its rate of change:
+With p the vector from the ego's centre to the other's and v its rate of change:
 
     closing speed   c = -(p . v) / |p|                                     centres
     MS              the largest c over the samples of the pair
@@ -9,63 +9,62 @@ With p the way from the ego's centre to the other's and v its rate of change:
     TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
                     infinite
     MD              least distance between the outlines over continuous time; 0 on contact
-    instant of MD   the first sample no farther than MD + 1e-6 m; without such a sample, the instant itself: while two
-                    stand or pass on parallel lines the arg min is rounding noise
+    instant of MD   the first at which they are no farther than MD + 1e-6 m: while two stand or pass on parallel lines
+                    the arg min is rounding noise
     approach        speeds, angle, c and side at the instant of MD, or of contact
 
-Two that are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
+Two actors that are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
 """
 
 import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from engine.kernels.approach import centers_apart, closest_in_step
-from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, outline_between, shortest_turn
+from engine.kernels.geometry import Box, box_distance, outline_at, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel, shared
+from engine.kernels.least_distance import SAME_DISTANCE, first_as_near, least_distance, least_in_ending
 from engine.outcomes import PAIRS
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
 
 CLOSING_SPEED_TOLERANCE = 0.01
-"""How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""
+"""Largest difference from the maximum closing speed at the instant of MS [m/s]."""
 NOISE_FLOOR = 1e-9
-"""Only what closes faster approaches [m/s]: two that keep their distance have a closing speed of some 1e-15 either way,
-and whether D_MS is a number must not hang on its sign."""
-SAME_DISTANCE = 1e-6
-"""Distances that differ by less are equal [m]: which of them is the least is decided by rounding."""
+"""Closing speed above which two actors approach [m/s]: at a constant distance it is rounding noise of about 1e-15 of
+either sign, on which D_MS must not depend.
+"""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
 ROWS = [row.name for row in PAIRS]
 NOT_OF_MOTION = ("first_seen", "ttc_at_first_sight", "hidden_time", "fault")
-"""What views and the road tell of a pair: `kernels.rows` adds it."""
+"""Metrics that depend on views and the road: `kernels.rows` adds them."""
 
 if TYPE_CHECKING:
 
     class PairMetrics(Any):
-        """What motion tells of one pair, by the table in `engine.outcomes`: floats. Times count from its start."""
+        """Metrics of a pair's motion, by the table in `engine.outcomes`: floats. Times count from its start."""
 
 else:
     PairMetrics = namedtuple("PairMetrics", [name for name in ROWS if name not in NOT_OF_MOTION])
 
 PLACES: tuple[int, ...] = tuple(ROWS.index(name) for name in PairMetrics._fields)
-"""Where each of them stands in the row of a pair."""
+"""Column of each metric in the row of a pair."""
 
 
 class Approach(NamedTuple):
-    """How the two met: the pair at the instant of MD, or of contact."""
+    """State of the pair at the instant of MD, or of contact."""
 
     ego_speed: float
-    """Of the rear axle, along its heading [m/s]."""
+    """Speed of the ego's rear axle, along its heading [m/s]."""
     other_speed: float
     """[m/s]"""
     angle: float
-    """The other's heading seen from the ego's, -pi .. pi [rad]: 0 the same way, +-pi head-on, positive to the left."""
+    """The other's heading minus the ego's, -pi .. pi [rad]: 0 the same way, +-pi head-on, positive to the left."""
     closing_speed: float
-    """Of the centres [m/s]."""
+    """Closing speed of the centres [m/s]."""
     side: int
-    """`Side` of the ego's outline on which the other is."""
+    """`Side` of the ego's outline at which the other is."""
 
 
 class Rate(NamedTuple):
@@ -85,12 +84,12 @@ def measure_pair(
     contacted: bool,
     ending: float = 0.0,
 ) -> PairMetrics:
-    """Metrics of the pair (actor 0, `other`), from when both are present until one of the two is absent.
+    """Return the metrics of the pair (actor 0, `other`), from their first common sample until one of them is absent.
 
     `states` (rows, actors, len(State)), of which the first `samples` (at least 1) belong to the run; `outlines`
-    (actors, 3): length, width, distance from rear axle to centre [m]. Where first contact (of any pair) ended the run
-    inside a step, `ending` in (0, 1] is the part of the step that came before it, and row `samples` holds where
-    all actors would be without contact. `contacted`: it was this pair that touched.
+    (actors, 3): length, width, distance from rear axle to centre [m]. If first contact (of any pair) ended the run
+    inside a step, `ending` in (0, 1] is the part of the step before it, and row `samples` holds the states that all
+    actors would have without contact. `contacted`: this pair was in contact.
     """
     first = _first_together(states, samples, other)
     if first == samples:
@@ -107,10 +106,10 @@ def measure_pair(
     if contacted:
         least, least_at = 0.0, together - 1 + ending
     else:
-        least, least_at = _least_distance(states, together, other, outlines, seed)
+        least, least_at = least_distance(states, together, other, outlines, seed)
         if beyond:
-            least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
-        least_at = _first_as_near(states, other, outlines, least, least_at)
+            least, least_at = least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
+        least_at = first_as_near(states, other, outlines, least, least_at)
     least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
     approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
     return PairMetrics(
@@ -148,7 +147,7 @@ def _never_together() -> PairMetrics:
 
 @inlined
 def _first_together(states: Floats, samples: int, other: int) -> int:
-    """The first sample at which both are present; `samples` if there is none."""
+    """Return the first sample at which both are present; `samples` if there is none."""
     for k in range(samples):
         if states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0:
             return k
@@ -157,7 +156,7 @@ def _first_together(states: Floats, samples: int, other: int) -> int:
 
 @inlined
 def _samples_together(states: Floats, samples: int, other: int) -> int:
-    """Number of samples, from one that has both, at which both are present without a gap."""
+    """Return the number of samples, from a common one on, at which both are present without a gap."""
     for k in range(1, samples):
         if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
             return k
@@ -166,7 +165,7 @@ def _samples_together(states: Floats, samples: int, other: int) -> int:
 
 @kernel
 def _survey(states: Floats, together: int, time_step: float, other: int, outlines: Floats) -> tuple[int, float]:
-    """The sample at which the centres are nearest, and the largest closing speed [m/s]."""
+    """Return the sample at which the centres are nearest, and the largest closing speed [m/s]."""
     nearest, seed, fastest = math.inf, 0, -math.inf
     for k in range(together):
         x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
@@ -181,7 +180,7 @@ def _survey(states: Floats, together: int, time_step: float, other: int, outline
 def _first_as_fast(
     states: Floats, together: int, time_step: float, other: int, outlines: Floats, fastest: float
 ) -> int:
-    """The first sample whose closing speed is the largest but for the tolerance."""
+    """Return the first sample whose closing speed is within the tolerance of the largest."""
     for k in range(together):
         if closing_speed(states, together, k, time_step, other, outlines) >= fastest - CLOSING_SPEED_TOLERANCE:
             return k
@@ -190,7 +189,7 @@ def _first_as_fast(
 
 @inlined
 def closing_speed(states: Floats, samples: int, k: int, time_step: float, other: int, outlines: Floats) -> float:
-    """-(p . v) / |p| at sample k [m/s]; 0 where the centres coincide."""
+    """Return -(p . v) / |p| at sample k [m/s]; 0 if the centres coincide."""
     x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
     mine = center_velocity(states, samples, k, time_step, 0, outlines[0, 2])
     theirs = center_velocity(states, samples, k, time_step, other, outlines[other, 2])
@@ -202,7 +201,7 @@ def closing_speed(states: Floats, samples: int, k: int, time_step: float, other:
 
 @kernel
 def _approach(states: Floats, samples: int, at: float, time_step: float, other: int, outlines: Floats) -> Approach:
-    """The pair `at` steps after the first of `samples` samples, in between linearly."""
+    """Return the state of the pair `at` steps after the first of `samples` samples, interpolated linearly."""
     k = min(int(at), samples - 1)
     after, part = min(k + 1, samples - 1), at - k
     ego = outline_between(states, k, after, part, 0, outlines)
@@ -225,9 +224,10 @@ def _mix(start: float, end: float, part: float) -> float:
 
 @inlined
 def side_of(ego: Box, other: Box) -> int:
-    """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least.
+    """Return the `Side` beyond which the other is farthest; of overlapping outlines, the side that it has crossed
+    least.
 
-    Of two sides that are equally far, as where corners meet, front or rear.
+    Of two equally far sides, as for touching corners, front or rear.
     """
     cos, sin = math.cos(ego.heading), math.sin(ego.heading)
     x, y = other.x - ego.x, other.y - ego.y
@@ -243,13 +243,14 @@ def side_of(ego: Box, other: Box) -> int:
 
 @inlined
 def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, to_center: float) -> Rate:
-    """Velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing about it.
+    """Return the velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing
+    about it.
 
-    Of a body that slides after an impact it is the way of its centre between the samples beside; at the first after
-    the impact that to the next one alone, so that it has nothing of what was before the blow.
+    For a body that slides after an impact it is the central difference of its centre; at the first sample after the
+    impact the forward difference, so that motion before the impact has no influence.
 
-    The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
-    the samples it is that of the step before.
+    The yaw rate is the central difference of the headings, which holds for any limit of the turn; at the last sample it
+    is that of the step before.
     """
     before, after = max(k - 1, 0), min(k + 1, samples - 1)
     if states[k, actor, State.PRESENT] == SLIDING and after > before:
@@ -267,50 +268,6 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
 
 @inlined
 def swung(heading: float, speed: float, swing: float) -> Rate:
-    """Velocity of a centre whose rear axle goes along the heading, and about which it swings sideways [m/s]."""
+    """Return the velocity of a centre that swings about a rear axle, which moves along the heading [m/s]."""
     cos, sin = math.cos(heading), math.sin(heading)
     return Rate(speed * cos - swing * sin, speed * sin + swing * cos)
-
-
-@kernel
-def _least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
-    """MD over whole steps [m] and when, in steps. A good first value (at `seed`) lets nearly all steps be skipped."""
-    first, second = outline_at(states, seed, 0, outlines), outline_at(states, seed, other, outlines)
-    best, at = box_distance(first, second), float(seed)
-    radii = half_diagonal(first) + half_diagonal(second)
-    reach2 = (best + radii) ** 2
-    for k in range(together - 1):
-        a0, a1 = outline_at(states, k, 0, outlines), outline_at(states, k + 1, 0, outlines)
-        b0, b1 = outline_at(states, k, other, outlines), outline_at(states, k + 1, other, outlines)
-        if centers_apart(a0, a1, b0, b1, reach2):
-            continue
-        best, fraction = closest_in_step(a0, a1, b0, b1, best)
-        if fraction >= 0.0:
-            at, reach2 = k + fraction, (best + radii) ** 2
-    return best, at
-
-
-@kernel
-def _first_as_near(states: Floats, other: int, outlines: Floats, least: float, at: float) -> float:
-    """The instant of MD, in steps: the first sample as near as MD but for `SAME_DISTANCE`, or `at` without one."""
-    limit = least + SAME_DISTANCE
-    radii = half_diagonal(outline_at(states, 0, 0, outlines)) + half_diagonal(outline_at(states, 0, other, outlines))
-    reach2 = (limit + radii) ** 2  # centres farther apart than this: no need to look at the outlines
-    for k in range(math.ceil(at)):
-        ego, them = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
-        x, y = them.x - ego.x, them.y - ego.y
-        if x * x + y * y <= reach2 and box_distance(ego, them) <= limit:
-            return float(k)
-    return at
-
-
-@kernel
-def _least_in_ending(
-    states: Floats, k: int, other: int, outlines: Floats, ending: float, best: float, at: float
-) -> tuple[float, float]:
-    """MD and its time, with the part `ending` of the step after sample k, in which a third actor was in contact."""
-    a0, b0 = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
-    a1 = outline_between(states, k, k + 1, ending, 0, outlines)
-    b1 = outline_between(states, k, k + 1, ending, other, outlines)
-    best, fraction = closest_in_step(a0, a1, b0, b1, best)
-    return best, (k + fraction * ending if fraction >= 0.0 else at)

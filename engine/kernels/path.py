@@ -1,8 +1,9 @@
 """Paths: poses, projections and speed limits along chains of lines and arcs. Same formulas as `engine.road.paths`.
 
 Rows of `RoadTables.primitives` are `s0, x, y, heading, curvature, length, cos(heading), sin(heading)`. Positions in
-metres, headings anticlockwise from +x in radians, curvature 1/m and positive to the left. A `RoadTables` is many words
-to hand on, so the public functions are copied into their callers and pass only what is needed to the compiled ones.
+metres, headings anticlockwise from +x in radians, curvature 1/m and positive to the left. A `RoadTables` has many words
+to pass, so the public functions are copied into their callers and pass only the necessary ones to the compiled
+functions.
 """
 
 import math
@@ -14,7 +15,7 @@ from engine.tables import Floats, RoadTables
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)
 """Columns of a primitive."""
 MANY = 8
-"""Primitives; fewer are gone through one by one."""
+"""Number of primitives below which they are searched linearly."""
 ROUNDING = 1e-6
 """Far more than distances are rounded by [m]."""
 
@@ -25,56 +26,57 @@ class PathPoint(NamedTuple):
     s: float
     """Arc length, held inside the path [m]."""
     offset: float
-    """How far left of the path the given point lies [m]."""
+    """Offset of the given point to the left of the path [m]."""
     heading: float
-    """Of the path at s; not wrapped [rad]."""
+    """Heading of the path at s; not wrapped [rad]."""
     curvature: float
-    """Of the path at s, positive to the left [1/m]."""
+    """Curvature of the path at s, positive to the left [1/m]."""
 
 
 class PathPose(NamedTuple):
     x: float
     y: float
     heading: float
-    """Not wrapped [rad]."""
+    """Heading, not wrapped [rad]."""
 
 
 @inlined
 def path_pose(road: RoadTables, path: int, s: float) -> PathPose:
-    """Pose at arc length `s`, held inside the path."""
+    """Return the pose at arc length `s`, limited to the path."""
     return chain_pose(road.primitives, road.path_start[path], road.path_start[path + 1], s)
 
 
 @inlined
 def path_curvature(road: RoadTables, path: int, s: float) -> float:
-    """Curvature at arc length `s`; at a joint that of the primitive that starts there."""
+    """Return the curvature at arc length `s` [1/m]; at a joint that of the primitive that begins there."""
     return road.primitives[_find(road.primitives, road.path_start[path], road.path_start[path + 1], s), CURVATURE]
 
 
 @inlined
 def path_project(road: RoadTables, path: int, x: float, y: float) -> float:
-    """Arc length of the nearest point of the whole path; of equally near ones the first along the path."""
+    """Return the arc length of the nearest point of the whole path [m]; of equally near ones the first."""
     return chain_project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[0]
 
 
 @inlined
 def path_distance(road: RoadTables, path: int, x: float, y: float) -> float:
-    """Distance from (x, y) to the path's centre line [m]."""
+    """Return the distance from (x, y) to the path's centre line [m]."""
     return chain_project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[1]
 
 
 @inlined
 def path_project_near(road: RoadTables, path: int, x: float, y: float, s_guess: float) -> PathPoint:
-    """The nearest point close to `s_guess`, for a follower that moved a little since: no search over the whole path.
+    """Return the nearest point close to `s_guess`, for a follower that moved a little: without a search of the whole
+    path.
 
-    Beyond an end of the path `s` stays there and `offset` is measured from the end's tangent.
+    Beyond an end of the path `s` is that of the end and `offset` is measured from the end's tangent.
     """
     return _project_near(road.primitives, road.path_start[path], road.path_start[path + 1], x, y, s_guess)
 
 
 @inlined
 def speed_limit_ahead(road: RoadTables, path: int, s: float, max_lateral: float, deceleration: float) -> float:
-    """The largest speed now from which every curve ahead can be met [m/s]; infinite where all is straight.
+    """Return the largest present speed from which every curve ahead can be met [m/s]; infinite for a straight path.
 
     min over the primitives ahead of sqrt(v_i^2 + 2 a (s_i - s)), with v_i^2 = `max_lateral` / |curvature|.
     """
@@ -85,7 +87,7 @@ def speed_limit_ahead(road: RoadTables, path: int, s: float, max_lateral: float,
 
 @kernel
 def _find(primitives: Floats, start: int, end: int, s: float) -> int:
-    """Row of the primitive at arc length `s`: by halves while there are many, as on the lanes of a town."""
+    """Return the row of the primitive at arc length `s`: by bisection of many, as on the lanes of a town."""
     row, beyond = start, end
     while beyond - row > MANY:
         middle = (row + beyond) // 2
@@ -107,7 +109,7 @@ def chain_pose(primitives: Floats, start: int, end: int, s: float) -> PathPose:
 
 @inlined
 def _primitive_pose(primitives: Floats, row: int, along: float) -> PathPose:
-    """Pose at `along` from the start of one primitive."""
+    """Return the pose at `along` [m] from the start of a primitive."""
     curvature = primitives[row, CURVATURE]
     ahead, left, angle = along, 0.0, 0.0
     if curvature != 0.0:
@@ -124,7 +126,7 @@ def _primitive_pose(primitives: Floats, row: int, along: float) -> PathPose:
 
 @inlined
 def local_place(primitives: Floats, row: int, x: float, y: float) -> tuple[float, float]:
-    """How far ahead of a primitive's start, and how far to its left, a point lies."""
+    """Return the position of a point ahead of a primitive's start, and to its left [m]."""
     dx, dy = x - primitives[row, X], y - primitives[row, Y]
     cos, sin = primitives[row, COS], primitives[row, SIN]
     return dx * cos + dy * sin, dy * cos - dx * sin
@@ -132,7 +134,7 @@ def local_place(primitives: Floats, row: int, x: float, y: float) -> tuple[float
 
 @inlined
 def _arc_angle(curvature: float, ahead: float, left: float) -> float:
-    """Angle travelled on the circle up to the point's normal, in (-pi, pi]."""
+    """Return the angle on the circle up to the point's normal, in (-pi, pi] [rad]."""
     if curvature > 0.0:
         return math.atan2(ahead, 1.0 / curvature - left)
     return math.atan2(ahead, left - 1.0 / curvature)
@@ -140,14 +142,16 @@ def _arc_angle(curvature: float, ahead: float, left: float) -> float:
 
 @inlined
 def _arc_offset(curvature: float, ahead: float, left: float) -> float:
-    """How far left of the circle a point lies: radius less distance from the centre, signed by the side."""
+    """Return the offset of a point to the left of the circle [m]: radius minus distance from the centre, signed by the
+    side.
+    """
     radius = 1.0 / curvature
     return radius - math.copysign(math.sqrt(ahead * ahead + (radius - left) * (radius - left)), radius)
 
 
 @inlined
 def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) -> tuple[float, float]:
-    """Arc length and distance of the nearest point; a primitive whose start is too far away has none that is nearer."""
+    """Return arc length and distance of the nearest point [m]; primitives that begin too far away are skipped."""
     best_s, best_distance = 0.0, math.inf
     for row in range(start, end):
         dx, dy = x - primitives[row, X], y - primitives[row, Y]
@@ -164,8 +168,8 @@ def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) 
 def chain_project_within(
     primitives: Floats, start: int, end: int, x: float, y: float, bound: float
 ) -> tuple[float, float]:
-    """The same where the distance is below `bound`; else 0 and the bound. Who is farther from the line or circle that a
-    primitive is a part of is no nearer to that part.
+    """Return the same if the distance is below `bound`; else 0 and `bound`. A point that far from a primitive's whole
+    line or circle is at least as far from the primitive.
     """
     best_s, best_distance = 0.0, bound
     for row in range(start, end):
@@ -186,7 +190,7 @@ def chain_project_within(
 
 @inlined
 def _primitive_foot(primitives: Floats, row: int, x: float, y: float) -> tuple[float, float]:
-    """Arc length from a primitive's start to its nearest point, and the distance to that."""
+    """Return the arc length from a primitive's start to its nearest point, and the distance to it [m]."""
     ahead, left = local_place(primitives, row, x, y)
     length, curvature = primitives[row, LENGTH], primitives[row, CURVATURE]
     if curvature == 0.0:

@@ -1,11 +1,11 @@
-"""What a driver who goes the ego's way perceives of a conflict, and when: the eyes of `engine.kernels.avoidance`.
+"""Perception of a conflict by a driver on the ego's path: the eyes of `engine.kernels.avoidance`.
 
-At a sample a conflict is in sight when the ego could see the other, wherever it looks, and one of these holds. Within
-the horizon the outlines would touch if the ego went on along its path at its present speed and the other kept its speed
-and the rate at which it has just been turning (the constant turn rate and velocity model of Schubert, Richter and
-Wanielik (2008), "Comparison and evaluation of advanced motion models for vehicle tracking"). Or the other leads, nearer
-than the horizon, and brakes harder than the driver takes for usual, as UN R157 has it. A conflict is perceived when it
-has been in sight for the whole time of perception.
+At a sample a conflict is in sight if the ego could see the other, in any direction, and one of these holds. Within the
+horizon the outlines would touch if the ego continued along its path at its present speed and the other at constant
+speed and turn rate (the constant turn rate and velocity model of Schubert, Richter and Wanielik (2008), "Comparison and
+evaluation of advanced motion models for vehicle tracking"). Or the other leads, nearer than the horizon, and brakes
+harder than the driver considers usual, as in UN R157. A conflict is perceived after it has been in sight for the whole
+time of perception.
 """
 
 import math
@@ -21,35 +21,36 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 WAY, PATH_X, PATH_Y, PATH_HEADING, COURSE, OWN = range(6)
-"""Columns of the ego's path: arc length of its centre [m], its poses, 1 where it goes forwards and -1 where it backs
-(standing, as before), and by how much it slowed down itself in the step after [m/s^2]; a row for each sample."""
+"""Columns of the ego's path, a row per sample: arc length of its centre [m], its poses, 1 for forward and -1 for
+reverse motion (at a stand, as before), and its own deceleration in the following step [m/s^2].
+"""
 PATH_COLUMNS = 6
 NEVER = -1
 """No such sample."""
 
 
 class Driver(NamedTuple):
-    """How the reference driver drives."""
+    """Parameters of the reference driver."""
 
     perception: float
     """Time that a conflict must be in sight to be perceived [s]."""
     reaction: float
-    """From then until the brakes take hold [s]."""
+    """Time from then until the brakes act [s]."""
     deceleration: float
-    """Of full braking [m/s^2]."""
+    """Deceleration of full braking [m/s^2]."""
     ramp: float
-    """From the first touch of the pedal to full braking [s]."""
+    """Time from the first touch of the pedal to full braking [s]."""
     horizon: float
-    """How far ahead a conflict is in sight [s]."""
+    """Time ahead within which a conflict is in sight [s]."""
     alarming: float
     """Deceleration of a leader beyond which there is a conflict [m/s^2]."""
     reach: float
-    """How far anything can be seen [m]."""
+    """Largest distance at which an actor can be seen [m]."""
 
 
 @inlined
 def first_sample(time: float, time_step: float) -> int:
-    """The first sample that is not before a time."""
+    """Return the first sample that is not before `time` [s]."""
     return math.ceil(time / time_step - 1e-9)
 
 
@@ -72,7 +73,7 @@ def lay_path(states: Floats, samples: int, path: Floats, time_step: float) -> No
 
 @inlined
 def reached(path: Floats, way: float) -> int:
-    """The last sample but the end whose arc length is no longer."""
+    """Return the last sample, except the end, whose arc length is at most `way` [m]."""
     low, high = 0, len(path) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -85,7 +86,7 @@ def reached(path: Floats, way: float) -> int:
 
 @kernel
 def pose_at(path: Floats, way: float, length: float, width: float) -> Box:
-    """The ego's outline at an arc length of its path; beyond the end straight on, the way that it went."""
+    """Return the ego's outline at an arc length of its path; beyond the end straight on in its direction of travel."""
     low = reached(path, way)
     high = min(low + 1, len(path) - 1)
     span = path[high, WAY] - path[low, WAY]
@@ -104,12 +105,12 @@ def pose_at(path: Floats, way: float, length: float, width: float) -> Box:
     )
 
 
-# -- what is perceived -----------------------------------------------------------------------------------------------
+# -- perception of conflicts -----------------------------------------------------------------------------------------
 
 
 @kernel
 def perceive(plan: Plan, run: Run, contact: int, other: int, outlines: Floats, path: Floats, driver: Driver) -> int:
-    """The first of the samples before `contact` at which the conflict has been in sight for the time of perception."""
+    """Return the first sample before `contact` at which the conflict has been in sight for the time of perception."""
     needed, seen = first_sample(driver.perception, plan.layout.time_step), 0
     for k in range(contact):
         seen = seen + 1 if is_in_sight(plan, run, k, other, outlines, path, driver) else 0
@@ -120,7 +121,7 @@ def perceive(plan: Plan, run: Run, contact: int, other: int, outlines: Floats, p
 
 @kernel
 def is_in_sight(plan: Plan, run: Run, k: int, other: int, outlines: Floats, path: Floats, driver: Driver) -> bool:
-    """Whether there is a conflict at sample k, with somebody who can be seen."""
+    """Return True if there is a conflict at sample k with an actor that can be seen."""
     conflict = _conflicts(run.states, k, other, outlines, path, plan.layout.time_step, driver)
     return conflict and notices(plan, run, k, 0, other, driver.reach)
 
@@ -129,7 +130,7 @@ def is_in_sight(plan: Plan, run: Run, k: int, other: int, outlines: Floats, path
 def _conflicts(
     states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, driver: Driver
 ) -> bool:
-    """Whether there is anything to perceive at sample k: contact ahead, or a leader that brakes hard."""
+    """Return True if a conflict exists at sample k: contact ahead, or a leader that brakes hard."""
     if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
         return False
     if k > 0 and states[k, other, State.ACCELERATION] < -driver.alarming:
@@ -143,7 +144,7 @@ def _conflicts(
 def _would_touch(
     states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, horizon: float
 ) -> bool:
-    """Whether the outlines would touch within the horizon if both went on as they do at sample k."""
+    """Return True if the outlines would touch within the horizon if both continued as at sample k."""
     speed = abs(states[k, 0, State.SPEED])
     theirs, heading = states[k, other, State.SPEED], states[k, other, State.HEADING]
     turn = shortest_turn(states[max(k - 1, 0), other, State.HEADING], heading)

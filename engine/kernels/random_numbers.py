@@ -1,9 +1,10 @@
-"""Random numbers that are a pure function of an address, and the normal law that turns uniform ones into others.
+"""Random numbers as a pure function of an address, and the normal law that transforms uniform numbers.
 
-Philox4x32-10, Salmon, Moraes, Dror and Shaw (2011), "Parallel random numbers: as easy as 1, 2, 3", SC'11: ten rounds
-of multiply and exclusive-or turn a 128-bit counter under a 64-bit key into 128 random bits. There is no state to carry:
-equal addresses give equal numbers, whatever was drawn before or beside. `engine.streams` says how addresses are packed.
-The normal distribution has its quantile and cumulative functions here, and gene values that are made by them.
+Philox4x32-10, Salmon, Moraes, Dror and Shaw (2011), "Parallel random numbers: as easy as 1, 2, 3", SC'11: ten rounds of
+multiply and exclusive-or turn a 128-bit counter under a 64-bit key into 128 random bits. There is no state: equal
+addresses give equal numbers, whatever was drawn before or concurrently. `engine.streams` defines the layout of
+addresses. The module also has the quantile and cumulative functions of the normal distribution, and gene values from
+them.
 """
 
 import math
@@ -15,7 +16,7 @@ from engine.kernels import scalars
 from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats, Ints
 
-# numba turns a mixture of uint64 and int64 into a float, so every integer in here is a uint64.
+# numba converts a mixture of uint64 and int64 to float, so every integer in this module is a uint64.
 MULTIPLIER_0 = np.uint64(0xD2511F53)
 MULTIPLIER_1 = np.uint64(0xCD9E8D57)
 WEYL_0 = np.uint64(0x9E3779B9)
@@ -31,18 +32,19 @@ ONE = np.uint64(1)
 DOUBLE_STEP = 2.0**-53
 
 ATTEMPT_CHANNEL = 0
-"""Variants and nuisance draws of a scene's attempts; also the only channel of the other purposes. A channel has four
-bits."""
+"""Channel of variants and nuisance draws of a scene's attempts; also the only channel of the other purposes. A channel
+has four bits.
+"""
 COIN_CHANNEL = 1
-"""The coins of `require[p]`, one number a requirement."""
+"""Channel of the coins of `require[p]`, one number per requirement."""
 GENE_CHANNEL = 2
-"""Gene values, one number a gene."""
+"""Channel of gene values, one number per gene."""
 JUMP_CHANNEL = 3
-"""Attempts that a pruned scene jumps over, one number an attempt."""
+"""Channel of the attempts that a pruned scene skips, one number per attempt."""
 
 
 class Stream(NamedTuple):
-    """All of an address but the block number; 32-bit words kept as uint64."""
+    """All parts of an address except the block number; 32-bit words stored as uint64."""
 
     key_0: np.uint64
     key_1: np.uint64
@@ -55,7 +57,7 @@ class Stream(NamedTuple):
 def philox4x32(
     key_0: np.uint64, key_1: np.uint64, a: np.uint64, b: np.uint64, c: np.uint64, d: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
-    """Four random 32-bit words from the counter (a, b, c, d) under the key."""
+    """Return four random 32-bit words from the counter (a, b, c, d) under the key."""
     for _ in range(10):
         product_0 = MULTIPLIER_0 * a
         product_1 = MULTIPLIER_1 * c
@@ -67,7 +69,7 @@ def philox4x32(
 
 @kernel
 def open_stream(key: Ints, purpose: int, channel: int) -> Stream:
-    """The stream of one `StreamKey` row for one purpose; the row's fields must fit (see `engine.streams`)."""
+    """Return the stream of a `StreamKey` row (6,) for a purpose; the row's fields must fit (see `engine.streams`)."""
     seed = np.uint64(key[0])
     method, run, generation = np.uint64(key[1]), np.uint64(key[2]), np.uint64(key[3])
     place = (method >> LABEL_BITS & NIBBLE) << LABEL_BITS | np.uint64(channel)
@@ -83,7 +85,7 @@ def open_stream(key: Ints, purpose: int, channel: int) -> Stream:
 
 @inlined
 def uniform_pair(stream: Stream, block: np.uint64) -> tuple[float, float]:
-    """Numbers 2 * block and 2 * block + 1 of a stream: uniform multiples of 2^-53 in [0, 1)."""
+    """Return numbers 2 * block and 2 * block + 1 of a stream: uniform multiples of 2^-53 in [0, 1)."""
     a, b, c, d = philox4x32(stream.key_0, stream.key_1, block, stream.counter_1, stream.counter_2, stream.counter_3)
     first = float((a << WORD_BITS | b) >> EXCESS_BITS) * DOUBLE_STEP
     return first, float((c << WORD_BITS | d) >> EXCESS_BITS) * DOUBLE_STEP
@@ -91,7 +93,7 @@ def uniform_pair(stream: Stream, block: np.uint64) -> tuple[float, float]:
 
 @kernel
 def uniform(stream: Stream, number: int) -> float:
-    """Number `number` of a stream, in [0, 1)."""
+    """Return number `number` of a stream, in [0, 1)."""
     position = np.uint64(number)
     first, second = uniform_pair(stream, position >> ONE)
     return second if position & ONE else first
@@ -117,7 +119,7 @@ normal_cdf = kernel(scalars.normal_cdf)
 
 @kernel
 def normal_quantile(p: float) -> float:
-    """The x below which a standard normal variable lies with probability p; -inf at 0, inf at 1, NaN outside.
+    """Return the x below which a standard normal variable is with probability p; -inf at 0, inf at 1, NaN outside.
 
     Rational approximations with a relative error of about 1e-16: Wichura, M. J. (1988), "Algorithm AS 241: The
     percentage points of the normal distribution", Applied Statistics 37(3), 477-484, routine PPND16.
@@ -135,7 +137,7 @@ def normal_quantile(p: float) -> float:
 
 @kernel
 def _centre(r: float) -> float:
-    """Quantile over q = p - 1/2 for |q| <= 0.425, as a function of 0.425^2 - q^2."""
+    """Return quantile / q with q = p - 1/2 for |q| <= 0.425, as a function of 0.425^2 - q^2."""
     numerator = 2.5090809287301226727e3
     numerator = numerator * r + 3.3430575583588128105e4
     numerator = numerator * r + 6.7265770927008700853e4
@@ -156,7 +158,7 @@ def _centre(r: float) -> float:
 
 @kernel
 def _near_tail(r: float) -> float:
-    """Size of the quantile for tail probabilities down to exp(-25); r = sqrt(-log(tail)) - 1.6."""
+    """Return the size of the quantile for tail probabilities down to exp(-25); r = sqrt(-log(tail)) - 1.6."""
     numerator = 7.74545014278341407640e-4
     numerator = numerator * r + 2.27238449892691845833e-2
     numerator = numerator * r + 2.41780725177450611770e-1
@@ -177,7 +179,7 @@ def _near_tail(r: float) -> float:
 
 @kernel
 def _far_tail(r: float) -> float:
-    """Size of the quantile for tail probabilities below exp(-25); r = sqrt(-log(tail)) - 5."""
+    """Return the size of the quantile for tail probabilities below exp(-25); r = sqrt(-log(tail)) - 5."""
     numerator = 2.01033439929228813265e-7
     numerator = numerator * r + 2.71155556874348757815e-5
     numerator = numerator * r + 1.24266094738807843860e-3
@@ -201,9 +203,9 @@ def _far_tail(r: float) -> float:
 
 @kernel
 def truncated_normal(u: float, low: float, high: float, mean: float, deviation: float) -> float:
-    """The value below which a normal variable confined to [low, high] lies with probability u."""
+    """Return the value below which a normal variable confined to [low, high] is with probability u."""
     lower, upper = (low - mean) / deviation, (high - mean) / deviation
-    # Work in the lower tail, where probabilities near 0 keep all their digits.
+    # The lower tail is used, because probabilities near 0 have all their digits.
     if lower > 0.0:
         return _within(mean - deviation * _between(1.0 - u, -upper, -lower), low, high)
     return _within(mean + deviation * _between(u, lower, upper), low, high)
@@ -222,6 +224,6 @@ def _within(value: float, low: float, high: float) -> float:
 
 @kernel
 def truncated_normals(uniforms: Floats, low: float, high: float, mean: float, deviation: float, out: Floats) -> None:
-    """`truncated_normal` for each of `uniforms` (n,)."""
+    """Write `truncated_normal` for each of `uniforms` (n,) into `out` (n,)."""
     for row in range(len(uniforms)):
         out[row] = truncated_normal(uniforms[row], low, high, mean, deviation)

@@ -1,7 +1,7 @@
-"""What an attempt at a scene is made of: what it reads and writes, its coins and draws, the built-in requirements.
+"""Parts of an attempt at a scene: inputs and outputs, coins and draws, the built-in requirements.
 
-The tuples are made by `engine.sampling`. The registers of an attempt: literals | variant values | genes (SI) | uniform
-draws | temporaries. Literals are written once a thread, genes once a scene, the rest every attempt. The built-in
+`engine.sampling` creates the tuples. The registers of an attempt: literals | variant values | genes (SI) | uniform
+draws | temporaries. Literals are written once per thread, genes once per scene, the rest in every attempt. The built-in
 requirements are that outlines lie inside the road, and that none overlap at the start.
 """
 
@@ -21,16 +21,16 @@ from engine.vocabulary import Column, Purpose
 
 @handle
 class Layout(NamedTuple):
-    """Where things lie in a register file, and counts that kernels need."""
+    """Places in a register file, and counts that kernels need."""
 
     variant_values: int
     genes: int
     draws: int
     draw_count: int
     blocks: int
-    """Blocks of random numbers that one attempt owns."""
+    """Number of blocks of random numbers per attempt."""
     requirements: int
-    """The file's own requirements; rejections and the two built-in ones follow."""
+    """Number of the file's own requirements; rejections and the two built-in ones follow."""
     reasons: int
     """The file's own and the variant rejections: index of the first built-in."""
 
@@ -44,7 +44,7 @@ class Recipe(NamedTuple):
     draws_needed: Ints
     """(templates, requirements): how many draws must be made before a requirement is tested."""
     by_genes: Ints
-    """(requirements,): 1 where the genome alone decides: what fails once fails in every attempt."""
+    """(requirements,): 1 if the genome alone decides: a failure recurs in every attempt."""
     layout: Layout
 
 
@@ -66,12 +66,12 @@ class Confinement(NamedTuple):
 
 @handle
 class Request(NamedTuple):
-    """What to sample, row by row."""
+    """Scenes to sample, row by row."""
 
     genes: Floats
     """(n, d) SI"""
     group: Ints
-    """(n,): group of variants that the discrete genes pick."""
+    """(n,): group of variants selected by the discrete genes."""
     keys: Ints
     """(n, 6) int64 `StreamKey` rows."""
     max_attempts: int
@@ -82,7 +82,7 @@ class Request(NamedTuple):
 
 @handle
 class Ledger(NamedTuple):
-    """Where results go; the arrays of `engine.scenes.Scenes` under their names there."""
+    """Results of sampling: the arrays of `engine.scenes.Scenes` under the same names."""
 
     verdict: Ints
     variant: Ints
@@ -94,28 +94,28 @@ class Ledger(NamedTuple):
 
 
 class Draws(NamedTuple):
-    """The random numbers of one attempt."""
+    """Random numbers of an attempt."""
 
     stream: Stream
     block: np.uint64
     """The attempt's first block."""
     first: float
-    """Draw 0, which came with the number that picked the variant."""
+    """Draw 0, which was computed with the number that selects the variant."""
 
 
 @handle
 class Scratch(NamedTuple):
-    """Working memory of one thread."""
+    """Working memory of a thread."""
 
     registers: Floats
     enforced: Ints
-    """(requirements,): 0 where the coin of a soft requirement spares this scene."""
+    """(requirements,): 0 if the coin of a soft requirement exempts this scene."""
 
 
 # -- coins, the choice of a variant, and the draws of one attempt ------------------------------------------------------
 
 LINEAR_SEARCH = 16
-"""Groups of up to so many variants are searched without a branch that could be mispredicted."""
+"""Largest number of variants in a group that is searched without a branch that could be mispredicted."""
 
 
 @inlined
@@ -136,7 +136,7 @@ def draw_soft_requirements(probabilities: Floats, key: Ints, enforced: Ints) -> 
 
 @inlined
 def pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: float) -> int:
-    """The variant of a group whose share of [0, 1) holds the uniform number `choice`."""
+    """Return the variant of a group whose share of [0, 1) contains the uniform number `choice`."""
     start, last = group_start[group], group_start[group + 1] - 1
     if last - start < LINEAR_SEARCH:
         position = start
@@ -154,7 +154,7 @@ def pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: floa
 
 @inlined
 def make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers: Floats) -> int:
-    """Make draws until at least `needed` of them are known; the number known then."""
+    """Draw until at least `needed` numbers are known; return the number of known ones."""
     while known < needed:
         first, second = uniform_pair(draws.stream, draws.block + np.uint64((known + 1) >> 1))
         registers[layout.draws + known] = first
@@ -166,7 +166,7 @@ def make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers:
 
 @kernel
 def unbounded(values: Floats) -> bool:
-    """Whether one of them is no number, or beyond all bounds, such as a width of 1 / 0."""
+    """Return True if a value is NaN or infinite, such as a width of 1 / 0."""
     count = 0
     for value in values:
         count += 0 if math.isfinite(value) else 1
@@ -192,7 +192,7 @@ def _outline(values: Floats, actor: int) -> Box:
 
 @inlined
 def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
-    """Whether the outlines of all actors that must be on the road lie in it."""
+    """Return True if the outlines of all actors that must be on the road are inside it."""
     for actor in range(len(checked)):
         if checked[actor] != 0:
             box = _outline(values, actor)
@@ -203,7 +203,7 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 @kernel
 def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
-    """Whether two actors of one group touch, of which 0 is none, or one that is in any touches a building."""
+    """Return True if two actors of the same group (0: no group) touch, or an actor of any group touches a building."""
     for one in range(len(checked)):
         if checked[one] != 0 and _touches_building(buildings, _outline(values, one)):
             return True

@@ -3,7 +3,7 @@
 A region is a set of edges; inside is decided by the even-odd rule. Rectangles known to lie inside (`RoadTables.cores`)
 answer most questions first: nearly all of a road is two bands that cross. Rows of `RoadTables.hull` are `x1, y1, x2,
 y2, shared, ux, uy, length`: an edge of the convex hull, whether the region has it too, its unit direction and length.
-What is asked in inner loops is copied into its caller: handing on an array costs more than the whole answer.
+Functions called in inner loops are copied into their callers: passing an array costs more than the computation.
 """
 
 import math
@@ -28,7 +28,7 @@ class RegionPoint(NamedTuple):
 
 @inlined
 def region_contains(road: RoadTables, region: int, x: float, y: float) -> bool:
-    """Whether (x, y) lies in the region."""
+    """Return True if (x, y) is in the region."""
     if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, 0.0, 0.0):
         return True
     if region == ROAD_REGION and len(road.cell_start) > 1:
@@ -38,11 +38,11 @@ def region_contains(road: RoadTables, region: int, x: float, y: float) -> bool:
 
 @inlined
 def region_distance(road: RoadTables, region: int, x: float, y: float) -> float:
-    """Distance from (x, y) to the region; 0 inside [m].
+    """Return the distance from (x, y) to the region [m]; 0 inside.
 
-    The hull holds the region, so nothing of the region is nearer than the hull. Where the hull's nearest point lies on
-    an edge that both share, it is the region's nearest point too. A car in the approach of a junction is in that case:
-    the stop line is such an edge. Otherwise every edge is tried.
+    The hull contains the region, so no part of the region is nearer than the hull. If the hull's nearest point is on an
+    edge that both share, it is the region's nearest point too. That holds for a car in the approach of a junction: the
+    stop line is such an edge. Otherwise every edge is tested.
     """
     distance = _hull_distance(road.hull, road.hull_start[region], road.hull_start[region + 1], x, y)
     if distance >= 0.0:
@@ -56,7 +56,7 @@ def region_distance(road: RoadTables, region: int, x: float, y: float) -> float:
 def region_contains_box(
     road: RoadTables, region: int, x: float, y: float, heading: float, length: float, width: float
 ) -> bool:
-    """Whether the whole outline (centre x, y) lies in the region."""
+    """Return True if the whole outline (centre x, y) is in the region."""
     cos, sin = math.cos(heading), math.sin(heading)
     reach_x = 0.5 * (length * abs(cos) + width * abs(sin))
     reach_y = 0.5 * (length * abs(sin) + width * abs(cos))
@@ -73,13 +73,13 @@ def region_contains_box(
 
 @inlined
 def region_box_distance(road: RoadTables, region: int, box: Box) -> float:
-    """Distance between the region and an outline; 0 when they touch or overlap [m]."""
+    """Return the distance between the region and an outline [m]; 0 if they touch or overlap."""
     return _box_distance(road.edges, road.region_start[region], road.region_start[region + 1], box)
 
 
 @kernel
 def region_depth(road: RoadTables, region: int, x: float, y: float) -> float:
-    """How far inside the region (x, y) lies: its distance to the boundary, outside with a minus [m]."""
+    """Return the depth of (x, y) in the region: its distance to the boundary, negative outside [m]."""
     edges, start, end = road.edges, road.region_start[region], road.region_start[region + 1]
     best = math.inf
     for i in range(start, end):
@@ -89,8 +89,8 @@ def region_depth(road: RoadTables, region: int, x: float, y: float) -> float:
 
 @kernel
 def region_box_depth(road: RoadTables, region: int, box: Box) -> float:
-    """How far inside the region an outline lies: its distance to the boundary, or minus how far its corners stick out
-    [m]; 0 where an edge of it leaves the region between two corners that do not.
+    """Return the depth of an outline in the region: its distance to the boundary, or minus the largest distance of its
+    corners outside [m]; 0 if an edge leaves the region between two corners that are inside.
     """
     edges, start, end = road.edges, road.region_start[region], road.region_start[region + 1]
     if region_contains_box(road, region, box.x, box.y, box.heading, box.length, box.width):
@@ -105,7 +105,7 @@ def region_box_depth(road: RoadTables, region: int, box: Box) -> float:
 
 @inlined
 def region_sample(road: RoadTables, region: int, u1: float, u2: float) -> RegionPoint:
-    """Point uniform by area from two uniform numbers in [0, 1)."""
+    """Return a point that is uniform by area, from two uniform numbers in [0, 1)."""
     return _sample(road.triangles, road.triangle_start[region], road.triangle_start[region + 1], u1, u2)
 
 
@@ -121,7 +121,7 @@ def _contains(edges: Floats, start: int, end: int, x: float, y: float) -> bool:
 
 @inlined
 def _in_core(cores: Floats, start: int, end: int, x: float, y: float, reach_x: float, reach_y: float) -> bool:
-    """Whether one of the rectangles holds everything within the reaches of (x, y)."""
+    """Return True if a rectangle contains all points within the reaches of (x, y)."""
     for i in range(start, end):
         wide = cores[i, X1] <= x - reach_x and x + reach_x <= cores[i, X2]
         if wide and cores[i, Y1] <= y - reach_y and y + reach_y <= cores[i, Y2]:
@@ -131,10 +131,10 @@ def _in_core(cores: Floats, start: int, end: int, x: float, y: float, reach_x: f
 
 @inlined
 def _hull_distance(hull: Floats, start: int, end: int, x: float, y: float) -> float:
-    """Distance to the hull where the nearest point lies on a shared edge, else -1.
+    """Return the distance to the hull if the nearest point is on a shared edge, else -1.
 
-    A point straight out from the inside of an edge has its nearest point of a convex area on that edge, and no other
-    edge need be asked; shared edges come first.
+    The nearest point of a convex area to a point on the outer normal of an edge is on that edge, and no other edge need
+    be tested; shared edges come first.
     """
     for i in range(start, end):
         if hull[i, SHARED] == 0.0:
@@ -159,7 +159,7 @@ def _polygon_distance(edges: Floats, start: int, end: int, x: float, y: float) -
 
 @kernel
 def _contains_in_cell(edges: Floats, start: Ints, points: Floats, frame: Floats, x: float, y: float) -> bool:
-    """By a point of the same cell, of which it is known: each edge between the two turns the answer round."""
+    """Return True if (x, y) is inside: each edge between it and the known point of its cell reverses the answer."""
     column, row = (x - frame[WEST]) / frame[SIZE], (y - frame[SOUTH]) / frame[SIZE]
     if not (0.0 <= column < frame[COLUMNS] and 0.0 <= row < frame[ROWS]):
         return False
@@ -178,7 +178,7 @@ def _contains_in_cell(edges: Floats, start: Ints, points: Floats, frame: Floats,
 
 @inlined
 def _held(place: float, count: float) -> int:
-    """A column or row, held inside the first and last one; what is no number is in the first."""
+    """Return a column or row index, limited to the first and last; 0 for NaN."""
     if not place > 0.0:
         return 0
     return int(count) - 1 if place >= count - 1.0 else int(place)
@@ -198,7 +198,7 @@ def _is_entered_in_cells(
     reach_x: float,
     reach_y: float,
 ) -> bool:
-    """As `_is_entered`, by the edges of the cells that the box reaches into."""
+    """Return the result of `_is_entered`, from the edges of the cells that the box overlaps."""
     size, columns, rows = frame[SIZE], frame[COLUMNS], frame[ROWS]
     west, east = x - reach_x - frame[WEST], x + reach_x - frame[WEST]
     south, north = y - reach_y - frame[SOUTH], y + reach_y - frame[SOUTH]
@@ -214,7 +214,7 @@ def _is_entered_in_cells(
 def _contains_box(
     edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
 ) -> bool:
-    """The centre is inside and no boundary edge enters the box of half length `a` and half width `b`."""
+    """Return True if the centre is inside and no boundary edge enters the box of half sizes `a` and `b`."""
     return not _is_entered(edges, start, end, x, y, cos, sin, a, b) and _contains(edges, start, end, x, y)
 
 
@@ -222,7 +222,7 @@ def _contains_box(
 def _is_entered(
     edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
 ) -> bool:
-    """Whether an edge has a point inside the box."""
+    """Return True if an edge has a point inside the box."""
     for i in range(start, end):
         dx1, dy1 = edges[i, X1] - x, edges[i, Y1] - y
         dx2, dy2 = edges[i, X2] - x, edges[i, Y2] - y
@@ -235,7 +235,7 @@ def _is_entered(
 
 @kernel
 def _box_distance(edges: Floats, start: int, end: int, box: Box) -> float:
-    """Without an edge that enters, what is inside is so at the centre."""
+    """Return the distance [m]: without an edge inside, the box is inside the region if its centre is."""
     if _contains(edges, start, end, box.x, box.y):
         return 0.0
     return _edges_off_box(edges, start, end, box)
@@ -243,7 +243,7 @@ def _box_distance(edges: Floats, start: int, end: int, box: Box) -> float:
 
 @kernel
 def _edges_off_box(edges: Floats, start: int, end: int, box: Box) -> float:
-    """Distance between boundary edges and an outline, 0 where one enters; measured in the frame of the outline."""
+    """Return the distance between boundary edges and an outline [m]; 0 if an edge enters."""
     cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
     best = math.inf
     for i in range(start, end):
@@ -261,13 +261,13 @@ def _edges_off_box(edges: Floats, start: int, end: int, box: Box) -> float:
 
 @inlined
 def _off_box(x: float, y: float, a: float, b: float) -> float:
-    """Squared distance of a point from the box |x| <= a, |y| <= b."""
+    """Return the squared distance of a point from the box |x| <= a, |y| <= b."""
     return max(abs(x) - a, 0.0) ** 2 + max(abs(y) - b, 0.0) ** 2
 
 
 @inlined
 def _off_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
-    """Squared distance of a point from a segment, which is not a point."""
+    """Return the squared distance of a point from a segment of positive length."""
     ex, ey, dx, dy = x2 - x1, y2 - y1, x - x1, y - y1
     along = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
     return (dx - along * ex) ** 2 + (dy - along * ey) ** 2
@@ -275,7 +275,7 @@ def _off_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float)
 
 @inlined
 def _segment_enters(x1: float, y1: float, x2: float, y2: float, a: float, b: float) -> bool:
-    """Whether a segment has a point inside the box |x| < a, |y| < b (separating axes; touching is outside)."""
+    """Return True if a segment has a point inside the box |x| < a, |y| < b (separating axes; touching is outside)."""
     if min(x1, x2) >= a or max(x1, x2) <= -a or min(y1, y2) >= b or max(y1, y2) <= -b:
         return False
     dx, dy = x2 - x1, y2 - y1
@@ -284,7 +284,7 @@ def _segment_enters(x1: float, y1: float, x2: float, y2: float, a: float, b: flo
 
 @inlined
 def _sample(triangles: Floats, start: int, end: int, u1: float, u2: float) -> RegionPoint:
-    """The triangle by its share of the area; what is left of `u1` places the point in it."""
+    """Return a point of the triangle selected by `u1`; the rest of `u1` and `u2` place the point in it."""
     low, high = start, end - 1
     while low < high:
         middle = (low + high) // 2

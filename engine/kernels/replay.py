@@ -1,8 +1,9 @@
-"""Recorded motion driven again: in each step an actor moves, from where it is, as the recording did in that time.
+"""Repetition of recorded motion: in each step an actor moves, from its present pose, as the recording did in that time.
 
-A track stands in the pool: how many rows it has, then `time, x, y, heading, speed` of each row (SI units, radians that
+A track is stored in the pool: its number of rows, then `time, x, y, heading, speed` of each row (SI units, radians that
 are not wrapped, times from 0 on, ascending; positions are centres of outlines). Between rows all of them are linear.
-Steps are taken relative to the actor: who begins elsewhere than the recording, or is pushed aside, never jumps.
+Steps are relative to the actor: an actor that begins at another pose than the recording, or is pushed aside, never
+jumps.
 """
 
 import math
@@ -14,13 +15,13 @@ from engine.tables import Floats
 from engine.vocabulary import Column, State
 
 NUMBERS = 5
-"""Of a row."""
+"""Numbers per row of a track."""
 AT_END = 1e-9
-"""A track ends so much before its last row [s]: times are sums of steps."""
+"""Time before its last row at which a track ends [s]: times are sums of steps."""
 
 
 class Recorded(NamedTuple):
-    """Where a track is at one of its times: centre [m], heading [rad], speed [m/s]."""
+    """Pose of a track at one of its times: centre [m], heading [rad], speed [m/s]."""
 
     x: float
     y: float
@@ -30,7 +31,7 @@ class Recorded(NamedTuple):
 
 @deferred()
 def follow_track(plan: Plan, run: Run, actor: int, row: int) -> bool:
-    """`Op.REPLAY`: have the actor moved along its track in this turn; true when the track is over, and nothing is."""
+    """Execute `Op.REPLAY`: move the actor along its track in this turn; return True, without effect, after its end."""
     clock, track, pace = int(plan.code[row, 1]), int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
     time = run.registers[clock]
     if time >= plan.pool[track + 1 + NUMBERS * (int(plan.pool[track]) - 1)] - AT_END:
@@ -45,7 +46,7 @@ def follow_track(plan: Plan, run: Run, actor: int, row: int) -> bool:
 
 @kernel
 def recorded_at(pool: Floats, track: int, time: float) -> Recorded:
-    """A track at one of its times, which is brought into its span."""
+    """Return the pose of a track at a time, limited to its span."""
     low, high = 0, int(pool[track]) - 1
     while high - low > 1:
         middle = (low + high) // 2

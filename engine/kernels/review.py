@@ -36,7 +36,7 @@ def _repeat_motion(plan: Plan, run: Run, its: Run, slot: int, actions: Floats) -
     _copy(its.actors, run.actors)
     for actor in range(len(plan.kinds)):
         place(plan, its, 0, actor, float(plan.present[actor]))
-        its.actors[actor, Memory.LEFT_ROAD] = 0.0  # the time is known: no step looks for it again
+        its.actors[actor, Memory.LEFT_ROAD] = 0.0  # the time is known: no step determines it again
         its.actors[actor, Memory.SET_SPEED] = NO_SPEED
     last, pause = int(its.status[Status.SAMPLE]), plan.layout.pause
     for row in range((last + pause - 1) // pause):

@@ -1,12 +1,11 @@
-"""One run, sample by sample: the one definition of a step, for every host.
+"""A run, sample by sample: the common definition of a step for all hosts.
 
-At sample k (1) the state is on record, and the scenario that the run is has its turn, with those that it runs, (2) all
-rules are looked at, and the first true one that ends runs does so; then come the time limit and the monitors in their
-order, (3) behaviours act in the order of their actors, (4) unless one of these ended the run, everything steps, and
-first contact is searched for in (t_k, t_k+1]. Between samples a
-centre and its heading move linearly. When the run is over, its temporal requirements are judged over the samples up to
-the last before contact, or the end; where a file has objectives, its rules are looked at once more at that contact
-(`kernels.judging`).
+At sample k (1) the state is recorded, and the scenario of the run has its turn, with the scenarios that it runs, (2)
+all rules are evaluated, and the first true ending rule ends the run; then follow the time limit and the monitors in
+their order, (3) behaviours act in the order of their actors, (4) unless one of these ended the run, all actors step,
+and first contact is searched for in (t_k, t_k+1]. Between samples a centre and its heading move linearly. When the run
+is over, its temporal requirements are judged over the samples up to the last before contact, or the end; if a file has
+objectives, its rules are evaluated once more at that contact (`kernels.judging`).
 
 How a host uses it:
 
@@ -16,15 +15,16 @@ How a host uses it:
     advance(plan, run, until, True)                     # to the ego's contact, the end, or sample `until`
 
 `run.status` is the progress of the run (`run_state.Status`), `run.states[: sample + 1]` is its record. At the ego's
-first contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had it touched nobody.
+first contact in (t_k, t_k+1] the current sample is k + 1: its row holds the states that all actors would have without
+that contact.
 
-A contact of two other actors does not end the run: `kernels.impacts.motion` resolves it. In that step, too, contacts
-of the ego are computed on the straight lines between the samples.
+A contact of two other actors does not end the run: `kernels.impacts.motion` resolves it. In that step, too, contacts of
+the ego are computed on the straight lines between the samples.
 
-What contact physics does after the ego's contact is not scored. A world host marks the bodies that it has taken over
-(`run.actors[i, Slot.FREE] = HOSTED`), writes their states into the current row k, and calls
-`advance(plan, run, k + 1, False)` for each further sample: all others go on behaving and stepping, free bodies do
-neither, and their rows of sample k + 1 are left for the host to write. Monitors rest then, and nobody new comes in.
+Contact physics after the ego's contact is not scored. A world host marks the bodies that it moves itself
+(`run.actors[i, Slot.FREE] = HOSTED`), writes their states into the current row k, and calls `advance(plan, run, k + 1,
+False)` for each further sample: all others continue to behave and step, free bodies do neither, and the host writes
+their rows of sample k + 1. Monitors do not run then, and no new actor enters.
 """
 
 import math
@@ -43,8 +43,8 @@ from engine.vocabulary import EndReason, RuleKind, State, Turns
 
 @shared
 def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions: Floats) -> None:
-    """Set up a scene: its variant, its values (n_values,), its stream key (6,), and what is decided outside (turns,
-    numbers), of which the last turn goes on. Literals are in place already.
+    """Set up a scene: its variant, its values (n_values,), its stream key (6,), and the external decisions `actions`
+    (turns, numbers), of which the last turn is repeated. Literals are already in the registers.
     """
     for i in range(plan.variant_values.shape[1]):
         run.registers[plan.layout.variant_values + i] = plan.variant_values[variant, i]
@@ -73,18 +73,18 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints, actions
 
 @shared
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
-    """Run on to sample `until`; while scored, at most to the ego's first contact or to the end, and, where the plan
-    has some, to the next pause: all rules have been looked at, and nobody has acted. The next call goes on from it.
+    """Run to sample `until`; while scored, at most to the ego's first contact or to the end, and, if the plan has
+    pauses, to the next pause: all rules have been evaluated, and no actor has acted. The next call continues from it.
 
-    Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
-    among others alone, and only where the ego is `REPLACED`.
+    Unscored, there are no rules and no monitors, and no behaviour ends the run; contact is searched only among others,
+    and only if the ego is `REPLACED`.
 
     Parallel runs are advanced one after the other; their temporal requirements are not judged, since they have no
     record.
 
-    One flat loop covers the steps of all slots. With a loop over slots around a loop over steps, the compiler prepares
-    in each slot what pays over many steps only; functions taken out of this body slow the batch host down by what it
-    holds in registers. `benchmarks.environment` measures both.
+    One flat loop covers the steps of all slots. With a loop over slots around a loop over steps, the compiler adds
+    preparations per slot that pay off only over many steps; functions extracted from this body slow the batch host,
+    because it holds values in registers. `benchmarks.environment` measures both.
     """
     slots = len(run.slots)
     its, slot, first, steps = run, -1, 0, slots == 0
@@ -120,10 +120,10 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                     _note_contact(plan, its, met, scored)
                 elif met.one > 0:
                     resolve_other_impacts(plan, its, int(its.status[Status.SAMPLE]), met.part, met.one, met.other)
-                    high = 1  # the ego's own contact is still to be found
+                    high = 1  # the ego's own contact remains to be found
             its.status[Status.SAMPLE] += 1
             continue
-        # It has come to its end, to a pause or to `until`.
+        # The run has reached its end, a pause or `until`.
         if its.status[Status.AT_CONTACT] == 1:
             step_on(its)
         if slots > 0:
@@ -134,7 +134,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
 
 @inlined
 def _note_contact(plan: Plan, run: Run, met: FirstContact, scored: bool) -> None:
-    """The ego has touched somebody in this step."""
+    """End the run by the ego's contact in this step."""
     wall = met.other >= len(plan.kinds)
     end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
     run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
@@ -166,10 +166,10 @@ def judge_temporal(plan: Plan, run: Run) -> None:
 
 @inlined
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
-    """Let the scenario that the run is act, look at the rules, then let all monitors and actors act.
+    """Execute the turn of the run's scenario, evaluate the rules, then execute all monitors and actors.
 
-    They share one loop because the interpreter is copied to where it is called. Where that scenario ends the run, it
-    does so once the rules have been looked at: what is recorded has its last value, and what must always hold counts.
+    They share a loop because the interpreter is copied into its caller. If that scenario ends the run, it does so after
+    the rules have been evaluated: records get their last value, and permanent requirements count.
     """
     sample, template = int(run.status[Status.SAMPLE]), int(run.status[Status.TEMPLATE])
     rules = plan.rules.shape[1]
@@ -216,7 +216,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
 
 @inlined
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
-    """Where an actor's turn starts, -1 if it has none; what lasts one step is taken back here."""
+    """Return the row at which an actor's turn begins, -1 if it has none; reset everything that lasts one step."""
     if plan.layout.pedals_stay == 0:
         run.actors[actor, Memory.THROTTLE] = 0.0
         run.actors[actor, Memory.BRAKE] = 0.0
@@ -232,7 +232,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
 
 @inlined
 def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: Turn) -> None:
-    """Keep the value of a rule, or let it end the run unless an earlier one has."""
+    """Store the value of a rule, or let it end the run unless an earlier rule has."""
     value = run.registers[plan.rules[template, rule, Segment.RESULT]]
     if plan.rule_kinds[rule] == RuleKind.WATCH:
         touchdown = run.status[Status.AT_CONTACT] == 1
@@ -272,9 +272,10 @@ def _settle(plan: Plan, run: Run, template: int, coroutine: int, result: Turn, s
 
 @inlined
 def _is_over(plan: Plan, run: Run, sample: int, template: int) -> bool:
-    """Whether the ego has left, or is alone (of one actor: never) with nothing declared that looks at the whole run.
+    """Return True if the ego has left, or is alone (never with a single actor) and nothing declared evaluates the whole
+    run.
 
-    Who takes part in the coming step counts, and who may still be brought in.
+    Actors that take part in the coming step count, and those that may still enter.
     """
     count = 0
     for actor in range(len(plan.kinds)):
@@ -291,7 +292,7 @@ def _is_over(plan: Plan, run: Run, sample: int, template: int) -> bool:
 
 @inlined
 def _running_monitors(plan: Plan, run: Run, template: int) -> int:
-    """How many monitors go on in a later step."""
+    """Return the number of monitors that continue in a later step."""
     count = 0
     for monitor in range(len(plan.monitor_started)):
         count += 1 if run.resume[plan.monitor_blocks[template, monitor]] >= 0 else 0

@@ -1,4 +1,4 @@
-"""Many runs, one after another: rows of scenes to rows of results, by the table in `engine.outcomes`."""
+"""Many runs, one after another: from rows of scenes to rows of results, by the table in `engine.outcomes`."""
 
 import math
 from collections import namedtuple
@@ -20,9 +20,9 @@ from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import ActorKind, Column, EndReason, State, Verdict
 
 FAULT = ROWS.index("fault")
-"""Where a pair's row has it."""
+"""Column of the fault in a pair's row."""
 FILLS = tuple(float(row.fill) for row in PAIRS)
-"""What an invalid run has of each number of a pair."""
+"""Value of each number of a pair in an invalid run."""
 
 
 @handle
@@ -40,8 +40,9 @@ class Requested(NamedTuple):
 if TYPE_CHECKING:
 
     class Results(Any):
-        """Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result;
-        those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
+        """The arrays of `engine.outcomes.Outcomes` under the same names, with the values of a run without a result.
+
+        Those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
         """
 
 else:
@@ -70,7 +71,7 @@ def simulate_rows(
 
 @kernel
 def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
-    """The same of a program with objectives: what works them out is compiled for those that have some."""
+    """Run the same for a program with objectives: their code is compiled only for programs that have some."""
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
             run_scene(plan, scenes, row, run)
@@ -98,7 +99,7 @@ def start_slots(plan: Plan, scenes: Requested, chosen: Ints, run: Run) -> None:
             suspend_run(its, slot, 0)
 
 
-# -- runs with what an objective asks beside their results: by how much others missed the ego --------------------------
+# -- runs with the gaps that an objective needs: PET of each pair ------------------------------------------------------
 
 
 @kernel
@@ -113,9 +114,8 @@ def gap_rows(
     out: Results,
     gaps: Floats,
 ) -> None:
-    """Run the valid scenes of rows `first` to `last` (exclusive) as `simulate_rows` does; and PET by area [s] of
-    the ego and each other, as `encroachment_gap` has it, into `gaps` (n, others): NaN of two who are never there
-    together.
+    """Run the valid scenes of rows `first` to `last` (exclusive) as `simulate_rows` does; write PET by area [s] of the
+    ego and each other, as by `encroachment_gap`, into `gaps` (n, others): NaN for an actor never present with the ego.
     """
     for row in range(first, last):
         if scenes.verdict[row] == Verdict.VALID:
@@ -130,7 +130,7 @@ def gap_rows(
 
 @inlined
 def _gap(states: Floats, other: int, outlines: Floats, sweep: Swept) -> float:
-    """PET by area, in samples."""
+    """Return PET by area, in samples."""
     ego, them = _span(states, 0), _span(states, other)
     if max(ego.first, them.first) > min(ego.last, them.last):
         return math.nan
@@ -139,7 +139,7 @@ def _gap(states: Floats, other: int, outlines: Floats, sweep: Swept) -> float:
 
 @inlined
 def _span(states: Floats, actor: int) -> Span:
-    """From the first sample at which an actor is there to the last one before it is not; of none 0 to -1."""
+    """Return the span from the first sample at which an actor is present to the last before a gap; 0 to -1 if never."""
     first, last = 0, -1
     for k in range(len(states)):
         if states[k, actor, State.PRESENT] != 0.0:
@@ -155,7 +155,7 @@ def _span(states: Floats, actor: int) -> Span:
 
 @inlined
 def note_end(run: Run, row: int, out: Results) -> bool:
-    """How the scored run ended, into its row; whether it is valid, so that it may be measured.
+    """Write the end of the scored run into its row; return True if it is valid, so that it may be measured.
 
     Two others may have touched after that end, in the ego's last step or before a temporal rule was judged.
     """
@@ -182,7 +182,7 @@ def note_end(run: Run, row: int, out: Results) -> bool:
 
 @kernel
 def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
-    """What the objectives of a measured run come to, into its row; a run in which one is NaN is broken by it."""
+    """Write the objectives of a measured run into its row; a run with a NaN among them is broken."""
     undefined = judge(plan, run, out.pairs[row], outlines, out.sought[row], out.broken[row])
     if undefined < 0:
         return
@@ -198,7 +198,7 @@ def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Resul
 
 @inlined
 def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
-    """Fill `outlines` (actors, 3) with what every measure of a run reads: length, width, rear axle to centre [m]."""
+    """Fill `outlines` (actors, 3) with length, width, rear axle to centre [m], which every measure of a run reads."""
     for actor in range(len(plan.kinds)):
         outlines[actor, 0] = column_of(plan, run, actor, Column.LENGTH)
         outlines[actor, 1] = column_of(plan, run, actor, Column.WIDTH)
@@ -207,7 +207,7 @@ def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
 
 @shared
 def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
-    """Metrics of each pair (ego, other) over the samples up to contact or the end, into the run's row."""
+    """Write the metrics of each pair (ego, other) over the samples up to contact or the end into the run's row."""
     note_outlines(plan, run, outlines)
     touching = run.status[Status.CONTACT_OTHER]
     ending, time_step = run.end[1], plan.layout.time_step
@@ -242,16 +242,15 @@ class Used(NamedTuple):
 
 @inlined
 def grip_used(states: Floats, last: int, time_step: float, actor: int, grip: float) -> Used:
-    """How much of the grip the drive of one actor uses, as a share of mu g: sideways, and in both directions together.
+    """Return the largest use of grip by an actor, as a share of mu g: sideways, and in both directions together.
 
         sideways   v_m |psi'| / (mu g)          together   sqrt(a^2 + (v_m psi')^2) / (mu g)
 
-    over each step up to sample `last`, with a its acceleration, psi' its yaw rate and v_m the speed at its middle. The
-    run's are the largest; steps in which somebody is loose after an impact are left out. Above `MODEL_RANGE` the
-    kinematic bicycle is no fair model of a car: see `engine.outcomes`. `grip` is mu g [m/s^2]. 0 for who never makes a
-    step.
+    over each step up to sample `last`, with a its acceleration, psi' its yaw rate and v_m the speed at its middle.
+    Steps in which the actor slides after an impact are left out. Above `MODEL_RANGE` the kinematic bicycle is not a
+    valid model of a car: see `engine.outcomes`. `grip` is mu g [m/s^2]. 0 for an actor without a step.
     """
-    # Without friction nothing is used: there is no acceleration either.
+    # Without friction no grip is used: there is no acceleration either.
     grip = max(grip, 1e-9)
     sideways, together = 0.0, 0.0
     for k in range(last):

@@ -1,7 +1,7 @@
-"""What a run reads and what it writes: `Plan` is shared by all runs of a program, `Run` is the memory of one.
+"""Inputs and memory of runs: `Plan` is shared by all runs of a program, `Run` is the memory of a single run.
 
-Registers of step code: literals | variant values | scene values | locals | temporaries. The scene values begin with
-one block of `vocabulary.Column` per actor, so an actor's properties are read where behaviours read them too.
+Registers of step code: literals | variant values | scene values | locals | temporaries. The scene values begin with one
+block of `vocabulary.Column` per actor, so that engine and behaviours read an actor's properties at the same place.
 """
 
 import math
@@ -20,40 +20,40 @@ COLUMNS = len(Column)
 
 @handle
 class Layout(NamedTuple):
-    """Where things lie in the registers, and the numbers that govern a run."""
+    """Places in the registers, and numbers that govern a run."""
 
     variant_values: int
-    """First register of the variant values …"""
+    """First register of the variant values."""
     scene_values: int
-    """… of the scene values …"""
+    """First register of the scene values."""
     locals: int
-    """… and of the locals."""
+    """First register of the locals."""
     time_step: float
     """[s]"""
     last_sample: int
     """The sample at which the time limit ends a run."""
     budget: int
-    """Instructions that one turn may take."""
+    """Maximum number of instructions in a turn."""
     intersections: int
-    """Regions 1 to so many of the road are intersections."""
+    """Last region of the road that is an intersection; the first is 1."""
     lasting: int
-    """1 where temporal requirements, objectives or records are declared, so that a run goes on for the ego alone."""
+    """1 if temporal requirements, objectives or records are declared, so that a run continues for the ego alone."""
     restitution: float
-    """Of impacts among others …"""
+    """Restitution of impacts between other actors."""
     contact_friction: float
-    """… and the friction of outlines on one another."""
+    """Friction between outlines in contact."""
     rolling: float
-    """Rolling resistance of wheels without a driver, as a share of the weight on them."""
+    """Rolling resistance of wheels without a driver, as a share of their load."""
     judged: int
-    """1 where objectives are declared, so that rules are looked at once more at the ego's first contact."""
+    """1 if objectives are declared, so that rules are evaluated once more at the ego's first contact."""
     drivers_go_on: int
-    """1 where the driver of a struck body drives on once its wheels grip again."""
+    """1 if the driver of a struck body continues once its wheels grip again."""
     hold: int
-    """Steps from one turn of rules, monitors and behaviours to the next; 1 unless a run is made again in finer ones."""
+    """Steps from a turn of rules, monitors and behaviours to the next; 1 unless a run is repeated in finer steps."""
     pedals_stay: int
-    """1 where pedals stay as they were set last, 0 where they are let go before each turn."""
+    """1 if pedals stay as last set, 0 if they are released before each turn."""
     pause: int
-    """Turns from one pause of a run to the next, in which its drivers are asked outside; 0: it never pauses."""
+    """Turns from a pause of a run, for external decisions, to the next; 0: no pauses."""
 
 
 @handle
@@ -86,13 +86,13 @@ class Plan(NamedTuple):
     objective_segment: Ints
     """(templates, objectives, 3) `ObjectiveTables.segment`"""
     readings: Ints
-    """(readings, 2) `Reducer`, and a rule, or of RESULT a row of `engine.named_results`."""
+    """(readings, 2) `Reducer`, and a rule, or for RESULT a row of `engine.named_results`."""
     monitors: Ints
     """(templates, monitors) `CodeTables.monitor_entry`."""
     monitor_blocks: Ints
     """(templates, monitors)"""
     monitor_started: Ints
-    """(monitors,) `Turns`: which of them run from the start, and when their turns come."""
+    """(monitors,) `Turns`: the monitors that run from the start, and the place of their turns."""
     present: Ints
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
@@ -100,59 +100,61 @@ class Plan(NamedTuple):
     gyration: Floats
     """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
     slides: Ints
-    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`), in runs that are made again to see why."""
+    """(actors,) 1 for cars with slipping tyres (`kernels.dynamics`), in runs that are repeated to explain them."""
     road: RoadTables
     layout: Layout
 
 
 class Memory(IntEnum):
-    """Columns of `Run.actors`: what an actor carries from sample to sample beside its recorded state."""
+    """Columns of `Run.actors`: state that an actor carries between samples in addition to its recorded state."""
 
     REAR_X = 0
-    """Middle of the rear axle [m]; what is integrated, so that no rounding is made by going through the centre."""
+    """Middle of the rear axle [m]; it is integrated itself, which avoids rounding by conversion from the centre."""
     REAR_Y = 1
     COS = 2
-    """Of the heading."""
+    """Cosine of the heading."""
     SIN = 3
     THROTTLE = 4
     """Pedals of this step."""
     BRAKE = 5
     STEER = 6
-    """Steering angle last asked for [rad]; stays until the next."""
+    """Last demanded steering angle [rad]; stays until the next."""
     SET_SPEED = 7
-    """Speed to take at once [m/s], or `NO_SPEED`."""
+    """Speed to assume at once [m/s], or `NO_SPEED`."""
     LEFT_ROAD = 8
-    """When the centre was first seen outside the road [s]; NaN if never."""
+    """Time at which the centre was first outside the road [s]; NaN if never."""
     ROUTE_DONE = 9
     """1 while the path followed last has been followed to its end."""
     LEAVING = 10
-    """1 once the actor's way through the scene is over: absent from the next sample on."""
+    """1 once the actor's part in the scene is over: absent from the next sample on."""
     FREE = 11
-    """0: driven; 1: loose after an impact among others, moved by `kernels.impacts.motion`; else moved from outside."""
+    """0: driven; 1: released after an impact between others, moved by `kernels.impacts.motion`; else moved from
+    outside.
+    """
     AWAITED = 12
-    """1 for an actor that has not come into the scene yet."""
+    """1 for an actor that has not entered the scene yet."""
     DRIFT_SPEED = 13
-    """Of a car whose tyres slip: speed of its centre [m/s], angle from its heading to its motion [rad] …"""
+    """Speed of the centre [m/s] of a car with slipping tyres, and angle from its heading to its motion [rad]."""
     DRIFT_ANGLE = 14
     YAW_RATE = 15
-    """… yaw rate and speeds of its wheels [rad/s]."""
+    """Yaw rate and wheel speeds of a car with slipping tyres [rad/s]."""
     FRONT_WHEEL = 16
     REAR_WHEEL = 17
     REVERSE = 18
-    """1 while the gear is the reverse one; stays until the next. `vocabulary.FOR_ONE_STEP`: in this turn alone."""
+    """1 in reverse gear; stays until the next change. `vocabulary.FOR_ONE_STEP`: in this turn only."""
     OFFSET = 19
-    """How far left of its path an actor is to follow it in this step [m]."""
+    """Offset to the left of its path at which an actor follows it in this step [m]."""
     PATH = 20
-    """1 more than the path that its driver followed last; 0: none."""
+    """1 + the path that its driver followed last; 0: none."""
     TRACK = 21
-    """1 more than the place in the pool of the recorded track that it moves along in this turn; 0: none …"""
+    """1 + the place in the pool of the recorded track that it follows in this turn; 0: none."""
     TRACK_TIME = 22
-    """… the time of the track at the beginning of the turn [s], and how many times as fast that passes."""
+    """Time of the track at the begin of the turn [s], and the factor at which that time passes."""
     PACE = 23
     STOP = 24
-    """Brake pedal of this step alone, where pedals stay; what was asked for before holds beside it."""
+    """Brake pedal of this step only, for pedals that stay; the earlier demand stays in force too."""
     INSIDE = 25
-    """1 of one that was inside another, the ego left out, when the later of the two came into the scene; else 0, and -1
+    """1 for an actor that overlapped another, except the ego, when the later of the two entered the scene; else 0; -1
     until others first touch.
     """
 
@@ -169,28 +171,28 @@ class Status(IntEnum):
     END = 1
     """`EndReason` of the scored run, or `RUNNING`."""
     DETAIL = 2
-    """Rule that ended the run, or row of step code where it got stuck; else -1."""
+    """Rule that ended the run, or row of step code at which its budget ended; else -1."""
     CONTACT_ONE = 3
-    """The ego and whom it touched, or -1."""
+    """The ego and the actor that it touched, or -1."""
     CONTACT_OTHER = 4
     TEMPLATE = 5
     DRAWS = 6
     """Random numbers that behaviours have drawn."""
     SHADED = 7
-    """The sample whose outlines stand in `Run.shades`, or -1."""
+    """Sample of the outlines in `Run.shades`, or -1."""
     OTHERS_ONE = 8
-    """The first two without the ego that touched, lower actor first, or -1."""
+    """First two actors in contact without the ego, lower actor first, or -1."""
     OTHERS_OTHER = 9
     IMPACTS = 10
     """Rows of `Run.impacts` that are filled."""
     AT_CONTACT = 11
     """1 while the row of the current sample holds the instant of the ego's first contact."""
     PAUSED = 12
-    """1 between the rules and the turns of a sample, while drivers are asked outside."""
+    """1 between the rules and the turns of a sample, while external drivers are asked."""
     TURN = 13
-    """The actor whose turn it is."""
+    """Actor of the current turn."""
     ARRIVALS = 14
-    """How many ways have come to their ends in this turn."""
+    """Number of ways that reached their ends in this turn."""
     UNTOLD = 15
     """1 after anything but stored commands has moved an actor."""
 
@@ -203,20 +205,21 @@ NO_SPEED = -1e300
 
 @slotted("registers", "resume", "actors", "status", "end", "key")
 class Run(NamedTuple):
-    """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
+    """The memory of a run; created by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
     states: Floats
     """(samples, actors, len(State)): the record. Row 0 is the start; the row after the current one may be written."""
     registers: Floats
     resume: Ints
-    """(blocks,): row at which each block goes on, -1 while it is not running."""
+    """(blocks,): row at which each block continues, -1 while it is not running."""
     actors: Floats
     """(actors, len(Slot))"""
     status: Ints
     """(len(Status),) int64"""
     end: Floats
-    """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
-    (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
+    """(3,): time of the ego's first contact or the end of the scored run [s]; the part of the last step before it, in
+    (0, 1] for contact, 0 for an end at a sample; and the time of the first contact of two others [s], NaN: never.
+    """
     segments: Floats
     """(actors, len(MotionSegment)); no rows in parallel runs in which only the ego can be struck."""
     impacts: Floats
@@ -224,20 +227,23 @@ class Run(NamedTuple):
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats
-    """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
-    columns are undefined. Without such rules there is no memory at all."""
+    """(samples, rules): value of every rule of kind WATCH at each sample up to the end of the scored run; other columns
+    are undefined. No rows without such rules.
+    """
     formula_values: Floats
-    """(2, formula rows): working memory for `kernels.temporal` …"""
+    """(2, formula rows): working memory for `kernels.temporal`."""
     formula_decided: Ints
-    """… (temporals,) int64, too."""
+    """(temporals,) int64: working memory for `kernels.temporal`."""
     beyond: Floats
-    """(actors, len(State)): the row of the sample after contact, while the instant of contact stands there …"""
+    """(actors, len(State)): the row of the sample after contact, while its place holds the instant of contact; empty
+    without objectives.
+    """
     final: Floats
-    """… (registers,): those of what is worked out when the run is over; both are empty without objectives."""
+    """(registers,): registers for the evaluation when the run is over; empty without objectives."""
     shades: Floats
     """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
     actions: Floats
-    """(samples, numbers): what is decided outside, turn by turn (`Op.ACTION`); no rows where a program decides all."""
+    """(samples, numbers): external decisions, turn by turn (`Op.ACTION`); no rows if a program has none."""
     command_columns: Ints
     """(actors,): first column of the commands of an actor, or -1 - its first number among `actions`."""
     slot_registers: Floats
@@ -248,32 +254,34 @@ class Run(NamedTuple):
     slot_resume: Ints
     slot_status: Ints
     slot_states: Floats
-    """(slots, rows, actors, len(State)): the current sample, and earlier ones that a driver still reads. Sample k is in
-    row k % rows, where rows is a power of two."""
+    """(slots, rows, actors, len(State)): the current sample, and earlier samples that a driver still reads. Sample k is
+    in row k % rows, with rows a power of two.
+    """
     slot_watched: Floats
     """(slots, rules): values at the last sample at which rules were evaluated."""
     slot_segments: Floats
-    """(slots, actors, len(MotionSegment)): segments of released bodies; no rows if others cannot touch."""
+    """(slots, actors, len(MotionSegment)): segments of released bodies; no rows if other actors cannot touch."""
     slot_actions: Floats
-    """(slots, rows, numbers): decisions for the coming turns; turn k in row k % rows, where rows is a power of two."""
+    """(slots, rows, numbers): decisions for the coming turns; turn k in row k % rows, with rows a power of two."""
     slot_pages: Ints
     """(slots, n): numbers of the pages of each slot, in order; -1: none."""
     command_pages: Floats
     """(pages, slots.PAGE, pause, columns): commands of each step (`slots.note_commands`)."""
     slots: "Slots[Run]" = Slots()
     """The states of the parallel runs: handles with rows of the first six `slot_` fields, which share all other arrays.
-    Pages are read from the run that has the memory: they may move in memory between calls."""
+    Pages are read from the run that owns the memory: they may move in memory between calls.
+    """
 
 
 @inlined
 def column_of(plan: Plan, run: Run, actor: int, column: int) -> float:
-    """A property of an actor in this scene."""
+    """Return a property of an actor in this scene."""
     return run.registers[plan.layout.scene_values + actor * COLUMNS + column]
 
 
 @inlined
 def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
-    """What an actor's body can do."""
+    """Return the vehicle parameters of an actor."""
     return Vehicle(
         wheelbase=column_of(plan, run, actor, Column.WHEELBASE),
         max_steer=column_of(plan, run, actor, Column.MAX_STEER),
@@ -287,7 +295,7 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
 
 @inlined
 def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
-    """An actor's outline at a recorded sample."""
+    """Return an actor's outline at a recorded sample."""
     return Box(
         run.states[sample, actor, State.X],
         run.states[sample, actor, State.Y],

@@ -1,4 +1,4 @@
-"""Measures of one pair that assume the worst of others: the distances of responsibility-sensitive safety, and WTTC."""
+"""Worst-case measures of a pair: the distances of responsibility-sensitive safety, and WTTC."""
 
 import math
 from typing import NamedTuple
@@ -13,33 +13,33 @@ MAX_ADVANCES = 10_000
 
 
 class Responsibility(NamedTuple):
-    """What responsibility-sensitive safety takes everybody to be able to do, and to be bound to do."""
+    """Assumed capabilities and obligations of all actors in responsibility-sensitive safety."""
 
     response: float
-    """Until somebody begins to brake [s]."""
+    """Time until an actor begins to brake [s]."""
     speeding_up: float
-    """At most, until then [m/s^2]."""
+    """Largest acceleration until then [m/s^2]."""
     hardest_braking: float
-    """Of one ahead, at most [m/s^2]."""
+    """Largest deceleration of an actor ahead [m/s^2]."""
     braking: float
-    """That everybody else reaches at least [m/s^2] …"""
+    """Least deceleration of every other actor [m/s^2]."""
     braking_in_lane: float
-    """… and one whose own lane it is, in front of oncoming traffic [m/s^2]."""
+    """Least deceleration of an actor in its own lane, in front of oncoming traffic [m/s^2]."""
     drifting: float
-    """Towards each other, at most, during the response [m/s^2] …"""
+    """Largest lateral acceleration towards each other during the response [m/s^2]."""
     drift_braking: float
-    """… and at least, afterwards and away from each other [m/s^2]."""
+    """Least lateral deceleration afterwards [m/s^2]."""
     margin: float
-    """That must be left between the two beside one another [m]."""
+    """Least lateral distance between the two [m]."""
 
 
 @kernel
 def is_dangerous(now: Snapshot, rules: Responsibility) -> bool:
-    """Whether the two are nearer than safe, both along the ego's direction and across it.
+    """Return True if the distance is less than safe both along the ego's direction and across it.
 
     Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable self-driving cars",
-    arXiv:1708.06374, definitions 1, 2, 6 and 9, with the ego's heading in the place of the lane's. They are of two on
-    the same road: of two who cross, whose safety hangs on who goes first, this says nothing (False).
+    arXiv:1708.06374, definitions 1, 2, 6 and 9, with the ego's heading instead of the lane's. They apply to two actors
+    on the same road; for crossing actors, whose safety depends on their order, the result is False.
     """
     cos, sin = math.cos(now.ego.heading), math.sin(now.ego.heading)
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
@@ -65,7 +65,7 @@ def is_dangerous(now: Snapshot, rules: Responsibility) -> bool:
 
 @kernel
 def safe_gap_behind(behind: float, leading: float, rules: Responsibility) -> float:
-    """Definition 1: the gap [m] that the one behind needs, if the one ahead may brake as hard as can be."""
+    """Return definition 1: the gap [m] that the follower needs if the leader may brake at its limit."""
     faster = behind + rules.response * rules.speeding_up
     way = 0.5 * (behind + faster) * rules.response + faster**2 / (2.0 * rules.braking)
     return max(0.0, way - leading**2 / (2.0 * rules.hardest_braking))
@@ -73,7 +73,7 @@ def safe_gap_behind(behind: float, leading: float, rules: Responsibility) -> flo
 
 @kernel
 def safe_gap_oncoming(in_lane: float, oncoming: float, rules: Responsibility) -> float:
-    """Definition 2: the gap [m] in which both come to a stand, the first of them in its own lane."""
+    """Return definition 2: the gap [m] in which both stop, the first of them in its own lane."""
     mine, theirs = in_lane + rules.response * rules.speeding_up, oncoming + rules.response * rules.speeding_up
     way = 0.5 * (in_lane + mine + oncoming + theirs) * rules.response
     return way + mine**2 / (2.0 * rules.braking_in_lane) + theirs**2 / (2.0 * rules.braking)
@@ -81,25 +81,25 @@ def safe_gap_oncoming(in_lane: float, oncoming: float, rules: Responsibility) ->
 
 @kernel
 def safe_gap_beside(one: float, other: float, rules: Responsibility) -> float:
-    """Definition 6: the gap [m] between two beside one another who move towards each other at these speeds."""
+    """Return definition 6: the lateral gap [m] between two actors that approach each other at these speeds [m/s]."""
     return rules.margin + max(0.0, _drift(one, rules) + _drift(other, rules))
 
 
 @inlined
 def _drift(speed: float, rules: Responsibility) -> float:
-    """How far somebody comes sideways before it has stopped to; negative away from the other [m]."""
+    """Return the lateral distance that an actor covers until it must have stopped [m]; negative away from the other."""
     after = speed + rules.response * rules.drifting
     return 0.5 * (speed + after) * rules.response + after * abs(after) / (2.0 * rules.drift_braking)
 
 
 @kernel
 def worst_time_to_collision(now: Snapshot, agility: float) -> float:
-    """WTTC [s]: the earliest contact if both, from now on, may accelerate anywhere, by `agility` [m/s^2] in all.
+    """Return WTTC [s]: the earliest contact if both accelerate in any direction, by `agility` [m/s^2] in sum.
 
     Wachenfeld, Junietz, Wenzel and Winner (2016), "The worst-time-to-collision metric for situation identification",
-    IEEE Intelligent Vehicles Symposium: the first t with |p + v t| = r1 + r2 + agility t^2 / 2, where p and v are way
-    and relative velocity of the centres, r1 and r2 radii of circles about the outlines, and `agility` is the sum of
-    both accelerations. Found by advances that can never overshoot; infinite if the two can never touch.
+    IEEE Intelligent Vehicles Symposium: the first t with |p + v t| = r1 + r2 + agility t^2 / 2, where p and v are
+    distance vector and relative velocity of the centres, r1 and r2 radii of circles about the outlines, and `agility`
+    is the sum of both accelerations. Found by advances that can never overshoot; infinite if the two can never touch.
     """
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y

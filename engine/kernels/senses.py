@@ -33,7 +33,7 @@ def _now(run: Run) -> int:
 
 @deferred()
 def draw_number(run: Run, register: int) -> None:
-    """`Op.RANDOM`: the next uniform number of the behavior stream of the scene."""
+    """Execute `Op.RANDOM`: the next uniform number of the behavior stream of the scene."""
     number = run.status[Status.DRAWS]
     run.status[Status.DRAWS] = number + 1
     run.registers[register] = uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
@@ -41,7 +41,7 @@ def draw_number(run: Run, register: int) -> None:
 
 @deferred()
 def appear(plan: Plan, run: Run, actor: int) -> None:
-    """`Op.SPAWN`: put an actor that is absent where its scene has it."""
+    """Execute `Op.SPAWN`: place an absent actor at its pose in the scene."""
     if run.states[_now(run), actor, State.PRESENT] == 0.0:
         place(plan, run, _now(run), actor, 1.0)
         run.status[Status.SHADED] = -1
@@ -49,7 +49,7 @@ def appear(plan: Plan, run: Run, actor: int) -> None:
 
 @deferred()
 def read_velocity(plan: Plan, run: Run, row: int) -> None:
-    """`Op.VELOCITY`."""
+    """Execute `Op.VELOCITY`."""
     dst, actor = int(plan.code[row, 1]), int(plan.code[row, 2])
     run.registers[dst], run.registers[dst + 1] = velocity_of(run, _now(run), actor)
     run.registers[dst + 2] = spin_of(plan, run, _now(run), actor)
@@ -60,7 +60,7 @@ def read_velocity(plan: Plan, run: Run, row: int) -> None:
 
 @deferred()
 def see_within(plan: Plan, run: Run, row: int) -> None:
-    """`Op.WITHIN`."""
+    """Execute `Op.WITHIN`."""
     actor, distance = int(plan.code[row, 2]), run.registers[int(plan.code[row, 3])]
     sees = sees_within(plan, run, _now(run), actor, distance)
     run.registers[int(plan.code[row, 1])] = math.nan if math.isnan(distance) else 1.0 if sees else 0.0
@@ -68,7 +68,7 @@ def see_within(plan: Plan, run: Run, row: int) -> None:
 
 @deferred()
 def see(plan: Plan, run: Run, row: int) -> None:
-    """`Op.SEES`."""
+    """Execute `Op.SEES`."""
     viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
     if viewer >= 0 and target >= 0:
         sees = can_see(plan, run, _now(run), viewer, target)
@@ -82,7 +82,7 @@ def see(plan: Plan, run: Run, row: int) -> None:
 
 @deferred()
 def notice(plan: Plan, run: Run, row: int) -> None:
-    """`Op.NOTICES`."""
+    """Execute `Op.NOTICES`."""
     viewer, target = int(plan.code[row, 2]), int(plan.code[row, 3])
     reach = run.registers[int(plan.code[row, 4])]
     run.registers[int(plan.code[row, 1])] = 1.0 if notices(plan, run, _now(run), viewer, target, reach) else 0.0
@@ -90,7 +90,7 @@ def notice(plan: Plan, run: Run, row: int) -> None:
 
 @kernel
 def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
-    """`Op.SEES` where the viewer or what it looks at is a place."""
+    """Return the result of `Op.SEES` if the viewer or the target is a place."""
     code, registers = plan.code, run.registers
     viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
     for actor in (viewer, target):
@@ -123,10 +123,9 @@ class Leader(NamedTuple):
 def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) -> Leader:
     """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
 
-    An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
-    point lies beyond mine. One that is hidden from me, or beyond
-    `reach`, does not count. The gap is measured along the path between the
-    shadows of both outlines on its direction at their foot points, and is 0 where these overlap.
+    An actor is on the path if it overlaps the strip that my width sweeps along it, and ahead if its centre's foot point
+    is beyond mine. An actor that is hidden from me, or beyond `reach`, does not count. The gap is measured along the
+    path between the projections of both outlines on its direction at their foot points, and is 0 if these overlap.
     """
     mine = outline_of(plan, run, sample, me)
     start = path_project(plan.road, path, mine.x, mine.y)
@@ -153,7 +152,7 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) 
 
 @deferred()
 def find_leader(plan: Plan, run: Run, row: int) -> None:
-    """`Op.LEAD`."""
+    """Execute `Op.LEAD`."""
     dst, actor, path = int(plan.code[row, 1]), int(plan.code[row, 2]), int(run.registers[int(plan.code[row, 3])])
     reach = run.registers[int(plan.code[row, 4])]
     run.registers[dst], run.registers[dst + 1] = leader(plan, run, _now(run), actor, path, reach)
@@ -161,7 +160,7 @@ def find_leader(plan: Plan, run: Run, row: int) -> None:
 
 @deferred()
 def foresee_contact(plan: Plan, run: Run, row: int) -> None:
-    """`Op.TTC`."""
+    """Execute `Op.TTC`."""
     one, other = int(plan.code[row, 2]), int(plan.code[row, 3])
     reach = run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
     run.registers[int(plan.code[row, 1])] = least_time_to_collision(plan, run, _now(run), one, other, reach)
@@ -169,9 +168,9 @@ def foresee_contact(plan: Plan, run: Run, row: int) -> None:
 
 @kernel
 def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, reach: float) -> float:
-    """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
-    that are absent, and, unless `reach` is negative, for those that are hidden from `one` or beyond that reach. What
-    comes is unknown yet, so yaw rates are those of the step that ended at the sample.
+    """Return `conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for
+    absent actors, and, unless `reach` is negative, for actors hidden from `one` or beyond that reach. Later samples are
+    unknown, so yaw rates are those of the step that ended at the sample.
     """
     least = math.inf
     if run.states[sample, one, State.PRESENT] == 0.0:
@@ -195,7 +194,9 @@ def _pair(plan: Plan, run: Run, sample: int, one: int, other: int) -> Snapshot:
 
 @inlined
 def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
-    """Of the outline's centre; of a body that slides, at the end of its leg, as the record has no later sample yet."""
+    """Return the velocity of an outline's centre; for a sliding body at the end of its segment, as no later sample
+    exists.
+    """
     if run.states[sample, actor, State.PRESENT] == SLIDING:
         return velocity_of(run, sample, actor)
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)

@@ -1,10 +1,10 @@
-"""Code that many kernels call and none contains: callers reach it through its address, which is in a cell.
+"""Code that many kernels call and none contains: callers read its address from a cell.
 
-A cell is a word of this process with a symbol of its own. The linker resolves the symbol wherever machine code names
-it, so that a caller that is loaded from the cache works with a function that was compiled later, or elsewhere.
+A cell is a word of this process with its own symbol. The linker resolves the symbol in all machine code that names it,
+so that a caller loaded from the cache works with a function that was compiled later, or elsewhere.
 """
 
-# Nothing that numba keeps to itself has types.
+# Internal parts of numba have no types.
 # pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 
 import hashlib
@@ -69,7 +69,7 @@ class Shared:
             cell.value = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
 
     def _symbol(self, arguments: tuple[Any, ...]) -> str:
-        """The name of a cell: the same in every process."""
+        """Return the name of a cell: the same in every process."""
         text = f"{self.__module__}.{self.name}{arguments}"
         return f"cortexc.{self.name}.{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
@@ -82,7 +82,9 @@ class _SharedType(types.Callable):
         super().__init__(f"Shared({function.__module__}.{function.name})")
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:  # noqa: ARG002
-        """No literal types, and all integers of one width: one compilation serves every caller."""
+        """Return the signature without literal types, and with all integers as int64: one compilation serves every
+        caller.
+        """
         if kws:
             raise TypeError(f"{self.function.name}: arguments of shared functions have no names")
         plain = (types.unliteral(each) for each in args)
@@ -102,7 +104,7 @@ register_model(_SharedType)(models.OpaqueModel)
 
 @lower_constant(_SharedType)
 def _nothing(context: Any, _builder: Any, _type: types.Type, _value: Shared) -> Any:
-    """The value of a function that is named, which has no content."""
+    """Return the value of a function by name, which has no content."""
     return context.get_dummy_value()
 
 
@@ -151,7 +153,7 @@ class _Use(NamedTuple):
 
 
 def _uses_of(library: Any) -> set[_Use]:
-    """The cells that the code of a library itself names."""
+    """Return the cells that the code of a library itself names."""
     return vars(library).setdefault("uses", set())
 
 

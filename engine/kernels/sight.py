@@ -1,20 +1,21 @@
-"""Who sees whom, exactly in the plane: a sector of view, less what outlines in between hide. No ray is sampled.
+"""Visibility of outlines, exact in the plane: a sector of view, without the parts that outlines in between hide. No ray
+is sampled.
 
-What is looked at is an outline. From outside of it, it fills an interval of directions, bounded by those of two of its
-corners, or, where the radius of the view cuts it, of points on that circle. This interval is cut to the sector, which
-leaves at most two pieces, and the outline is seen unless intervals that others fill cover every piece.
+The target is an outline. Seen from outside, it fills an interval of directions, bounded by those of two of its corners,
+or, if the radius of the view cuts it, of points on that circle. This interval is cut to the sector, which leaves at
+most two pieces, and the outline is seen unless intervals of other outlines cover every piece.
 
-Who hides whom is decided once for a pair, not along a ray. Two convex outlines that are disjoint are parted by a line
-along a side of one of the two (the separating axis theorem; Gottschalk, Lin, Manocha 1996, "OBBTree"). Every ray from a
-point on one side of it meets the outline on that side first, so that one hides the other wherever both lie in one
-direction. Outlines that overlap do not hide each other, only what is behind both. From inside of an outline that hides,
-nothing is seen but that outline, and what surrounds the viewer, too.
+The order of a pair is decided once, not along a ray. Two disjoint convex outlines are separated by a line along a side
+of one of them (the separating axis theorem; Gottschalk, Lin, Manocha 1996, "OBBTree"). Every ray from a point on one
+side of it meets the outline on that side first, so that this outline hides the other in all common directions. Outlines
+that overlap do not hide each other, only outlines behind both. From inside an outline that hides, only that outline is
+seen, and outlines that surround the viewer too.
 
 Directions are unit vectors and their order is the sign of a cross product, so there are no angles to wrap; of two that
-are close, the cross product is the angle between them [rad]. The cover of a piece is searched by walking: from its
-right end to the left end of whatever hides the direction reached, until nothing does (seen) or the end is reached
-(hidden). That takes no memory, and with n outlines at most n walks of n steps. What is not in the way fails one
-comparison of circles.
+are close, the cross product is the angle between them [rad]. The cover of a piece is searched from its right end:
+repeatedly to the left end of an outline that hides the current direction, until none does (seen) or the end of the
+piece is reached (hidden). That takes no memory, and with n outlines at most n passes of n steps. Outlines outside of
+the direction fail one comparison of circles.
 """
 
 import math
@@ -25,14 +26,14 @@ from engine.kernels.jit import inlined, kernel, shared
 from engine.tables import SHADE, Floats
 
 OUTSIDE, HIDDEN, SEEN = 0, 1, 2
-"""What becomes of a look: out of the sector or its radius, in it but covered, seen."""
+"""Visibility: outside of the sector or its radius, inside but covered, seen."""
 
 EDGE = 1e-12
 """Directions so little beyond an edge of the sector count as on it [rad]; edges belong to the sector."""
 SLIT = 1e-10
-"""What is seen through a narrower slit is hidden: outlines that touch leave one by rounding [rad]."""
+"""Angle below which a slit hides what is behind it: outlines that touch leave such a slit by rounding [rad]."""
 TOUCH = 1e-9
-"""Outlines that reach no deeper into one another touch, and one of them hides the other [m]."""
+"""Depth of overlap up to which outlines only touch, so that one of them hides the other [m]."""
 
 
 class Cone(NamedTuple):
@@ -45,10 +46,10 @@ class Cone(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """A look at one outline, made ready to be covered."""
+    """Directions of a target, prepared for the search of a cover."""
 
     verdict: int
-    """`OUTSIDE` and `SEEN` (the viewer is in the outline) are final; `HIDDEN`: to be seen unless what follows is."""
+    """`OUTSIDE` and `SEEN` (the viewer is in the outline) are final; `HIDDEN`: seen unless the pieces are covered."""
     pieces: int
     """1 or 2."""
     first: Cone
@@ -59,10 +60,11 @@ class Sight(NamedTuple):
 def look(
     view: View, target: Box, shades: Floats, start: int, count: int, buildings: Floats, viewer: int, looked_at: int
 ) -> int:
-    """What becomes of a look at an outline: `OUTSIDE`, `HIDDEN` or `SEEN`.
+    """Return the visibility of an outline: `OUTSIDE`, `HIDDEN` or `SEEN`.
 
-    `shades` holds `count` outlines of `SHADE` numbers each from index `start` on; the viewer's and the target's own
-    numbers among them are left out (-1: not among them). `buildings` (n, 5) hide, too. A target of no size is a place.
+    `shades` holds `count` outlines of `SHADE` numbers each from index `start` on; `viewer` and `looked_at` are the
+    numbers of viewer and target among them, which are left out (-1: not among them). `buildings` (n, 5) hide, too. A
+    target of no size is a place.
     """
     if not in_reach(view, target):
         return OUTSIDE
@@ -79,9 +81,9 @@ def look(
 
 @inlined
 def in_reach(view: View, target: Box) -> bool:
-    """Whether a circle around an outline meets that of the view: the cheap test that nearly always answers."""
+    """Return True if a circle around an outline meets that of the view: a cheap test that nearly always answers."""
     dx, dy, reach = target.x - view.x, target.y - view.y, view.distance + 0.5 * (target.length + target.width)
-    return dx * dx + dy * dy <= reach * reach  # NaN is nowhere
+    return dx * dx + dy * dy <= reach * reach  # False for NaN
 
 
 @inlined
@@ -94,7 +96,7 @@ def _cross(ax: float, ay: float, bx: float, by: float) -> float:
 
 @inlined
 def _sight(view: View, box: Frame) -> Sight:
-    """The directions in which the sector holds a part of the outline, nobody being in between."""
+    """Return the directions in which the sector contains a part of the outline, without outlines in between."""
     dx, dy = view.x - box.x, view.y - box.y
     x, y = box.cos * dx + box.sin * dy, box.cos * dy - box.sin * dx  # the viewer in the outline's frame
     cone = _nothing()
@@ -118,16 +120,17 @@ def _nothing() -> Cone:
 
 @inlined
 def _silhouette(x: float, y: float, half_length: float, half_width: float, slack: float) -> Cone:
-    """Ways to the corners between which an upright box about the origin lies, from (x, y) outside of it.
+    """Return the vectors from (x, y) to the corners that bound an axis-parallel box about the origin, seen from
+    outside.
 
-    Nearer than `slack` to a side counts as beyond it.
+    A place nearer than `slack` to a side counts as beyond it.
     """
     side_x, side_y = 0.0, 0.0
     if abs(x) > half_length - slack:
         side_x = 1.0 if x > 0.0 else -1.0
     if abs(y) > half_width - slack:
         side_y = 1.0 if y > 0.0 else -1.0
-    # Who looks at a side has its ends to the right and left; who looks at a corner, those beside it.
+    # A viewer before a side sees its ends to the right and left; a viewer before a corner, the two adjacent corners.
     if side_x == 0.0:
         right_x, left_x = -side_y, side_y
         right_y = left_y = side_y
@@ -160,9 +163,9 @@ def _unit(cone: Cone) -> Cone:
 
 @kernel
 def _within_radius(cone: Cone, x: float, y: float, half_length: float, half_width: float, radius: float) -> Cone:
-    """The silhouette of that part of an upright box about the origin that lies within `radius` of (x, y).
+    """Return the silhouette of the part of an axis-parallel box about the origin within `radius` of (x, y).
 
-    It is convex, so its ends are corners of the box, or places where a side crosses the circle.
+    It is convex, so its ends are corners of the box, or intersections of a side and the circle.
     """
     square = radius * radius
     right = cone.right_x * cone.right_x + cone.right_y * cone.right_y
@@ -192,7 +195,7 @@ def _within_radius(cone: Cone, x: float, y: float, half_length: float, half_widt
 
 @inlined
 def _widened(cone: Cone, x: float, y: float) -> Cone:
-    """The cone with one more direction; all of them lie within half a turn."""
+    """Return the cone extended to another direction; all directions are within half a turn."""
     if _cross(cone.right_x, cone.right_y, x, y) < 0.0:
         return Cone(x, y, cone.left_x, cone.left_y)
     if _cross(cone.left_x, cone.left_y, x, y) > 0.0:
@@ -205,12 +208,12 @@ def _widened(cone: Cone, x: float, y: float) -> Cone:
 
 @inlined
 def _in_sector(view: View, cone: Cone) -> Sight:
-    """What the sector leaves of the directions: all, none, a piece, or one on either side of the wedge behind."""
+    """Return the directions inside the sector: all, none, one piece, or two pieces on both sides of the gap behind."""
     if view.angle >= 2.0 * math.pi:
         return Sight(HIDDEN, 1, cone, cone)
     ahead_x, ahead_y = math.cos(view.heading), math.sin(view.heading)
     cos, sin = math.cos(0.5 * view.angle), math.sin(0.5 * view.angle)
-    # From its right edge to its left one; more than half a turn if it opens that wide.
+    # The sector from its right edge to its left; more than half a turn if it is that wide.
     sector = Cone(
         cos * ahead_x + sin * ahead_y,
         cos * ahead_y - sin * ahead_x,
@@ -236,7 +239,7 @@ def _in_sector(view: View, cone: Cone) -> Sight:
 
 @inlined
 def _opens_to(sector: Cone, wide: bool, x: float, y: float) -> bool:
-    """Whether a direction lies in the sector, its edges included."""
+    """Return True if a direction is in the sector, its edges included."""
     if wide:
         behind = Cone(sector.left_x, sector.left_y, sector.right_x, sector.right_y)
         return not _holds(behind, x, y, -EDGE)
@@ -245,7 +248,7 @@ def _opens_to(sector: Cone, wide: bool, x: float, y: float) -> bool:
 
 @inlined
 def _holds(cone: Cone, x: float, y: float, slack: float) -> bool:
-    """Whether a direction lies between the ends of a cone, give or take `slack` [rad]."""
+    """Return True if a direction is between the ends of a cone, within `slack` [rad]."""
     return (
         _cross(cone.right_x, cone.right_y, x, y) >= -slack
         and _cross(x, y, cone.left_x, cone.left_y) >= -slack
@@ -253,7 +256,7 @@ def _holds(cone: Cone, x: float, y: float, slack: float) -> bool:
     )
 
 
-# -- what is in between ------------------------------------------------------------------------------------------------
+# -- outlines in between -----------------------------------------------------------------------------------------------
 
 
 @kernel
@@ -268,7 +271,7 @@ def _is_covered(
     viewer: int,
     looked_at: int,
 ) -> bool:
-    """Whether outlines that hide the target cover a piece of its directions."""
+    """Return True if outlines that hide the target cover a piece of its directions."""
     number_of_all = count + len(buildings)
     if number_of_all == 0:
         return False
@@ -314,7 +317,7 @@ def _is_covered(
 
 @inlined
 def _is_nearer(view: View, shade: Frame, target: Frame, x: float, y: float) -> bool:
-    """Whether a line parts the two, and the viewer, at (x, y) in the shade's frame, is on the shade's side of it."""
+    """Return True if a line separates both, with the viewer, at (x, y) in the shade's frame, on the shade's side."""
     dx, dy = target.x - shade.x, target.y - shade.y
     turn_cos = abs(shade.cos * target.cos + shade.sin * target.sin)
     turn_sin = abs(shade.cos * target.sin - shade.sin * target.cos)

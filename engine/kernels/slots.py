@@ -1,4 +1,4 @@
-"""Parallel runs: a slot stores what a run needs from one pause to the next, and all slots share one working memory.
+"""Parallel runs: a slot stores the state of a run from a pause to the next, and all slots share a working memory.
 
 One call of `rollout.advance` advances the run of each slot to its next pause or to its end. The same code serves a
 single run and many. `run.slots[slot]` is the state of the run in a slot: its own registers, actors, status, end, key
@@ -16,7 +16,7 @@ from engine.vocabulary import State
 EMPTY = -2
 """Entry in place of the end of a run in a slot without a run."""
 PAGE = 8
-"""Rows of a page; a row holds the decisions and commands from one pause to the next."""
+"""Number of rows of a page; a row holds the decisions and commands from a pause to the next."""
 COMMAND_COLUMNS = 2
 """Numbers of a command: pedal (the brake is negative) and steering angle."""
 
@@ -31,7 +31,7 @@ def is_idle(run: Run, slot: int) -> bool:
 def resume_run(run: Run, slot: int) -> None:
     """Copy the recent samples of a slot into the record. No driver reads samples before those that slots store.
 
-    Earlier impacts between other actors are left out: they are read from the record of a whole run only.
+    Earlier impacts between other actors are left out: they are read only from the record of a whole run.
     """
     run.status[Status.SHADED] = -1
     run.status[Status.IMPACTS] = 0
@@ -60,14 +60,14 @@ def _take_decisions(plan: Plan, run: Run, slot: int) -> None:
 
 @deferred()
 def continue_run(plan: Plan, run: Run, slot: int) -> None:
-    """Copy what the run of a slot needs into the working memory: recent samples, decisions of the coming turns."""
+    """Copy the run of a slot into the working memory: recent samples, decisions of the coming turns."""
     resume_run(run, slot)
     _take_decisions(plan, run, slot)
 
 
 @deferred()
 def leave_run(run: Run, slot: int, first: int) -> None:
-    """`suspend_run`, as a function of its own."""
+    """Call `suspend_run`, as a separately compiled function."""
     suspend_run(run, slot, first)
 
 
@@ -99,7 +99,7 @@ def note_commands(plan: Plan, run: Run, pages: Run, page: int, row: int, turn: i
 
 @inlined
 def suspend_run(run: Run, slot: int, first: int) -> None:
-    """Copy the samples from `first` to the current one into a slot."""
+    """Copy the samples from `first` to the current sample into a slot."""
     for actor in range(run.slot_segments.shape[1]):
         for column in range(run.segments.shape[1]):
             run.slot_segments[slot, actor, column] = run.segments[actor, column]

@@ -8,12 +8,12 @@ Steering: the curvature of the path a little ahead, plus corrections of heading 
 with e the offset of the rear axle to the left of the path. Linearised, e'' = -(2 / ld) e' - e / ld^2 in way driven:
 critically damped at every speed, so offsets up to the clipped 0.35 ld decay without overshoot; the clip keeps the
 approach from a larger offset at a moderate angle. The preview of 0.2 s is the lag of a rate-limited steering wheel;
-half a step is added to it, for what is asked for at a sample is reached, on average, so much later.
+half a step is added to it, because a demand at a sample is reached, on average, that much later.
 
-Speed: proportional, a = 4/s (v_target - v), between full braking and full throttle. In front of bends the target is
-what `speed_limit_ahead` allows: v_bend = sqrt(max_lateral / |kappa|), reached by a steady 3 m/s^2 (the comfortable
-deceleration of traffic engineering: ITE 3.05, AASHTO 3.4 m/s^2). A proportional controller lags a falling target by
-3 / 4 m/s; looking 0.5 s = two time constants ahead leaves a tenth of a m/s of that at the bend's start.
+Speed: proportional, a = 4/s (v_target - v), between full braking and full throttle. In front of bends the target is the
+result of `speed_limit_ahead`: v_bend = sqrt(max_lateral / |kappa|), reached by a steady 3 m/s^2 (the comfortable
+deceleration of traffic engineering: ITE 3.05, AASHTO 3.4 m/s^2). A proportional controller lags a falling target by 3 /
+4 m/s; looking 0.5 s = two time constants ahead leaves a tenth of a m/s of that at the bend's start.
 """
 
 import math
@@ -26,7 +26,7 @@ from engine.kernels.path import PathPoint, path_curvature, speed_limit_ahead
 from engine.tables import RoadTables
 
 PREVIEW = 0.2
-"""How far ahead the path's curvature is taken [s]."""
+"""Time ahead at which the path's curvature is taken [s]."""
 LOOK_AHEAD = 0.4
 """[s]"""
 MIN_LOOK_AHEAD = 3.0
@@ -38,13 +38,13 @@ SPEED_GAIN = 4.0
 PLANNED_BRAKING = 3.0
 """Deceleration that is planned in front of bends [m/s^2]."""
 SPEED_PREVIEW = 0.5
-"""How far ahead the speed plan is read [s]."""
+"""Time ahead at which the speed plan is read [s]."""
 MAX_BRAKING = 8.0
-"""Deceleration that the speed controller asks for at most [m/s^2] …"""
+"""Largest deceleration that the speed controller demands [m/s^2]."""
 MAX_ACCELERATION = 3.0
-"""… and acceleration."""
+"""Largest acceleration that the speed controller demands [m/s^2]."""
 WALKING_LOOK_AHEAD = 1.0
-"""A pedestrian heads for the point of the path so far ahead of the nearest one [m]."""
+"""Distance from the nearest point of the path to the point at which a pedestrian aims [m]."""
 
 
 class Pedals(NamedTuple):
@@ -56,7 +56,7 @@ class Pedals(NamedTuple):
 
 @inlined
 def path_curvature_wanted(point: PathPoint, curvature_ahead: float, heading: float, speed: float) -> float:
-    """Curvature to drive from here [1/m]; `point` is the rear axle's place on the path."""
+    """Return the curvature to drive from here [1/m]; `point` is the rear axle's place on the path."""
     look_ahead = max(MIN_LOOK_AHEAD, LOOK_AHEAD * speed)
     offset = clip(point.offset, -OFFSET_SHARE * look_ahead, OFFSET_SHARE * look_ahead)
     heading_error = math.sin(point.heading - heading)
@@ -67,14 +67,14 @@ def path_curvature_wanted(point: PathPoint, curvature_ahead: float, heading: flo
 def steer_along(
     road: RoadTables, path: int, point: PathPoint, heading: float, speed: float, wheelbase: float, time_step: float
 ) -> float:
-    """Steering angle of a vehicle that follows a path [rad]."""
+    """Return the steering angle of a vehicle that follows a path [rad]."""
     curvature_ahead = path_curvature(road, path, point.s + (PREVIEW + 0.5 * time_step) * speed)
     return math.atan(wheelbase * path_curvature_wanted(point, curvature_ahead, heading, speed))
 
 
 @inlined
 def turn_along(point: PathPoint, heading: float) -> float:
-    """How far a pedestrian turns to follow a path [rad]: towards it and along it, without overshoot."""
+    """Return the turn of a pedestrian that follows a path [rad]: towards it and along it, without overshoot."""
     return wrap_angle(point.heading - math.atan(point.offset / WALKING_LOOK_AHEAD) - heading)
 
 
@@ -82,9 +82,9 @@ def turn_along(point: PathPoint, heading: float) -> float:
 def planned_speed(
     road: RoadTables, path: int, s: float, speed: float, target_speed: float, max_lateral: float
 ) -> float:
-    """The target speed, lowered to what the bends at and ahead of arc length `s` allow [m/s].
+    """Return the target speed, limited by the bends at and ahead of arc length `s` [m/s].
 
-    `max_lateral` is the lateral acceleration to keep to in bends [m/s^2]; infinite switches planning off.
+    `max_lateral` is the largest lateral acceleration in bends [m/s^2]; infinity disables planning.
     """
     if max_lateral == math.inf:
         return target_speed
@@ -96,7 +96,7 @@ def planned_speed(
 
 @inlined
 def pedals_towards(target_speed: float, speed: float, max_acceleration: float, max_braking: float) -> Pedals:
-    """Pedals of the proportional speed controller; NaN for a target that is NaN."""
+    """Return the pedals of the proportional speed controller; NaN for a target that is NaN."""
     wanted = clip(SPEED_GAIN * (target_speed - speed), -MAX_BRAKING, MAX_ACCELERATION)
     if wanted < 0.0:
         return Pedals(0.0, min(-wanted / max_braking, 1.0) if max_braking > 0.0 else 0.0)

@@ -1,7 +1,7 @@
-"""What outlines sweep from sample to sample: for each step the convex hull of its two ends, and a box about it.
+"""Areas that outlines sweep between samples: for each step the convex hull of its two ends, and a box about it.
 
-A step's hull is laid when it is first asked for. Boxes, of each step and of `BLOCK` steps, have their sides along the
-axes; they hold all that the outline sweeps, which bulges beyond the hull, by at most r turn^2 / 8, where it turns.
+A step's hull is computed when it is first needed. Boxes, of each step and of `BLOCK` steps, are parallel to the axes;
+they contain the whole swept area, which extends beyond the hull by at most r turn^2 / 8 in a turn.
 """
 
 import math
@@ -21,7 +21,7 @@ LINES = POINTS * POINTS
 BLOCK = 16
 """Steps that share a box."""
 ROUNDING = 1e-6
-"""What boxes are wider by [m]."""
+"""Margin added to boxes [m]."""
 LEFT, BELOW, RIGHT, ABOVE = range(4)
 """Sides of a box."""
 
@@ -36,26 +36,26 @@ class Span(NamedTuple):
 
 @handle
 class Swept(NamedTuple):
-    """Working memory for the motions of two, in rows 0 and 1; made by `swept`."""
+    """Working memory for the motions of two actors, in rows 0 and 1; created by `swept`."""
 
     hulls: Floats
-    """(2, steps, POINTS, 2): corners of the outline at the start and at the end of a step, where `laid` …"""
+    """(2, steps, POINTS, 2): corners of the outline at the start and at the end of a step, valid if `laid`."""
     laid: Ints
-    """… (2, steps) says so."""
+    """(2, steps): 1 for a step whose corners in `hulls` are valid."""
     ways: Floats
-    """(2, steps + 1): how far any point of the outline may have come until each sample [m]."""
+    """(2, steps + 1): bound on the distance that any point of the outline covers until each sample [m]."""
     boxes: Floats
-    """(2, steps, 4): sides of boxes about each step …"""
+    """(2, steps, 4): sides of the box about each step."""
     blocks: Floats
-    """… (2, blocks, 4) and about `BLOCK` of them."""
+    """(2, blocks, 4): sides of the boxes about `BLOCK` steps each."""
     part: Floats
     """(POINTS, 2): corners of a part of a step."""
     near: Ints
-    """(steps + 1,): steps that part may touch, and which line had two hulls apart last."""
+    """(steps + 1,): steps that `part` may touch; the last entry is the line that last separated two hulls."""
 
 
 def swept(samples: int) -> Swept:
-    """Memory for motions of so many samples."""
+    """Return memory for motions of `samples` samples."""
     steps = max(samples, 1)
     return Swept(
         hulls=np.zeros((2, steps, POINTS, 2)),
@@ -70,19 +70,19 @@ def swept(samples: int) -> Swept:
 
 @inlined
 def steps_of(span: Span) -> int:
-    """How many are looked at; of a single sample one, in which nothing moves."""
+    """Return the number of steps of a span; 1 for a single sample, with a step without motion."""
     return max(span.last - span.first, 1)
 
 
 @inlined
 def pose(states: Floats, span: Span, k: int, part: float, outlines: Floats) -> Box:
-    """An actor's outline a part of a step after sample k; after its last sample it stays."""
+    """Return an actor's outline at a part of a step after sample k; after its last sample it stands."""
     return outline_between(states, k, min(k + 1, span.last), part, span.actor, outlines)
 
 
 @inlined
 def measure(states: Floats, span: Span, outlines: Floats, sweep: Swept, row: int) -> None:
-    """Ways and boxes of a motion into a row; no hull is laid yet."""
+    """Write distances and boxes of a motion into a row; no hull is computed yet."""
     length, width = outlines[span.actor, 0], outlines[span.actor, 1]
     radius = half_diagonal(Box(0.0, 0.0, 0.0, length, width))
     sweep.ways[row, 0] = 0.0
@@ -103,7 +103,7 @@ def measure(states: Floats, span: Span, outlines: Floats, sweep: Swept, row: int
         box = sweep.boxes[row, k]
         box[LEFT], box[BELOW] = min(x - across, x1 - across1) - slack, min(y - up, y1 - up1) - slack
         box[RIGHT], box[ABOVE] = max(x + across, x1 + across1) + slack, max(y + up, y1 + up1) + slack
-        if not math.isfinite(x + y + heading + x1 + y1 + heading1):  # of a run that broke: touches nothing
+        if not math.isfinite(x + y + heading + x1 + y1 + heading1):  # a broken run touches nothing
             box[LEFT], box[BELOW], box[RIGHT], box[ABOVE] = math.inf, math.inf, -math.inf, -math.inf
         _widen(sweep.blocks[row, k // BLOCK], box, k % BLOCK == 0)
         sweep.ways[row, k + 1] = sweep.ways[row, k] + math.sqrt((x1 - x) ** 2 + (y1 - y) ** 2) + radius * turn
@@ -122,14 +122,14 @@ def _widen(block: Floats, box: Floats, first: bool) -> None:
 
 @inlined
 def boxes_apart(one: Floats, other: Floats) -> float:
-    """How far two boxes are apart along an axis [m]; negative if they are not."""
+    """Return the distance of two boxes along an axis [m]; negative if they overlap."""
     aside = max(one[LEFT] - other[RIGHT], other[LEFT] - one[RIGHT])
     return max(aside, one[BELOW] - other[ABOVE], other[BELOW] - one[ABOVE])
 
 
 @inlined
 def until(ways: Floats, k: int, steps: int, apart: float) -> int:
-    """The first step after step k by whose end something may have come as far as this, `steps` if none."""
+    """Return the first step after step k by whose end a point may have covered `apart` [m]; else `steps`."""
     low, high = k + 1, steps
     if low < high and not ways[low + 1] - ways[k] < apart:
         return low
@@ -156,7 +156,7 @@ def lay_step(states: Floats, span: Span, k: int, outlines: Floats, sweep: Swept,
 
 @inlined
 def lay(corners: Floats, first: int, box: Box) -> None:
-    """The four corners of an outline into rows from `first` on."""
+    """Write the four corners of an outline into rows from `first` on."""
     cos, sin = math.cos(box.heading), math.sin(box.heading)
     for number in range(4):
         along = 0.5 * box.length * (1.0 if number < 2 else -1.0)
@@ -167,8 +167,9 @@ def lay(corners: Floats, first: int, box: Box) -> None:
 
 @inlined
 def hulls_apart(one: Floats, other: Floats, near: Ints) -> float:
-    """How far a line through two corners of one hull has the two apart [m], the first one found that has; negative
-    without. Every side of a hull is such a line. The one that had others apart last is tried first (`near[-1]`).
+    """Return the distance by which a line through two corners of a hull separates the two [m], for the first such line;
+    negative if there is none. Every side of a hull is such a line. The line that separated last is tried first
+    (`near[-1]`).
     """
     hint = int(near[-1])
     for number in range(-1, 2 * LINES):
@@ -184,10 +185,10 @@ def hulls_apart(one: Floats, other: Floats, near: Ints) -> float:
 
 @inlined
 def _parted(own: Floats, theirs: Floats, i: int, j: int) -> float:
-    """How far the line through corners i and j of `own` has two hulls apart [m]; negative if it does not.
+    """Return the distance by which the line through corners i and j of `own` separates two hulls [m]; else negative.
 
-    Corner i is on the line. Where others are on both sides of it, or on it, nothing is parted; else the nearest of them
-    is held against the own corner that reaches farthest to their side.
+    Corner i is on the line. If corners of the other hull are on both sides of it, or on it, nothing is separated; else
+    the nearest of them is compared with the own corner that extends farthest to their side.
     """
     nx, ny = own[i, 1] - own[j, 1], own[j, 0] - own[i, 0]
     line = nx * own[i, 0] + ny * own[i, 1]

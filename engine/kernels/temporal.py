@@ -1,18 +1,18 @@
-"""Temporal formulas over the finitely many samples of a run, judged when it is over, with two meanings.
+"""Temporal formulas over the samples of a run, evaluated when it is over, with two meanings.
 
-The formulas are rows `(TemporalOp, a, b)`, operands above their operators. What is true is worth 1 and what is false
--1; or what holds is worth by how much it does, and what does not by how much it fails, with a minus. In both the worth
-of a conjunction is the lesser of its operands', of a disjunction the greater, of a negation the opposite, so there is
-one table of operators. One pass from the last sample to the first suffices, for what a formula is worth at a sample
-follows from its operands there and from itself a sample later:
+The formulas are rows `(TemporalOp, a, b)`, operands above their operators. The value of a formula is its truth, 1 or
+-1; or its margin, positive by how much it holds, negative by how much it fails. In both the value of a conjunction is
+the lesser of its operands' values, of a disjunction the greater, of a negation the opposite, so there is one table of
+operators. One pass from the last sample to the first suffices, because the value of a formula at a sample follows from
+its operands there and from its own value a sample later:
 
     always f = f and (last or always f later)       eventually f = f or eventually f later
     f until g = g or (f and f until g later)         next f = there is a later sample, and f holds there
 
-After the last sample nothing holds: `next` is worth minus infinity there.
+After the last sample nothing holds: `next` has the value minus infinity there.
 
-A number that does not exist is no truth. An atom that is NaN is worth NaN, and so is all that depends on it: of truths
-what no other operand decides (`false and NaN` is false), of numbers everything.
+A number that does not exist is no truth. An atom that is NaN has the value NaN, and so has every formula that depends
+on it: as a truth unless another operand decides it (`false and NaN` is false), as a margin always.
 
 Sources: De Giacomo and Vardi, "Linear Temporal Logic and Linear Dynamic Logic on Finite Traces", IJCAI 2013; Fainekos
 and Pappas, "Robustness of temporal logic specifications for continuous-time signals", Theoretical Computer Science 410,
@@ -27,15 +27,15 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import TemporalOp
 
 TRUTH, MARGIN = 1, 2
-"""Column of an atom's row that names the rule from which it takes its worth."""
+"""Column of an atom's row with the rule that provides its value."""
 
 
 KEPT, UNKNOWN = -1, -2
 
 
 class Broken(NamedTuple):
-    """A requirement that does not hold, `KEPT` if all do, and the sample at which that was decided; `UNKNOWN` where
-    none is broken, and whether one is depends on a NaN.
+    """A requirement that does not hold, `KEPT` if all hold, and the sample at which that was decided; `UNKNOWN` if none
+    is known to be broken, and one depends on a NaN.
     """
 
     temporal: int
@@ -46,11 +46,11 @@ class Broken(NamedTuple):
 def find_broken(
     formula: Ints, roots: Ints, watched: Floats, last: int, formula_values: Floats, formula_decided: Ints
 ) -> Broken:
-    """The requirement that is broken first; of equally early ones the first.
+    """Return the requirement that is broken first; of equally early ones the first.
 
     `roots` (temporals,): rows of `formula` that must be true at sample 0. `watched` (samples, rules): the atoms' values
-    at samples 0 to `last`. `always f` is decided where f is false first, any other formula at the last sample.
-    `formula_values` (2, rows) and `formula_decided` (temporals,) are working memory.
+    at samples 0 to `last`. `always f` is decided at the first sample at which f is false, any other formula at the last
+    sample. `formula_values` (2, rows) and `formula_decided` (temporals,) are working memory.
     """
     now, later = formula_values[0], formula_values[1]
     formula_decided[:] = last
@@ -89,7 +89,7 @@ def work_out(formula: Ints, watched: Floats, last: int, column: int, formula_val
 def _at_sample(
     formula: Ints, now: Floats, later: Floats, watched: Floats, sample: int, is_last: bool, column: int
 ) -> None:
-    """The worth of all rows at a sample into `now`; `later` knows them a sample later."""
+    """Write the value of all rows at a sample into `now`; `later` holds their values a sample later."""
     most = 1.0 if column == TRUTH else math.inf
     for row in range(len(formula)):
         op, a, b = int(formula[row, 0]), int(formula[row, 1]), int(formula[row, 2])
@@ -104,8 +104,9 @@ def _at_sample(
 
 @inlined
 def _joined(op: int, a: float, b: float, a_later: float, later: float, is_last: bool, most: float) -> float:
-    """What an operator is worth whose operands are worth a and b; itself a sample later it was worth `later`. Nothing
-    is worth more than `most`, nor less than its opposite, which `next` may fall below.
+    """Return the value of an operator from its operands' values a and b, and its own value `later` a sample later.
+
+    Values are at most `most` and at least -`most`, except for `next`, which may be less.
     """
     if op == TemporalOp.NOT:
         return -a
@@ -126,7 +127,7 @@ def _joined(op: int, a: float, b: float, a_later: float, later: float, is_last: 
 
 @inlined
 def _lesser(a: float, b: float, most: float) -> float:
-    """NaN where one of them is, unless the other is the least there is."""
+    """Return the lesser; NaN if either is NaN, unless the other is the least possible value."""
     if a != a:
         return b if b <= -most else a
     return b if b < a or (b != b and a > -most) else a
@@ -134,5 +135,5 @@ def _lesser(a: float, b: float, most: float) -> float:
 
 @inlined
 def _greater(a: float, b: float, most: float) -> float:
-    """NaN where one of them is, unless the other is the most there is."""
+    """Return the greater; NaN if either is NaN, unless the other is the greatest possible value."""
     return -_lesser(-a, -b, most)

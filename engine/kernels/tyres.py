@@ -1,4 +1,4 @@
-"""What a tyre holds: the magic formula, along and across the plane of a wheel that is upright, with combined slip.
+"""Forces of a tyre: the magic formula, along and across the plane of an upright wheel, with combined slip.
 
 Sources: Pacejka, "Tire and Vehicle Dynamics", 3rd ed., section 4.3.2; coefficients of Althoff and Würsching,
 "CommonRoad: Vehicle Models" (2020), table 7 (from the handbook of ADAMS). `friction` is Pacejka's lambda_mu, a factor
@@ -12,15 +12,15 @@ from engine.kernels.jit import inlined
 
 @inlined
 def _magic(x: float, stiffness: float, shape: float, bend: float) -> float:
-    """C atan(B x - E (B x - atan(B x))), the angle of the magic formula."""
+    """Return C atan(B x - E (B x - atan(B x))), the angle of the magic formula."""
     scaled = stiffness * x
     return shape * math.atan(scaled - bend * (scaled - math.atan(scaled)))
 
 
 @inlined
 def tyre_along(slip: float, angle: float, load: float, friction: float) -> float:
-    """Force along a wheel's plane [N]; Pacejka (4.E9) to (4.E18), then (4.E50) to (4.E57) for the share that a slip
-    angle leaves. In the documentation the vertical shift stands within the sine.
+    """Return the force along a wheel's plane [N]; Pacejka (4.E9) to (4.E18), then (4.E50) to (4.E57) for the share left
+    by a slip angle. In the documentation the vertical shift is within the sine.
     """
     peak, along = 1.1739 * friction, -slip
     angle_of_pure = _magic(along + 0.0012297, 22.303 / (1.6411 * peak), 1.6411, 0.46403)
@@ -32,7 +32,7 @@ def tyre_along(slip: float, angle: float, load: float, friction: float) -> float
 
 @inlined
 def tyre_across(slip: float, angle: float, load: float, friction: float) -> float:
-    """Force across a wheel's plane [N]; Pacejka (4.E19) to (4.E30), then (4.E58) to (4.E67)."""
+    """Return the force across a wheel's plane [N]; Pacejka (4.E19) to (4.E30), then (4.E58) to (4.E67)."""
     peak = 1.0489 * friction
     pure = peak * load * math.sin(_magic(angle, -21.92 / (1.3507 * peak), 1.3507, -0.0074722))
     stiffness = 7.1433 * math.cos(math.atan(9.1916 * (angle + 0.027856)))

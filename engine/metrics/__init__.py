@@ -1,4 +1,4 @@
-"""What can be measured of one run beside its risk: the table of metrics, their values by name, and `record`s."""
+"""Metrics of one run in addition to its risk: the table of metrics, their values by name, and `record`s."""
 
 from engine.metrics.bodies import Body, bodies_of, outlines_of
 from engine.metrics.measures import Metric, Recorded, measure_impacts, measure_trajectory, recorded

@@ -1,4 +1,4 @@
-"""What an actor is and can do, as far as metrics ask: size, mass, pedals, grip."""
+"""Properties of an actor that metrics need: size, mass, pedals, grip."""
 
 import math
 from dataclasses import dataclass
@@ -23,37 +23,39 @@ class Body:
     length: float
     width: float
     rear_to_center: float
-    """How far ahead of its rear axle the centre lies [m]."""
+    """Distance of the centre ahead of the rear axle [m]."""
     mass: float
-    """[kg]; infinite of what is fixed."""
+    """[kg]; infinite for a fixed body."""
     max_acceleration: float
-    """With full throttle [m/s^2]."""
+    """Acceleration at full throttle [m/s^2]."""
     max_braking: float
-    """With full pedal [m/s^2]."""
+    """Deceleration at full pedal [m/s^2]."""
     friction: float
-    """Between tyre and road."""
+    """Coefficient of friction between tyre and road."""
     top_speed: float
 
     @property
     def grip(self) -> float:
-        """The most that its tyres hold, in any direction [m/s^2]; of who walks, what its legs can."""
+        """Return the largest acceleration that its tyres can transmit in any direction [m/s^2]; its legs, for a
+        pedestrian.
+        """
         if self.kind in WITHOUT_WHEELS:
             return max(self.max_acceleration, self.max_braking)
         return self.friction * GRAVITY
 
     @property
     def braking(self) -> float:
-        """The hardest braking that brakes and tyres allow [m/s^2]."""
+        """Return the hardest braking that brakes and tyres allow [m/s^2]."""
         return min(self.max_braking, self.grip)
 
     @property
     def acceleration(self) -> float:
-        """The hardest that motor and tyres allow [m/s^2]."""
+        """Return the hardest acceleration that motor and tyres allow [m/s^2]."""
         return min(self.max_acceleration, self.grip)
 
 
 def bodies_of(program: Program, values: Floats) -> tuple[Body, ...]:
-    """All actors of one scene; `values` is its row of scene values."""
+    """Return all actors of one scene; `values` is its row of scene values."""
     kinds: list[int] = program.code.actor_kind.tolist()
     return tuple(_body(ActorKind(kind), row) for kind, row in zip(kinds, actor_columns(program, values), strict=True))
 
@@ -73,7 +75,7 @@ def _body(kind: ActorKind, row: Floats) -> Body:
 
 
 def usual_body(kind: ActorKind, length: float, width: float) -> Body:
-    """One of whom no more is known than its kind and size; its centre moves along its heading."""
+    """Return a body with the usual properties of its kind and size; its centre moves along its heading."""
     model: ActorModel = MODELS[kind]
     return Body(
         kind,
@@ -89,5 +91,5 @@ def usual_body(kind: ActorKind, length: float, width: float) -> Body:
 
 
 def outlines_of(bodies: tuple[Body, ...]) -> Floats:
-    """(actors, 3) as kernels read them: length, width, distance from rear axle to centre [m]."""
+    """Return (actors, 3) length, width, distance from rear axle to centre [m], as kernels read them."""
     return np.array([[body.length, body.width, body.rear_to_center] for body in bodies])

@@ -1,4 +1,4 @@
-"""Metrics of one actor: what it does with its wheel and pedals, and how jerkily it moves; from its recorded states."""
+"""Metrics of one actor from its recorded states: use of wheel and pedals, and jerk."""
 
 import math
 
@@ -9,11 +9,11 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 STEERING_DEAD_BAND = 0.01
-"""A slower turn of the wheels has no sign [rad/s]."""
+"""Steering rate below which a change has no sign [rad/s]."""
 
 
 def steering_oscillation(states: Floats, step: float) -> float:
-    """Sign changes of the steering rate a second; rates within the dead band are passed over. NaN without a step.
+    """Return sign changes of the steering rate per second; rates within the dead band are ignored. NaN without a step.
 
     `states` (samples, len(State)) of one actor. As a command metric: Table 1 of the CORTEX-AVD paper.
     """
@@ -22,7 +22,7 @@ def steering_oscillation(states: Floats, step: float) -> float:
 
 
 def pedal_oscillation(states: Floats, step: float) -> float:
-    """Switches between throttle and brake a second; coasting in between is passed over, and brake beats throttle."""
+    """Return switches between throttle and brake per second; coasting in between is ignored, brake has priority."""
     pedal = np.where(states[1:, State.BRAKE] > 0.0, -1.0, np.sign(states[1:, State.THROTTLE]))
     return _changes_a_second(pedal[pedal != 0.0], len(states) - 1, step)
 
@@ -32,9 +32,9 @@ def _changes_a_second(signs: Floats, steps: int, step: float) -> float:
 
 
 def hardest_braking(states: Floats, step: float) -> float:
-    """Largest deceleration that an actor really had [m/s^2], along its heading; 0 if it never slowed down.
+    """Return the largest recorded deceleration along the heading [m/s^2]; 0 if the actor never slowed down.
 
-    Backwards, too; a step in which it turns from one way to the other tells nothing of its brakes.
+    Backwards driving counts, too; a step with a change of direction is ignored, as it shows no braking.
     """
     speed = states[:, State.SPEED]
     slower = -np.diff(np.abs(speed))[speed[1:] * speed[:-1] >= 0.0] / step
@@ -42,16 +42,15 @@ def hardest_braking(states: Floats, step: float) -> float:
 
 
 def jerk(states: Floats, step: float) -> float:
-    """Largest change of the acceleration along the heading, a second [m/s^3]; NaN with fewer than three samples.
+    """Return the largest rate of the acceleration along the heading [m/s^3]; NaN with fewer than three samples.
 
-    The acceleration is that of the recorded speeds, step by step, so that who changes it at once has a jerk of its
-    change over one step.
+    The acceleration is that of the recorded speeds, step by step, so an immediate change gives a jerk over one step.
     """
     return _largest_rate(np.diff(states[:, State.SPEED]) / step, step)
 
 
 def lateral_jerk(states: Floats, step: float) -> float:
-    """The same of the acceleration across the heading: speed times yaw rate, in the middle of each step [m/s^3]."""
+    """Return the largest rate of the acceleration across the heading: speed times yaw rate, at mid-step [m/s^3]."""
     turn = np.diff(np.unwrap(states[:, State.HEADING]))
     speed = 0.5 * (states[1:, State.SPEED] + states[:-1, State.SPEED])
     return _largest_rate(speed * turn / step, step)
@@ -111,4 +110,5 @@ OF_ACTORS: tuple[Measure[[Floats, float]], ...] = (
         of_commands=True,
     ),
 )
-"""In the order in which they are told; an actor's states (samples, len(State)) and the time step give their values."""
+"""Metrics in the order of reports; values are functions of an actor's states (samples, len(State)) and the time step.
+"""

@@ -1,4 +1,4 @@
-"""The ego and one other in one run, as metrics of a pair ask for them: where and what they were, when they met."""
+"""The ego and one other actor in one run, as metrics of a pair need them: states, bodies, instants."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from engine.tables import Floats
 
 @dataclass(frozen=True)
 class Encounter:
-    """One pair of one run, from when both are there until one of them is not, or the scored run is over."""
+    """One pair of one run, from their first common sample until one actor is absent, or the scored run ends."""
 
     trajectory: Trajectory
     outcomes: Outcomes
     row: int
-    """Of the outcomes."""
+    """Row of the outcomes."""
     bodies: tuple[Body, ...]
     number: int
-    """Of the other actor."""
+    """Index of the other actor."""
 
     @property
     def ego(self) -> Body:
@@ -42,22 +42,22 @@ class Encounter:
 
     @cached_property
     def span(self) -> tuple[int, int]:
-        """The first sample of both, and how many they share."""
+        """Return the first sample of both, and the number of samples that they share."""
         return span_together(self.trajectory, self.number)
 
     @cached_property
     def states(self) -> Floats:
-        """(samples, actors, len(State)) from the first sample of both."""
+        """Return (samples, actors, len(State)) from the first sample of both."""
         return self.trajectory.states[self.span[0] :]
 
     @cached_property
     def outlines(self) -> Floats:
-        """(actors, 3)"""
+        """Return (actors, 3) the outlines."""
         return outlines_of(self.bodies)
 
     @cached_property
     def touched(self) -> bool:
-        """Whether it was with this other that the ego collided."""
+        """Return True if the ego collided with this actor."""
         return bool(self.outcomes.collided[self.row]) and self._contact_with == self.number
 
     @property
@@ -65,19 +65,21 @@ class Encounter:
         return int(self.outcomes.contact_actors[self.row, 1])
 
     def outcome(self, name: str) -> float:
-        """A result of the pair, by its name in the table of results."""
+        """Return a result of the pair, by its name in the table of results."""
         return float(getattr(self.outcomes, name)[self.row, self.number - 1])
 
     # -- instants
 
     @cached_property
     def samples(self) -> tuple[Snapshot, ...]:
-        """The pair at every sample that it shares."""
+        """Return the pair at every sample that it shares."""
         return tuple(self._at(k, 0.0) for k in range(self.span[1]))
 
     @cached_property
     def nearest(self) -> Snapshot:
-        """The pair at the instant of MD, or of contact; one after the last sample counts as the last."""
+        """Return the pair at the instant of MD, or of contact; an instant after the last sample counts as the last
+        sample.
+        """
         first, together = self.span
         time = self.outcome("min_distance_time") - first * self.step
         steps = min(max(time / self.step, 0.0), together - 1.0)
@@ -85,7 +87,7 @@ class Encounter:
 
     @cached_property
     def contact(self) -> Snapshot:
-        """The pair at the instant of contact: on from the last sample as it moved there."""
+        """Return the pair at the instant of contact, extrapolated from the last sample."""
         now, (first, together) = self.nearest, self.span
         late = max(0.0, self.outcome("min_distance_time") - (first + together - 1.0) * self.step)
         ego = now.ego._replace(x=now.ego.x + late * now.ego_rate.x, y=now.ego.y + late * now.ego_rate.y)
@@ -99,11 +101,11 @@ class Encounter:
 
     @cached_property
     def ttc(self) -> Floats:
-        """At every sample [s]."""
+        """Return the time to collision at every sample [s]."""
         return np.array([time_to_collision(now) for now in self.samples])
 
     def on_course(self, measure: Callable[[Snapshot], float], otherwise: float) -> Floats:
-        """A measure at every sample, and what it is where no contact lies ahead."""
+        """Return a measure at every sample, `otherwise` where no contact is ahead."""
         ahead = zip(self.samples, np.isfinite(self.ttc).tolist(), strict=True)
         return np.array([measure(now) if there else otherwise for now, there in ahead])
 
@@ -111,7 +113,7 @@ class Encounter:
 
     @cached_property
     def stays(self) -> tuple[OccupancyInterval, OccupancyInterval]:
-        """When the ego and when the other is in it, in samples; each for as long as it is in the scene."""
+        """Return the stays of the ego and of the other in the common area, in samples, while it is in the scene."""
         states = self.trajectory.states
         ego, other = self._span_of(0), self._span_of(self.number)
         mine, theirs = stays(states, ego, other, self.outlines, swept(len(states)))

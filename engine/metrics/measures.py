@@ -1,6 +1,6 @@
-"""Every metric of one run by name, with its unit: what a report shows and an export writes; and the records of a file.
+"""Metrics of one run by name, with units, for reports and exports; and the records of a file.
 
-MD, MS, D_MS and TTC_MS decide the risk and come with the outcomes; those of the table are told beside them.
+MD, MS, D_MS and TTC_MS determine the risk and come with the outcomes; those of the table are reported in addition.
 """
 
 import math
@@ -29,9 +29,9 @@ class Metric:
 
     name: str
     actors: tuple[int, ...]
-    """Whom it is about: a pair (ego, other), or one actor."""
+    """Actors of the metric: a pair (ego, other), or one actor."""
     value: float
-    """Infinite where the danger that it measures is not there; NaN where it is not defined."""
+    """Infinite if the measured danger does not exist; NaN if it is not defined."""
     unit: str
     meaning: str
 
@@ -39,10 +39,10 @@ class Metric:
 def measure_trajectory(
     trajectory: Trajectory, outcomes: Outcomes, bodies: Sequence[Body] = (), row: int = 0, commands: bool = True
 ) -> tuple[Metric, ...]:
-    """All metrics of one run: those of each pair (ego, other) that meets, then those of each actor.
+    """Return all metrics of one run: those of each pair (ego, other) that meets, then those of each actor.
 
-    `bodies`: what each actor is; without them they are cars of the size of their outlines, whose centres move along the
-    heading. `commands`: whether wheel and pedals are known.
+    `bodies`: the actors; without them they are cars of the size of their outlines, with centres that move along the
+    heading. `commands`: True if wheel and pedals are known.
     """
     known = tuple(bodies) or tuple(usual_body(ActorKind.CAR, *size) for size in trajectory.outlines.tolist())
     actors = range(len(known))
@@ -65,7 +65,7 @@ def _of_pair(pair: Encounter) -> Iterator[Metric]:
 
 
 def _of_grip(outcomes: Outcomes, row: int, actor: int) -> Iterator[Metric]:
-    """Of who has tyres, where the friction is known."""
+    """Yield the use of grip of an actor with tyres, if the friction is known."""
     lateral, combined = float(outcomes.lateral_grip[row, actor]), float(outcomes.combined_grip[row, actor])
     if not math.isnan(combined):
         yield Metric("lateral grip", (actor,), lateral, "", "largest use of grip sideways, as a share of mu g")
@@ -82,7 +82,7 @@ def _of_actor(trajectory: Trajectory, actor: int, commands: bool) -> Iterator[Me
 
 
 def measure_impacts(impacts: "Sequence[Impact]") -> tuple[Metric, ...]:
-    """The largest delta-V of each actor that was struck: the change of its velocity by the impulses of one impact."""
+    """Return the largest delta-V of each struck actor: the change of its velocity by the impulses of one impact."""
     struck = sorted({actor for impact in impacts for actor in impact.actors if actor != A_BUILDING})
     return tuple(
         Metric("delta-V", (actor,), max(_delta_v(impact, actor) for impact in impacts), "m/s", "of the hardest impact")
@@ -94,16 +94,16 @@ def _delta_v(impact: "Impact", actor: int) -> float:
     return impact.delta_v[impact.actors.index(actor)] if actor in impact.actors else 0.0
 
 
-# -- what a file asks to be recorded: the values of each `record` over time, or at one end of it -----------------------
+# -- records of a file: values of each `record` over time, at the start or at the end ----------------------------------
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """The values of one `record` in one run. SI units."""
+    """Values of one `record` in one run. SI units."""
 
     name: str
     when: str
-    """`series`, or `initial` or `final`: then there is one value."""
+    """`series`, or `initial` or `final` with one value."""
     unit: str
     """SI unit word, "" for pure numbers and truths."""
     line: int
@@ -114,7 +114,7 @@ class Recorded:
 
 
 def recorded(program: Program, trajectory: Trajectory) -> tuple[Recorded, ...]:
-    """All records of a program, in the order of the file, from the first sample to the end of the scored run."""
+    """Return all records of a program, in the order of the file, from the first sample to the end of the scored run."""
     parts = {"series": slice(None), "initial": slice(None, 1), "final": slice(-1, None)}
     time = trajectory.time[: len(trajectory.watched)]
     return tuple(

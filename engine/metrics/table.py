@@ -1,8 +1,8 @@
-"""The table of metrics of single runs: of each pair of the ego and another, said once. Those of actors: `driving`.
+"""The table of metrics of pairs of the ego and another actor in single runs. Metrics of actors: `driving`.
 
 A row is a `Measure`. Reports, pages, JSON, the API, `measure` of recordings and the page of the reference take metrics
-from here, after those rows of `engine.outcomes` that have a symbol, which every batch of runs yields too. A new metric
-is its kernel, a row, and a test. Definitions with the reasons for them stand in the kernels' docstrings.
+from here, after those rows of `engine.outcomes` that have a symbol, which every batch of runs yields, too. A new metric
+is its kernel, a row, and a test. The kernels' docstrings have the definitions and their reasons.
 """
 
 from collections.abc import Callable
@@ -61,15 +61,15 @@ class Measure(Generic[Given]):
     unit: str
     """SI unit word, "" for pure numbers."""
     meaning: str
-    """What a report says beside the value."""
+    """Text of a report next to the value."""
     formula: str
     source: str
     value: Callable[Given, float | None]
-    """Of an `Encounter`; of the states of an actor and the time step. None where it is not asked of such a one."""
+    """Function of an `Encounter`, or of an actor's states and the time step; None if it does not apply."""
     remark: str = ""
-    """What the page of the reference says beside it."""
+    """Remark on the page of the reference."""
     of_commands: bool = False
-    """Of an actor: whether it is of wheel and pedals, which not every recording tells."""
+    """True for a metric of wheel and pedals, which some recordings lack."""
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -323,4 +323,4 @@ OF_PAIRS: tuple[Measure[[Encounter]], ...] = (
         "value for motorcycles, as no coefficients could be checked, nor for trucks and buses.",
     ),
 )
-"""In the order in which they are told."""
+"""Metrics in the order of reports."""

@@ -1,4 +1,4 @@
-"""The values of the table's rows: what a run has of a measure that the kernels know at an instant."""
+"""Values of the table's rows: measures over a run from the kernels' measures at an instant."""
 
 import math
 from collections.abc import Callable
@@ -23,9 +23,9 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, Side
 
 CRITICAL_TTC = 3.0
-"""Threshold of TET and TIT [s]; *ours*, within the 1.5 to 4 s in use."""
+"""Threshold of TET and TIT [s]; a choice of cortexc, within the 1.5 to 4 s in use."""
 RESPONSIBILITY = Responsibility(1.0, 3.5, 8.0, 4.0, 3.0, 0.2, 0.8, 0.1)
-"""As CARLA sets Intel's ad-rss-lib by default; the paper names the parameters and leaves their values to regulators."""
+"""Defaults of CARLA for Intel's ad-rss-lib; the paper names the parameters and leaves their values to regulators."""
 
 
 # -- values of a run from those of an instant --------------------------------------------------------------------------
@@ -80,7 +80,7 @@ def swerving_over_run(pair: Encounter) -> Floats:
 
 
 def share(needed: Floats, available: float) -> float:
-    """Of what is needed in what there is; whoever has none needs nothing or infinitely much."""
+    """Return the largest need as a share of the available amount; 0 or infinite if none is available."""
     most = largest(needed)
     return most / available if available > 0.0 else math.inf if most > 0.0 else 0.0
 
@@ -102,7 +102,7 @@ def left_to_react(pair: Encounter) -> Floats:
     return np.maximum(np.maximum(left_to_brake(pair), left_to_steer(pair)), left_to_kick_down(pair))
 
 
-# -- who was where first -----------------------------------------------------------------------------------------------
+# -- order of arrival --------------------------------------------------------------------------------------------------
 
 
 def pet_by_shift(pair: Encounter) -> float:
@@ -123,19 +123,19 @@ def time_in_area(stay: OccupancyInterval, step: float) -> float:
 
 
 def change_of_velocity(now: Snapshot, own: Body, other: Body) -> float:
-    """Of a body that strikes another centrally and stays with it [m/s]: nobody moves on alone."""
+    """Return the delta-V of a body that strikes another centrally and stays in contact with it [m/s]."""
     return relative_speed(now) / (1.0 + own.mass / other.mass)
 
 
-# -- how likely somebody dies of an impact, or is seriously injured; only from coefficients that are known exactly -----
+# -- probability of death or serious injury in an impact, from published coefficients only -----------------------------
 
 KM_H = 3.6
-"""Of a metre per second."""
+"""km/h per m/s."""
 INTERCEPT, SLOPE = 6.9, 0.090
-"""Of death on foot. Rosen and Sander (2009), "Pedestrian fatality risk as a function of car impact speed", Accident
-Analysis and Prevention 41(3): 490 adults on foot, struck by the front of a passenger car in Germany from 1999 to 2007,
-give the risk of death 1 / (1 + exp(6.9 - 0.090 v)), v in km/h. By its abstract the risk at 50 km/h is more than twice
-that at 40 km/h and more than five times that at 30 km/h, which holds of these coefficients.
+"""Coefficients of a pedestrian's risk of death. Rosen and Sander (2009), "Pedestrian fatality risk as a function of car
+impact speed", Accident Analysis and Prevention 41(3): 490 adults on foot, struck by the front of a passenger car in
+Germany from 1999 to 2007, give the risk of death 1 / (1 + exp(6.9 - 0.090 v)), v in km/h. By its abstract the risk at
+50 km/h is more than twice that at 40 km/h and more than five times that at 30 km/h, which these coefficients satisfy.
 """
 
 
@@ -146,7 +146,7 @@ class Curve(NamedTuple):
     per_km_h: float
     per_year: float
     age: float
-    """The median of those in the data [years]."""
+    """Median age in the data [years]."""
 
 
 SERIOUS = {
@@ -154,25 +154,25 @@ SERIOUS = {
     ActorKind.BICYCLE: Curve(-7.467, 0.079, 0.047, 39.0),
     ActorKind.CAR: Curve(-7.654, 0.041, 0.021, 39.0),
 }
-"""Of who meets the front of a car.
+"""Curves of persons struck by the front of a car.
 
 Lubbe, Wu and Jeppsson (2022), "Safe speeds: fatality and injury risks of pedestrians, cyclists, motorcyclists, and car
 drivers impacting the front of another passenger car as a function of closing speed and age", Traffic Safety Research 2,
 000006: accidents in Germany from 1999 to 2020 give the risk of an injury of AIS 3 or more, or of death (MAIS3+F), 1 /
-(1 + exp(-(a + b v + c age))), v the relative speed of the two in km/h; tables 2, 3 and 5, to three decimals, as others
-have copied them. By its abstract the risk is 10 % at 29 km/h on foot, at 44 km/h on a bicycle and at 112 km/h in a car,
-which holds of these coefficients, within their rounding, at the median ages of those in the data: 46, 39 and 39 years.
-The coefficients of motorcyclists could not be checked, and of trucks, buses and who strikes an obstacle there are none.
+(1 + exp(-(a + b v + c age))), v the relative speed of the two in km/h; tables 2, 3 and 5, to three decimals, as copied
+in later publications. By its abstract the risk is 10 % at 29 km/h on foot, at 44 km/h on a bicycle and at 112 km/h in a
+car, which these coefficients satisfy, within their rounding, at the median ages in the data: 46, 39 and 39 years. The
+coefficients of motorcyclists could not be checked; for trucks, buses and collisions with an obstacle there are none.
 """
 
 
 def pedestrian_fatality(speed: float) -> float:
-    """Risk of death of an adult on foot who is struck by the front of a car at a speed [m/s]."""
+    """Return the risk of death of an adult pedestrian struck by the front of a car at a speed [m/s]."""
     return 1.0 / (1.0 + math.exp(INTERCEPT - SLOPE * KM_H * max(speed, 0.0)))
 
 
 def striking_car(now: Snapshot, ego: ActorKind, other: ActorKind) -> int | None:
-    """Which of the two, ego (0) or other (1), is a car whose front touches the one on foot; None: neither is."""
+    """Return 0 if the ego's front strikes a pedestrian, 1 if the other's does, None if neither."""
     if (ego, other) == (ActorKind.CAR, ActorKind.PEDESTRIAN):
         number, car, walker = 0, now.ego, now.other
     elif (ego, other) == (ActorKind.PEDESTRIAN, ActorKind.CAR):
@@ -188,7 +188,9 @@ def striking_car(now: Snapshot, ego: ActorKind, other: ActorKind) -> int | None:
 
 
 def serious_injury(kind: ActorKind, speed: float) -> float | None:
-    """Risk of an injury of AIS 3 or more, or of death, of who meets a car's front at a relative speed [m/s]."""
+    """Return the risk of an injury of AIS 3 or more, or of death, in an impact of a car's front at a relative speed
+    [m/s].
+    """
     if kind not in SERIOUS:
         return None
     curve = SERIOUS[kind]
@@ -196,7 +198,7 @@ def serious_injury(kind: ActorKind, speed: float) -> float | None:
 
 
 def before_a_front(pair: Encounter) -> tuple[ActorKind, ...]:
-    """What those of the two are who touch the front of a car, which the other is."""
+    """Return the kinds of the actors that were struck by the front of a car."""
     now, ego, other = pair.contact, pair.ego.kind, pair.other.kind
     ahead_of_ego = pair.outcome("side") == Side.FRONT
     ahead_of_other = side_of(now.other, now.ego) == Side.FRONT
@@ -210,7 +212,9 @@ def fatality(pair: Encounter) -> float | None:
 
 
 def worst_injury(pair: Encounter) -> float | None:
-    """Of whom it is likelier for, by the relative speed at contact."""
+    """Return the larger risk of serious injury of the two actors, by the relative speed at contact; None without a
+    curve.
+    """
     if not pair.touched:
         return None
     ego, other, angle = (pair.outcome(name) for name in ("ego_speed", "other_speed", "approach_angle"))

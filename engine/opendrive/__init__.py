@@ -1,1 +1,1 @@
-"""ASAM OpenDRIVE files as they stand: roads, lanes, links and junctions. Knows no road of ours."""
+"""ASAM OpenDRIVE files as data: roads, lanes, links and junctions. Independent of `engine.road`."""

@@ -1,4 +1,4 @@
-"""Buildings beside roads: the walls that a recording may meet. Source: ASAM OpenDRIVE 1.7.0, chapter 13 (objects)."""
+"""Buildings near roads: walls of a recording. Source: ASAM OpenDRIVE 1.7.0, chapter 13 (objects)."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -7,13 +7,13 @@ from engine.interchange.xml import Node
 from engine.opendrive.curves import Pose
 
 OVERHEAD = 4.0
-"""What hangs so high is driven under [m]: the greatest height of a truck (Directive 96/53/EC, annex I)."""
+"""Height from which on a building is overhead [m]: the greatest height of a truck (Directive 96/53/EC, annex I)."""
 LARGEST_BUILDING = 10_000.0
 """Length or width [m]."""
 
 
 def road_buildings(road: Node) -> list[Node]:
-    """Return the objects of a road that are buildings; the others are left out."""
+    """Return the objects of a road that are buildings; all other objects are marked as left out."""
     objects = road.find("objects")
     found = objects.every("object") if objects else []
     buildings = [each for each in found if each.text("type", "") == "building"]
@@ -24,12 +24,12 @@ def road_buildings(road: Node) -> list[Node]:
 
 
 def building_row(node: Node, reference: Callable[[float], Pose], longest: float) -> list[tuple[float, ...]]:
-    """Return its row of `OdrNetwork.buildings`; none where it hangs overhead.
+    """Return its row of `OdrNetwork.buildings`; [] if it is overhead.
 
     `reference`: the pose of the road's reference line at a place, which is at most `longest` [m].
 
     Raises:
-        InterchangeError: it is no rectangle, or has no place.
+        InterchangeError: it is not a rectangle, or has no place.
     """
     if node.number("zOffset", 0.0) >= OVERHEAD:
         return []

@@ -13,9 +13,9 @@ import numpy as np
 from engine.interchange.xml import LARGEST, Node
 
 MOST_TURNING = 1000.0
-"""More than this no road turns along one piece [rad]; it bounds the work of one point, too."""
+"""Largest turn of one piece of a road [rad]; it also bounds the work for one point."""
 PANEL = 2.0
-"""How far a spiral turns within one panel of the quadrature [rad]: sixteen nodes are then exact to rounding."""
+"""Largest turn of a spiral in one panel of the quadrature [rad]: sixteen nodes are then exact to rounding."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEEPEST = 1e6
 """Largest coefficient of a polynomial."""
@@ -29,32 +29,32 @@ class Pose(NamedTuple):
     heading: float
 
     def moved(self, forward: float, left: float, turn: float = 0.0) -> "Pose":
-        """The pose that far ahead and to the left, turned by an angle."""
+        """Return the pose `forward` ahead and `left` to the left [m], turned by an angle [rad]."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(self.x + forward * cos - left * sin, self.y + forward * sin + left * cos, self.heading + turn)
 
 
 class Piece(NamedTuple):
-    """One `geometry`: where it begins on the road and in the plane, and its curve in its own frame."""
+    """One `geometry`: its beginning on the road and in the plane, and its curve in its own frame."""
 
     s: float
     length: float
     start: Pose
     curve: Callable[[float], Pose]
     curvature: float | None
-    """Of a line (0) or an arc; None of what bends otherwise [1/m]."""
+    """Curvature of a line (0) or an arc [1/m]; None for all other curves."""
 
     def pose(self, s: float) -> Pose:
-        """The pose at the road's arc length s, which is held within the piece."""
+        """Return the pose at the road's arc length s, clipped to the piece."""
         x, y, turn = self.curve(min(max(s - self.s, 0.0), self.length))
         return self.start.moved(x, y, turn)
 
 
 def read_piece(node: Node) -> Piece:
-    """One `geometry` element.
+    """Return one `geometry` element.
 
     Raises:
-        InterchangeError: an unknown curve, or numbers that no road has.
+        InterchangeError: an unknown curve, or impossible numbers.
     """
     start = Pose(node.number("x"), node.number("y"), node.number("hdg", high=1e4, low=-1e4))
     length = node.number("length", low=0.0)
@@ -67,11 +67,11 @@ def read_piece(node: Node) -> Piece:
 
 
 def clothoid(distance: float, curvature: float, rate: float) -> Pose:
-    """The pose after a distance along a curve whose curvature grows evenly, from the origin along +x.
+    """Return the pose after a distance along a curve of linear curvature, from the origin along +x.
 
     x = ∫ cos(κ u + κ' u²/2) du and y = ∫ sin(…) du, by Gauss-Legendre quadrature on panels that turn by at most two
-    radians. Fresnel integrals give the same, but lose all digits where κ' is nearly nothing (Bertolazzi and Frego,
-    "G1 fitting with clothoids", 2015, section 4).
+    radians. Fresnel integrals give the same, but lose all digits if κ' is nearly zero (Bertolazzi and Frego, "G1
+    fitting with clothoids", 2015, section 4).
     """
     turning = abs(distance) * max(abs(curvature), abs(curvature + rate * distance))
     edges = np.linspace(0.0, distance, max(1, math.ceil(turning / PANEL)) + 1)
@@ -92,7 +92,7 @@ def _arc(node: Node, length: float) -> Callable[[float], Pose]:
 
 
 def arc(distance: float, curvature: float) -> Pose:
-    """The pose after a distance along a circle; the sine of half the angle keeps all digits of flat arcs."""
+    """Return the pose after a distance along a circle; the sine of half the angle keeps all digits of flat arcs."""
     turn = distance * curvature
     chord = distance * float(np.sinc(turn / (2.0 * math.pi)))
     return Pose(chord * math.cos(turn / 2.0), chord * math.sin(turn / 2.0), turn)
@@ -110,7 +110,7 @@ def _curvature(node: Node, name: str, length: float) -> float:
 
 
 def _poly3(node: Node, _: float) -> Callable[[float], Pose]:
-    """The cubic v = a + b u + c u² + d u³; `distance` runs along the curve, so u is searched for by Newton's method."""
+    """Return the cubic v = a + b u + c u² + d u³; `distance` is along the curve, so Newton's method searches for u."""
     a, b, c, d = (node.number(name, low=-STEEPEST, high=STEEPEST) for name in "abcd")
 
     def curve(distance: float) -> Pose:
@@ -128,7 +128,7 @@ def _poly3(node: Node, _: float) -> Callable[[float], Pose]:
 
 
 def _param_poly3(node: Node, length: float) -> Callable[[float], Pose]:
-    """Both u and v are cubics of p, which runs with arc length, or from 0 to 1."""
+    """Return the curve with u and v as cubics of p, which is the arc length, or runs from 0 to 1."""
     u, v = ([node.number(name + axis, low=-STEEPEST, high=STEEPEST) for name in "abcd"] for axis in "UV")
     normalized = node.text("pRange", "normalized") == "normalized"
     scale = 1.0 / length if normalized and length > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""How roads and lanes of a file go on: links between roads, and the connections of junctions.
+"""Continuations of roads and lanes of a file: links between roads, and the connections of junctions.
 
 Source: ASAM OpenDRIVE 1.8.0, sections 10.3 (road linkage), 11.6 (lane linkage) and 12 (junctions).
 """
@@ -9,12 +9,14 @@ from typing import NamedTuple
 from engine.interchange.xml import Node
 
 COMMON, DIRECT = "default", "direct"
-"""Types of junctions whose roads are joined. `virtual` ones leave the main road uncut; `crossing` ones join nothing."""
+"""Types of junctions with joined roads. `virtual` junctions leave the main road uncut; `crossing` junctions join
+nothing.
+"""
 CONTACTS: Mapping[str, bool] = {"start": True, "end": False}
 
 
 class OdrEnd(NamedTuple):
-    """What lies beyond one end of a road."""
+    """Element beyond one end of a road."""
 
     kind: str
     """`road` or `junction`."""
@@ -24,16 +26,16 @@ class OdrEnd(NamedTuple):
 
 
 class OdrConnection(NamedTuple):
-    """One road of a junction, and which lanes lead into it."""
+    """One road of a junction, and the lanes that lead into it."""
 
     junction: str
     incoming: str
     connecting: str
-    """The road that leads through the junction; of a direct one the road beyond, for no road lies in it."""
+    """Road through the junction; for a direct junction the road beyond, as it contains no road."""
     at_start: bool | None
-    """Whether that road is entered at its start; None where the file does not say."""
+    """True if that road is entered at its start; None if the file does not state it."""
     lanes: Mapping[int, int]
-    """From lanes of the incoming road to those of the connecting one; without any, each leads to that of its number."""
+    """Connecting lane by incoming lane; if empty, lanes with equal numbers are connected."""
     direct: bool = False
 
 
@@ -51,7 +53,7 @@ def _contact(node: Node) -> bool | None:
 
 
 def lane_end(lane: Node, name: str) -> int | None:
-    """Return the lane that a lane goes on to by its `predecessor` or `successor`; None where it names none."""
+    """Return the lane into which a lane continues by its `predecessor` or `successor`; None if it names none."""
     end = lane.find("link", name)
     return None if end is None or not end.has("id") else end.integer("id")
 

@@ -1,16 +1,17 @@
-"""The reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
+"""Reader of OpenDRIVE files. Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes).
 
-Heights and superelevation are left out, but for the note about roads that pass over one another. Of the objects beside
-roads (chapter 13) buildings that are rectangles are read: they are the walls that a recording may meet.
+Heights and superelevation are only used for the note about roads that pass over each other. Of the objects near roads
+(chapter 13) only rectangular buildings are read: they are walls of recordings.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError
+from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.unread import unread
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.opendrive.buildings import building_row, on_buildings, road_buildings
@@ -30,22 +31,28 @@ from engine.opendrive.speeds import lane_speeds, road_speeds
 from engine.tables import Floats
 
 MOST_LANES = 100
-"""Of one section, both sides together."""
+"""Maximum number of lanes of one section, both sides together."""
 NARROWEST = -0.01
 """A width below this gets a remark [m]; files round those of lanes that end."""
-METADATA = frozenset({"header", "userData", "dataQuality", "name", "connection id", "lane level", "type type"})
-"""Elements and attributes that state nothing about a road itself: authors, dates, tools, labels. A lane's `level`
-qualifies the superelevation, which is not read."""
+METADATA = frozenset(
+    {
+        *("header", "userData", "dataQuality", "name", "connection id", "lane level", "type type", "roadMark"),
+        *(f"signal {name}" for name in ("zOffset", "hOffset", "height", "width", "pitch", "roll", "text")),
+    }
+)
+"""Elements and attributes that change no result: authors, dates, tools, labels, paint, the shape of signals. A lane's
+`level` qualifies the superelevation, which is not read."""
 SHORT = 0.1
-"""A reference line that ends so far before its road [m] is not the whole of it: files round lengths."""
-TRUE = ("true", "1")
+"""Difference of lengths above which a reference line ends before its road [m]: files round lengths."""
+SINGLE: Mapping[str, bool] = MappingProxyType({"true": True, "1": True, "false": False, "0": False, "": False})
+LEFT_HAND: Mapping[str, bool] = MappingProxyType({"lht": True, "rht": False, "": False})
 
 
 def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
-    """The network of an `.xodr` file.
+    """Return the network of an `.xodr` file.
 
     Raises:
-        InterchangeError: the file cannot be read, or a road in it cannot be.
+        InterchangeError: the file, or a road in it, cannot be read.
     """
     path = Path(path)
     root = read_xml(path, "OpenDRIVE", limits)
@@ -69,7 +76,7 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
-    junctions = {node.text("id"): junction_type(node) for node in root.every("junction")}
+    junctions = _junctions(root)
     walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
     ways = tuple(connections(root))
     roads, left_out = with_signals(roads, {node.text("id"): road_signals(node) for node in root.every("road")})
@@ -86,8 +93,22 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     )
 
 
+def _junctions(root: Node) -> dict[str, str]:
+    """Return the types of junctions, by id.
+
+    Raises:
+        InterchangeError: two have one id.
+    """
+    found: dict[str, Node] = {}
+    for node in root.every("junction"):
+        if (other := found.setdefault(node.text("id"), node)) is not node:
+            message = f"two junctions have the id `{node.text('id')[:40]}`"
+            raise node.error(message, f"give each its own id; the other is at {other.place}")
+    return {name: junction_type(node) for name, node in found.items()}
+
+
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
-    """On the first lane that begins with a negative width."""
+    """Yield a remark on the first lane that begins with a negative width."""
     for road in roads.values():
         for lane in (lane for section in road.sections for lane in section.lanes.values()):
             if (least := min((row.a for row in lane.widths), default=0.0)) < NARROWEST:
@@ -106,7 +127,7 @@ def _on_lengths(short: Sequence[tuple[OdrRoad, float]]) -> Iterator[str]:
 def with_signals(
     roads: Mapping[str, OdrRoad], signals: Mapping[str, Signals]
 ) -> tuple[dict[str, OdrRoad], tuple[str, ...]]:
-    """Roads with the signals that count on them, and remarks on what of these is left out."""
+    """Return roads with the signals that apply to them, and remarks on signals that are left out."""
     known = {each.id: each for found in signals.values() for each in found.own}
     new = {road: replace(each, signals=tuple(counting(signals[road], known))) for road, each in roads.items()}
     return new, tuple(signal_remarks(signals.values(), known))
@@ -119,7 +140,7 @@ def _read_road(node: Node) -> OdrRoad:
     lanes = node.find("lanes")
     sections: dict[bool, list[OdrSection]] = {False: [], True: []}
     for section in lanes.every("laneSection") if lanes else ():
-        sections[section.text("singleSide", "false") in TRUE].append(_read_section(section))
+        sections[_one_of(SINGLE, section, "singleSide")].append(_read_section(section))
     if not any(sections.values()):
         raise node.error("the road has no <laneSection>", "write at least one into <lanes>")
     return OdrRoad(
@@ -127,7 +148,7 @@ def _read_road(node: Node) -> OdrRoad:
         name=node.text("name", ""),
         length=_length(node, pieces[-1]),
         junction=node.text("junction", "-1"),
-        left_hand=node.text("rule", "RHT") == "LHT",
+        left_hand=_one_of(LEFT_HAND, node, "rule"),
         pieces=tuple(pieces),
         offsets=_cubics(lanes.every("laneOffset"), "s", 0.0) if lanes else (),
         sections=tuple(whole_sections(sections[False], sections[True])),
@@ -139,6 +160,19 @@ def _read_road(node: Node) -> OdrRoad:
     )
 
 
+def _one_of(choices: Mapping[str, bool], node: Node, name: str) -> bool:
+    """Return the meaning of an attribute; that of "" if it is missing.
+
+    Raises:
+        InterchangeError: it is no choice.
+    """
+    said = node.text(name, "").strip()
+    if said.casefold() not in choices:
+        words = " or ".join(f"{name}={quoted(word)}" for word in choices if len(word) > 1)
+        raise node.error(f"{name}={quoted(said)} has no meaning", f"write {words}, or leave it out")
+    return choices[said.casefold()]
+
+
 def _length(node: Node, last: Piece) -> float:
     """Return the length of a road, which ends where its reference line does [m]."""
     length, line = node.number("length", low=0.0), last.s + last.length
@@ -146,7 +180,7 @@ def _length(node: Node, last: Piece) -> float:
 
 
 def _heights(road: Node) -> tuple[Cubic, ...]:
-    """Return the heights of a road. What gives it a shape counts as read only where it is flat: no slope acts."""
+    """Return the heights of a road. Its profiles count as read only if they are flat, as slopes have no effect."""
     rows: tuple[Cubic, ...] = ()
     for name in ("elevationProfile", "lateralProfile", "surface"):
         if (profile := road.find(name)) is None:

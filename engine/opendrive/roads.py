@@ -1,8 +1,8 @@
-"""The roads of an OpenDRIVE file as data, and positions on them: where is road 3, lane -1, 20 m in? Metres, radians.
+"""The roads of an OpenDRIVE file as data, and positions on them, such as road 3, lane -1, s = 20 m. Metres, radians.
 
-Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes). Positions are those seen from above.
+Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes). Positions are in the horizontal plane.
 Headings on a lane are those of its traffic: lanes right of the reference line run along it, lanes left of it against
-it, and the other way round where the road's `rule` is left hand traffic.
+it, and in reverse if the road's `rule` is left hand traffic.
 """
 
 import bisect
@@ -23,7 +23,7 @@ from engine.opendrive.speeds import SpeedFrom
 from engine.tables import Floats
 
 BEYOND = 1e-3
-"""How far past its end a road may be asked for [m]: files round lengths, too."""
+"""Distance beyond the end of a road at which it is still accepted [m]: files round lengths, too."""
 
 
 class Cubic(NamedTuple):
@@ -42,14 +42,14 @@ class Cubic(NamedTuple):
 
 @dataclass(frozen=True)
 class OdrLane:
-    """One lane of a section; it has widths, or an outer border measured from the lane offset."""
+    """One lane of a section; it has widths, or an outer border relative to the lane offset."""
 
     id: int
     type: str
     widths: tuple[Cubic, ...]
     borders: tuple[Cubic, ...]
     predecessor: int | None = None
-    """The lane before it, of the section or road before this one."""
+    """Lane before it, of the section or road before this one."""
     successor: int | None = None
     speeds: tuple[SpeedFrom, ...] = ()
     line: int = 0
@@ -62,7 +62,7 @@ class OdrSection:
     lanes: Mapping[int, OdrLane]
 
     def edges(self, lane: int, s: float) -> tuple[float, float]:
-        """Inner and outer edge of a lane, measured to the left of the lane offset; a width is never negative."""
+        """Return inner and outer edge of a lane, to the left of the lane offset [m]; a width is never negative."""
         side, inner, outer = (1 if lane > 0 else -1), 0.0, 0.0
         for number in range(side, lane + side, side):
             inner, row = outer, self.lanes.get(number)
@@ -73,7 +73,7 @@ class OdrSection:
 
 @dataclass(frozen=True)
 class OdrRoad:
-    """One road; `place` is where its file speaks of it."""
+    """One road; `place` is its place in its file."""
 
     id: str
     name: str
@@ -90,7 +90,7 @@ class OdrRoad:
     speeds: tuple[SpeedFrom, ...] = ()
     """Speed limits of lanes without a limit of their own."""
     signals: tuple[OdrSignal, ...] = ()
-    """Those that count on it, wherever they stand."""
+    """Signals that apply to it, at any place."""
     heights: tuple[Cubic, ...] = ()
     """Heights of the reference line [m]; none for a flat road at height 0."""
 
@@ -98,15 +98,15 @@ class OdrRoad:
         return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
 
     def against(self, lane: int) -> bool:
-        """Whether traffic of a lane runs against the reference line."""
+        """Return True if traffic of a lane runs against the reference line."""
         return lane != 0 and (lane > 0) != self.left_hand
 
     def reference(self, s: float) -> Pose:
-        """The pose of the reference line."""
+        """Return the pose of the reference line."""
         return self.pieces[max(bisect.bisect_right(self.pieces, s, key=lambda piece: piece.s) - 1, 0)].pose(s)
 
     def center(self, lane: int, s: float) -> float:
-        """How far left of the reference line the middle of a lane runs."""
+        """Return the offset of a lane's middle to the left of the reference line [m]."""
         return (
             value_at(self.offsets, s) + sum(self.section(s).edges(lane, s)) / 2.0 if lane else value_at(self.offsets, s)
         )
@@ -123,7 +123,7 @@ class OdrNetwork:
     """Path of the file."""
     remarks: tuple[str, ...] = ()
     unread: tuple[Kind, ...] = ()
-    """What the file states and nothing here reads."""
+    """Content of the file that the reader does not read."""
     junction_types: Mapping[str, str] = field(default_factory=dict[str, str])
     """Types of junctions that no roads lead through, by id."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
@@ -131,19 +131,19 @@ class OdrNetwork:
     connections: tuple[OdrConnection, ...] = ()
     """Connections of all junctions."""
     content: bytes | None = None
-    """The file itself, where it lay in another and is gone."""
+    """The file itself, if it was inside a file and is not on disk."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The remarks, and the sentence about what is not read."""
+        """Return the remarks, and the sentence about unread content."""
         return (*self.remarks, f"{self.file}: {not_read(self.unread)}") if self.unread else self.remarks
 
     def copy(self) -> bytes:
-        """The file, to be put beside another."""
+        """Return the file's bytes, for a copy."""
         return self.path.read_bytes() if self.content is None else self.content
 
     def road(self, road: str, place: str = "") -> OdrRoad:
-        """A road of this network; `place` is who asks.
+        """Return a road of this network; `place` is the place of the reference.
 
         Raises:
             InterchangeError: there is no such road.
@@ -154,10 +154,10 @@ class OdrNetwork:
         return self.roads[road]
 
     def pose(self, road: str, lane: int | None, s: float, offset: float = 0.0, place: str = "") -> Pose:
-        """The pose `offset` [m] to the left of a lane's middle, heading as its traffic does.
+        """Return the pose `offset` [m] to the left of a lane's middle, with the heading of its traffic.
 
-        Without a lane, `offset` is t, measured from the reference line, whose heading it has. Left is left of the
-        reference line in both cases.
+        Without a lane, `offset` is t, measured from the reference line, and the heading is that line's. Left is left of
+        the reference line in both cases.
 
         Raises:
             InterchangeError: no such road or lane, or s beyond its ends.
@@ -184,7 +184,7 @@ class OdrNetwork:
         )
 
     def summary(self) -> str:
-        """One sentence for people."""
+        """Return a summary in one sentence."""
         lanes = sum(max(map(_driving, road.sections)) for road in self.roads.values())
         sides = {road.left_hand for road in self.roads.values()}
         hand = "left and right hand" if len(sides) == 2 else "left hand" if True in sides else "right hand"
@@ -198,12 +198,12 @@ class OdrNetwork:
 
 
 def in_effect(cubics: Sequence[Cubic], s: float) -> Cubic | None:
-    """The last one that has begun; before all of them the first."""
+    """Return the last cubic that has begun at s; before all of them the first; None without cubics."""
     return cubics[max(bisect.bisect_right(cubics, s, key=lambda row: row.start) - 1, 0)] if cubics else None
 
 
 def value_at(cubics: Sequence[Cubic], s: float) -> float:
-    """The value of the last one that has begun; 0 where there is none."""
+    """Return the value of the last cubic that has begun; 0 without cubics."""
     return 0.0 if (row := in_effect(cubics, s)) is None else row.at(s)
 
 

@@ -1,7 +1,7 @@
-"""Sections of a road whose sides are cut in different places (`singleSide`), as sections of the whole road.
+"""Conversion of sections for one side of a road (`singleSide`) to sections of the whole road.
 
-Source: ASAM OpenDRIVE 1.7.0, section 11.4 (lane sections): a section with `singleSide="true"` holds for one side of the
-road only, up to the next section that holds for that side.
+Source: ASAM OpenDRIVE 1.7.0, section 11.4 (lane sections): a section with `singleSide="true"` applies to one side of
+the road only, up to the next section that applies to that side.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +14,7 @@ LEFT, RIGHT = 1, -1
 
 
 def whole_sections(sections: Sequence[OdrSection], single: Sequence[OdrSection]) -> list[OdrSection]:
-    """Return sections, cut where either side begins a new one; `single` are those that hold for one side only."""
+    """Return sections, cut at each beginning of either side; `single` are those that apply to one side only."""
     ordered = sorted([*sections, *single], key=lambda each: each.start)
     if not single:
         return ordered
@@ -32,7 +32,7 @@ def whole_sections(sections: Sequence[OdrSection], single: Sequence[OdrSection])
 
 
 def _cut(sections: Sequence[OdrSection], side: int, start: float, end: float | None) -> Iterator[tuple[int, OdrLane]]:
-    """Yield the lanes of one side between two cuts; lanes that go on across a cut keep their numbers there."""
+    """Yield the lanes of one side between two cuts; lanes that continue across a cut keep their numbers."""
     begun = [each for each in sections if each.start <= start]
     if not begun:
         return

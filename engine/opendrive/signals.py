@@ -1,4 +1,4 @@
-"""Signals beside roads: traffic lights, and signs. Source: ASAM OpenDRIVE 1.7.0, chapter 14."""
+"""Signals near roads: traffic lights, and signs. Source: ASAM OpenDRIVE 1.7.0, chapter 14."""
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
@@ -9,46 +9,46 @@ from engine.interchange.xml import Node
 
 
 class OdrSignal(NamedTuple):
-    """One signal, or a further place at which it counts."""
+    """One signal, or a further place at which it applies."""
 
     id: str
     name: str
     country: str
     type: str
-    """A number of the country's, or OpenDRIVE's own: 1000001 is a traffic light of three colours."""
+    """Number of the country's catalogue, or OpenDRIVE's own: 1000001 is a traffic light of three colours."""
     subtype: str
     value: float | None
-    """Such as a speed, in the file's unit; None where there is none, or no number."""
+    """Value such as a speed, in the file's unit; None without a number."""
     is_dynamic: bool
     s: float
     t: float
     """Place in the road [m]."""
     along: bool | None
-    """Whether it counts for traffic that runs as the reference line does; None: for both ways."""
+    """True if it applies to traffic along the reference line, False to opposite traffic; None: to both."""
     lanes: tuple[tuple[int, int], ...]
-    """First and last lane for which it counts; without any it counts for all."""
+    """First and last lane of each range to which it applies; () for all lanes."""
 
 
 class Signals(NamedTuple):
-    """Of one road."""
+    """Signals of one road."""
 
     own: tuple[OdrSignal, ...]
     references: tuple[OdrSignal, ...]
-    """Of signals that stand elsewhere: their id, and where and for whom they count here."""
+    """References to signals of other roads: their id, and the place and traffic to which they apply here."""
     unread: int
-    """Without an id or a place, or with lanes that are no numbers."""
+    """Number of signals without an id or a place, or with lanes that are not numbers."""
     valueless: int
-    """With a value that is no number."""
+    """Number of signals with a value that is not a number."""
 
 
 NONE = Signals((), (), 0, 0)
 ORIENTATIONS: Mapping[str, bool | None] = {"+": True, "-": False}
 NOWHERE = ((0, 0),)
-"""The lanes of a signal that counts for none where it stands, as in CARLA's towns: references say where it does."""
+"""Lanes of a signal that applies to none at its own place, as in CARLA's towns; references state where it applies."""
 
 
 def road_signals(road: Node) -> Signals:
-    """Those of a `road`."""
+    """Return the signals of a `road`."""
     below = road.find("signals")
     if below is None:
         return NONE
@@ -65,7 +65,11 @@ def road_signals(road: Node) -> Signals:
 
 
 def _read(node: Node) -> OdrSignal:
-    """Raises InterchangeError: it has no id or no place, or lanes that are no numbers."""
+    """Return one signal.
+
+    Raises:
+        InterchangeError: it has no id or no place, or lanes that are not numbers.
+    """
     return OdrSignal(
         node.text("id"),
         node.text("name", ""),
@@ -88,7 +92,7 @@ def _value(node: Node) -> float | None:
 
 
 def counting(found: Signals, known: Mapping[str, OdrSignal]) -> Iterator[OdrSignal]:
-    """Signals at the places at which they count; a reference to none is left out."""
+    """Yield signals at the places at which they apply; a reference to an unknown signal is skipped."""
     yield from (each for each in found.own if each.lanes != NOWHERE)
     for each in (each for each in found.references if each.lanes != NOWHERE):
         if (of := known.get(each.id)) is not None:
@@ -96,7 +100,7 @@ def counting(found: Signals, known: Mapping[str, OdrSignal]) -> Iterator[OdrSign
 
 
 def signal_remarks(every: Collection[Signals], known: Mapping[str, OdrSignal]) -> Iterator[str]:
-    """On what is left out of the signals of all roads, and how many times."""
+    """Yield remarks on omitted signals of all roads, with their numbers."""
     if unread := sum(each.unread for each in every):
         yield f"signals are left out whose id, place or lanes cannot be read: {unread}"
     if valueless := sum(each.valueless for each in every):

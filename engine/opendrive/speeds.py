@@ -12,28 +12,28 @@ UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704}
 
 
 class SpeedFrom(NamedTuple):
-    """What is allowed from a place on, up to the next one."""
+    """Speed limit from a place on, up to the next place."""
 
     start: float
     """[m]"""
     limit: float | None
-    """[m/s]; None: nothing is said, or there is none."""
+    """[m/s]; None without a limit, or if none is stated."""
 
 
 def road_speeds(road: Node) -> tuple[SpeedFrom, ...]:
-    """Of the types of a road, a speed for each."""
+    """Return the speed limits of a road by its types."""
     found = (SpeedFrom(each.number("s", 0.0, low=0.0), _limit(each.find("speed"))) for each in road.every("type"))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
 def lane_speeds(lane: Node, start: float) -> tuple[SpeedFrom, ...]:
-    """Of a lane of a section that starts there."""
+    """Return the speed limits of a lane in a section that begins at `start`."""
     found = (SpeedFrom(start + each.number("sOffset", 0.0, low=0.0), _limit(each)) for each in lane.every("speed"))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
 def _limit(node: Node | None) -> float | None:
-    """`max`: a number, `no limit` or `undefined`. One that is none of these says nothing."""
+    """Return the limit [m/s] of `max`: a number; None for `no limit`, `undefined` and all other texts."""
     try:
         value = math.nan if node is None else float(node.text("max", "nan"))
     except ValueError:
@@ -43,7 +43,7 @@ def _limit(node: Node | None) -> float | None:
 
 
 def limit_at(s: float, *rows: Sequence[SpeedFrom]) -> float | None:
-    """The limit at a place: of the first of these that says one there."""
+    """Return the limit at a place [m/s]: that of the first rows with a limit there."""
     return next((limit for limit in _limits(s, rows) if limit is not None), None)
 
 

@@ -131,7 +131,7 @@ def _wave(name: str, doc: str, scalar: Callable[[float], float], of_array: np.uf
 
 
 OPERATORS: Mapping[Op, Operator] = {
-    Op.MOVE: Operator(scalars.move, intervals.unchanged, narrowing.unchanged),
+    Op.MOVE: Operator(scalars.move, intervals.unchanged, narrowing.shifted(0.0, 0.0)),
     Op.ADD: Operator(
         scalars.add, intervals.add, narrowing.add, bounds.add, Infix("+", Rule.ALIKE, "added"), is_exact=True
     ),
@@ -212,17 +212,17 @@ OPERATORS: Mapping[Op, Operator] = {
         domain=within(np.nextafter(0.0, 1.0), np.inf), reason="it is the logarithm of {0:.6g}", is_tabulated=True,
     ),
     Op.FLOOR: Operator(
-        scalars.floor, intervals.exactly_rising(np.floor), narrowing.floor, bounds.floor,
+        scalars.floor, intervals.exactly_rising(np.floor), narrowing.shifted(0.0, 1.0), bounds.floor,
         Function("floor", "Greatest whole number not above x.", Rule.PURE), formula="floor", is_exact=True,
         is_tabulated=True,
     ),
     Op.CEIL: Operator(
-        scalars.ceil, intervals.exactly_rising(np.ceil), narrowing.ceil,
+        scalars.ceil, intervals.exactly_rising(np.ceil), narrowing.shifted(1.0, 0.0),
         spelling=Function("ceil", "Least whole number not below x.", Rule.PURE), formula="ceil", is_exact=True,
         is_tabulated=True,
     ),
     Op.ROUND: Operator(
-        scalars.rounded, intervals.exactly_rising(np.rint), narrowing.rounded,
+        scalars.rounded, intervals.exactly_rising(np.rint), narrowing.shifted(0.5, 0.5),
         spelling=Function("round", "Nearest whole number, halves to even.", Rule.PURE), is_tabulated=True,
     ),
     Op.WRAP: Operator(scalars.wrap_angle, intervals.wrapped),

@@ -1,12 +1,11 @@
 """Intervals over many boxes at once: the values that each operator can have on operands in given intervals.
 
-NaN is kept beside the numbers: an interval holds all values that are numbers, `undefined` says whether there may be one
-that is not. Truths are intervals within [0, 1], NaN where a kernel's is. `engine.operators.bounds` has the plain ones
-of the compiler.
+NaN is separate from the numbers: an interval contains all values that are numbers, and `undefined` is True if the value
+may be NaN. Truths are intervals within [0, 1], NaN where a kernel's truth is NaN. `engine.operators.bounds` has the
+intervals of the compiler.
 
-Each function takes intervals and gives one that holds every value the instruction can have on operands in them.
-Correctly rounded operations need no slack: rounding never changes an order, so what a kernel computes lies between what
-it computes at the ends. What is not correctly rounded gets a slack far above its error.
+Correctly rounded operations need no slack: rounding never changes an order, so a kernel's result is between its results
+at the ends. Functions without correct rounding have a slack far above their error.
 
 Source of the method: Moore, Kearfott and Cloud (2009), "Introduction to Interval Analysis", chapters 2 to 5.
 """
@@ -31,19 +30,19 @@ FULL_TURN = 2.0 * math.pi
 
 
 class Interval(NamedTuple):
-    """What a value may be, box by box: arrays (n,)."""
+    """Possible values of a quantity, per box: arrays (n,)."""
 
     low: Floats
     high: Floats
     undefined: Bools
-    """Where it may be NaN."""
+    """True where the value may be NaN."""
 
 
 Forward = Callable[..., Interval]
 
 
 def made(low: Floats, high: Floats, undefined: Bools) -> Interval:
-    """The interval, or everything where an end is NaN."""
+    """Return the interval; all values where an end is NaN."""
     unknown = np.isnan(low) | np.isnan(high)
     if unknown.any():
         low, high = np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high)
@@ -52,27 +51,27 @@ def made(low: Floats, high: Floats, undefined: Bools) -> Interval:
 
 
 def point(value: float, count: int = 1) -> Interval:
-    """A known number."""
+    """Return the interval of a known number."""
     return made(np.full(count, value), np.full(count, value), np.zeros(count, dtype=bool))
 
 
 def between(low: float, high: float, count: int) -> Interval:
-    """A number that is surely defined and lies there."""
+    """Return the interval of a number that is defined and between `low` and `high`."""
     return Interval(np.full(count, low), np.full(count, high), np.zeros(count, dtype=bool))
 
 
 def everything(count: int) -> Interval:
-    """Nothing is known."""
+    """Return the interval of all values, NaN included."""
     return Interval(np.full(count, -np.inf), np.full(count, np.inf), np.ones(count, dtype=bool))
 
 
 def slackened(low: Floats, high: Floats, undefined: Bools) -> Interval:
-    """Both ends moved outward by more than a library function may err."""
+    """Return the interval with both ends moved outward by more than the error of a library function."""
     return made(low - RELATIVE * (1.0 + np.abs(low)), high + RELATIVE * (1.0 + np.abs(high)), undefined)
 
 
 def either(*operands: Interval) -> Bools:
-    """Where one of the operands may be NaN."""
+    """Return (n,) True where one of the operands may be NaN."""
     undefined = operands[0].undefined
     for operand in operands[1:]:
         undefined = undefined | operand.undefined
@@ -80,7 +79,7 @@ def either(*operands: Interval) -> Bools:
 
 
 def infinite(a: Interval) -> Bools:
-    """Where it may be infinite."""
+    """Return (n,) True where the value may be infinite."""
     return np.isinf(a.low) | np.isinf(a.high)
 
 
@@ -89,23 +88,23 @@ def holds_zero(a: Interval) -> Bools:
 
 
 def truth(sure: Bools, never: Bools, undefined: Bools | None = None) -> Interval:
-    """1 where sure, 0 where never, both in between; `undefined` where it may be NaN instead."""
+    """Return 1 where `sure`, 0 where `never`, [0, 1] elsewhere; `undefined` where it may be NaN instead."""
     undefined = np.zeros(len(sure), dtype=bool) if undefined is None else undefined
     return Interval(sure.astype(np.float64), (~never).astype(np.float64), undefined)
 
 
 def never_zero(a: Interval) -> Bools:
-    """Where all that it may be, but NaN, is not zero."""
+    """Return (n,) True where no number of the interval is zero; NaN is ignored."""
     return (a.low > 0.0) | (a.high < 0.0)
 
 
 def always_zero(a: Interval) -> Bools:
-    """Where all that it may be, but NaN, is zero."""
+    """Return (n,) True where zero is the only number of the interval; NaN is ignored."""
     return (a.low == 0.0) & (a.high == 0.0)
 
 
 def surely_true(a: Interval) -> Bools:
-    """Neither zero nor NaN."""
+    """Return (n,) True where the value is neither zero nor NaN."""
     return never_zero(a) & ~a.undefined
 
 
@@ -150,7 +149,7 @@ def div(a: Interval, b: Interval) -> Interval:
 
 
 def mod(a: Interval, b: Interval) -> Interval:
-    """With the divisor's sign, as Python has it; rounding may reach the divisor itself."""
+    """Return the remainder with the divisor's sign, as in Python; rounding may reach the divisor itself."""
     low, high = np.where(b.low > 0.0, 0.0, b.low), np.where(b.high < 0.0, 0.0, b.high)
     whole = (a.low >= 0.0) & (a.high < b.low)
     undefined = either(a, b) | holds_zero(b) | infinite(a) | infinite(b)
@@ -164,7 +163,7 @@ def floordiv(a: Interval, b: Interval) -> Interval:
 
 
 def power(a: Interval, b: Interval) -> Interval:
-    """Where the base is positive, or the exponent a known whole number that is not negative."""
+    """Return the power; all values unless the base is positive or the exponent is a known whole number >= 0."""
     positive = a.low > 0.0
     corners = np.stack(
         [portable.power(np.where(positive, x, 1.0), y) for x in (a.low, a.high) for y in (b.low, b.high)]
@@ -188,7 +187,7 @@ def magnitude(a: Interval) -> Interval:
 
 
 def least(a: Interval, b: Interval) -> Interval:
-    """`b if b < a else a`: a NaN in b leaves a."""
+    """Return `b if b < a else a`; the result is a if b is NaN."""
     high = np.where(b.undefined, a.high, np.minimum(a.high, b.high))
     return Interval(np.minimum(a.low, b.low), high, a.undefined)
 
@@ -207,7 +206,7 @@ def root(a: Interval) -> Interval:
 
 
 def wave(function: Callable[[Floats], Floats]) -> Forward:
-    """Sine and cosine never rise faster than their argument, and never leave [-1, 1]."""
+    """Return the interval version of sine or cosine, which is 1-Lipschitz and within [-1, 1]."""
 
     def forward(a: Interval) -> Interval:
         known = ~infinite(a)
@@ -230,7 +229,7 @@ def tangent(a: Interval) -> Interval:
 
 
 def rising(function: Callable[[Floats], Floats], least: float = -np.inf, greatest: float = np.inf) -> Forward:
-    """A function that never falls, defined on [least, greatest]."""
+    """Return the interval version of a function that never falls, defined on [least, greatest]."""
 
     def forward(a: Interval) -> Interval:
         low, high = function(np.clip(a.low, least, greatest)), function(np.clip(a.high, least, greatest))
@@ -269,7 +268,7 @@ def length(a: Interval, b: Interval) -> Interval:
 
 
 def wrapped(a: Interval) -> Interval:
-    """One turn: where both ends lie on the same one, they are moved back by it."""
+    """Return the angle wrapped to one turn: if both ends are on the same turn, they are shifted by it."""
     known = ~infinite(a) & (np.abs(a.low) < 1e6) & (np.abs(a.high) < 1e6)
     low, high = np.where(known, a.low, 0.0), np.where(known, a.high, 0.0)
     inside = known & (low >= -math.pi) & (high < math.pi)
@@ -318,13 +317,13 @@ def negation(a: Interval) -> Interval:
 
 
 def both(a: Interval, b: Interval) -> Interval:
-    """NaN where one operand is, unless the other is zero."""
+    """Return the bounds of `a and b`; undefined if an operand may be, unless the other is surely false."""
     undefined = (a.undefined & ~surely_false(b)) | (b.undefined & ~surely_false(a))
     return truth(never_zero(a) & never_zero(b), always_zero(a) | always_zero(b), undefined)
 
 
 def one_of(a: Interval, b: Interval) -> Interval:
-    """NaN where one operand is, unless the other is true."""
+    """Return the bounds of `a or b`; undefined if an operand may be, unless the other is surely true."""
     undefined = (a.undefined & ~surely_true(b)) | (b.undefined & ~surely_true(a))
     return truth(never_zero(a) | never_zero(b), always_zero(a) & always_zero(b), undefined)
 

@@ -14,18 +14,18 @@ from engine import portable
 from engine.operators.intervals import RELATIVE, Bools, Interval, surely_false, surely_true
 from engine.tables import Floats
 
-# -- what a result says about its operands -----------------------------------------------------------------------------
+# -- bounds of operands from a result ----------------------------------------------------------------------------------
 
 TINY, HUGE = 1e-300, 1e300
-"""Numbers between these have all their digits."""
+"""Range of magnitudes with full precision."""
 Ends = tuple[Floats, Floats]
-"""Least and greatest, to be intersected with what is known; arrays (n,)."""
+"""Least and greatest value, to be intersected with the known interval; arrays (n,)."""
 Backward = Callable[..., Sequence[Ends | None]]
-"""None for an operand of which nothing follows."""
+"""Backward function; its result is None for an operand without a bound."""
 
 
 def _outward(low: Floats, high: Floats, *scale: Interval) -> Ends:
-    """Ends moved outward by more than rounding in the instruction and here may amount to."""
+    """Return the ends moved outward by more than the rounding errors of the instruction and of this code."""
     size = sum((_size(interval) for interval in scale), start=np.zeros(len(low)))
     low, high = low - RELATIVE * size, high + RELATIVE * size
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
@@ -55,12 +55,13 @@ def subtract(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
 
 
 def _factor(z: Interval, b: Interval) -> Ends:
-    """The factor a of a * b = z."""
+    """Return bounds of the factor a of a * b = z."""
     quotients = np.stack([z.low / b.low, z.low / b.high, z.high / b.low, z.high / b.high])
     low, high = quotients.min(axis=0), quotients.max(axis=0)
     known = ((b.low > 0.0) | (b.high < 0.0)) & np.isfinite(low) & np.isfinite(high)
     margin = RELATIVE * np.maximum(np.abs(low), np.abs(high)) + 1e-300
-    # A product may round to zero or below the smallest number: a factor that small cannot be distinguished from zero.
+    # A product may round to zero or below the smallest number, so such a small factor cannot be distinguished from
+    # zero.
     tiny = np.maximum(np.abs(z.low), np.abs(z.high)) < 1e-200
     return _only(known & ~tiny, (low - margin, high + margin))
 
@@ -88,7 +89,7 @@ def magnitude(z: Interval, a: Interval) -> Sequence[Ends]:
 
 
 def minimum(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
-    """`b if b < a else a`. Of a b that may be NaN nothing is said."""
+    """Return the bounds for `b if b < a else a`; none for a b that may be NaN."""
     unbounded = np.full(len(z.low), np.inf)
     defined = ~b.undefined
     a_high = np.where(b.low > z.high, z.high, unbounded)
@@ -124,7 +125,7 @@ def _leg(z: Interval, other: Interval) -> Ends:
 
 
 def exp(z: Interval, _a: Interval) -> Sequence[Ends]:
-    """Beyond `TINY` and `HUGE` an exponential has lost its digits, or is no number."""
+    """Return the bounds; beyond `TINY` and `HUGE` an exponential has lost its digits, or is not a number."""
     low, high = portable.log(np.clip(z.low, TINY, HUGE)), portable.log(np.clip(z.high, TINY, HUGE))
     low, high = low - RELATIVE * (1.0 + np.abs(low)), high + RELATIVE * (1.0 + np.abs(high))
     return ((np.where(z.low > TINY, low, -np.inf), np.where(z.high < HUGE, high, np.inf)),)
@@ -134,27 +135,16 @@ def log(z: Interval, _a: Interval) -> Sequence[Ends]:
     return ((portable.exp(z.low) * (1.0 - 1e-9) - TINY, portable.exp(z.high) * (1.0 + 1e-9) + TINY),)
 
 
-def unchanged(z: Interval, _a: Interval) -> Sequence[Ends]:
-    return ((z.low, z.high),)
-
-
-def floor(z: Interval, _a: Interval) -> Sequence[Ends]:
-    return ((z.low, z.high + 1.0),)
-
-
-def ceil(z: Interval, _a: Interval) -> Sequence[Ends]:
-    return ((z.low - 1.0, z.high),)
-
-
-def rounded(z: Interval, _a: Interval) -> Sequence[Ends]:
-    return ((z.low - 0.5, z.high + 0.5),)
+def shifted(down: float, up: float) -> Backward:
+    """Return the narrowing of an operator whose operand lies between its result - down and its result + up."""
+    return lambda z, _a: ((z.low - down, z.high + up),)
 
 
 # -- truth ------------------------------------------------------------------------------------------------------------
 
 
 def order(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
-    """Less, or less or equal; where that surely fails and neither is NaN, the other way round."""
+    """Return the bounds for less, or less or equal; reversed where it surely fails and neither operand is NaN."""
     holds, fails = z.low > 0.0, (z.high == 0.0) & ~a.undefined & ~b.undefined
     low, high = np.full(len(z.low), -np.inf), np.full(len(z.low), np.inf)
     return (

@@ -15,21 +15,22 @@ from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 MANY = 64
 """Edges of a road from which on it has cells."""
 SIDE = 8.0
-"""Of a cell [m] …"""
+"""Side of a cell [m]."""
 MOST_CELLS = 1 << 16
-"""… which is larger where there would be more of them …"""
+"""Maximum number of cells; the side grows to keep it."""
 MOST_PAIRS = 1 << 22
-"""… or more pairs of an edge and a cell of its bounding box."""
+"""Maximum number of pairs of an edge and a cell of its bounding box; the side grows to keep it."""
 MARGIN = 1e-6
-"""By which an edge may pass a cell and is in it [m]."""
+"""Distance from a cell within which an edge counts as in it [m]."""
 LINE = 0.4877
-"""Where in its cell a point lies, as a share of the side: northwards …"""
+"""Northward position of a cell's reference point, as a share of the side."""
 ALONG = (0.5123, 0.2791, 0.7639)
-"""… and eastwards, whichever is farther from the edges. Not round, as the corners of roads are."""
+"""Candidates for its eastward position; the farthest from the edges is chosen. They are not round, unlike road corners.
+"""
 
 
 def road_tables(network: Network) -> RoadTables:
-    """All paths (also those joined since the network was built), lanes and regions."""
+    """Return all paths (also those joined after the network was built), lanes and regions."""
     shapes = [network.regions.shape(region) for region in range(len(network.regions))]
     lanes = network.lanes
     return RoadTables(
@@ -66,7 +67,7 @@ def _offsets(counts: Sequence[int]) -> Ints:
 
 
 def _with_shares(shapes: Sequence[Shape]) -> Floats:
-    """(n, 7): the triangles of all shapes, each behind the share of its shape's area up to its end."""
+    """Return (n, 7) the triangles of all shapes, each after the cumulative share of its shape's area."""
     triangles = np.vstack([shape.triangles for shape in shapes])
     areas, first = triangle_areas(triangles), 0
     for shape in shapes:
@@ -81,11 +82,10 @@ def _with_shares(shapes: Sequence[Shape]) -> Floats:
 
 
 def cells_of(edges: Floats) -> dict[str, Any]:
-    """The fields of `RoadTables` that are an index of these edges, so that a place is looked up among a few. It decides
-    nothing.
+    """Return the fields of `RoadTables` that index these edges, so that a look-up tests a few edges only.
 
-    Each cell has a point of which it is known whether it lies in the road. Whoever stands in the cell is inside or
-    outside as that point is, turned round by each edge between the two (`kernels.region`).
+    The index has no influence on results. Each cell has a reference point with known containment. A place in the cell
+    is inside or outside like that point, reversed by each edge between the two (`kernels.region`).
     """
     if len(edges) < MANY:
         return {}
@@ -110,7 +110,7 @@ def cells_of(edges: Floats) -> dict[str, Any]:
 
 
 def _boxes(edges: Floats, low: Floats, side: float) -> tuple[Ints, Ints]:
-    """(n, 2) column and row of the first cell of each edge's bounding box, and how many it has of both."""
+    """Return (n, 2) column and row of the first cell of each edge's bounding box, and the number of both."""
     ends = edges.reshape(-1, 2, 2)
     first, last = (
         np.floor((end - low) / side).astype(np.int64) + 1
@@ -120,13 +120,15 @@ def _boxes(edges: Floats, low: Floats, side: float) -> tuple[Ints, Ints]:
 
 
 def _spread(counts: Ints) -> tuple[Ints, Ints]:
-    """For so many of each: whose each one is, and its number among its like."""
+    """Expand counts into (owner, index within owner) for every element."""
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _pairs(edges: Floats, corner: Floats, side: float, columns: int, first: Ints, reach: Ints) -> tuple[Ints, Ints]:
-    """Every edge with every cell that it reaches into: those of its bounding box that its line does not pass."""
+    """Return pairs of edges and cells that they intersect: cells of the bounding box that the edge's line does not
+    miss.
+    """
     edge, number = _spread(reach.prod(axis=1))
     place = first[edge] + np.column_stack([number % reach[edge, 0], number // reach[edge, 0]])
     begin, way = edges[edge, :2], edges[edge, 2:] - edges[edge, :2]
@@ -137,7 +139,7 @@ def _pairs(edges: Floats, corner: Floats, side: float, columns: int, first: Ints
 
 
 def _points(edges: Floats, listed: Floats, cell: Ints, corner: Floats, side: float, columns: int, rows: int) -> Floats:
-    """Rows of `RoadTables.cell_points`; `listed` are the edges of the cells `cell`."""
+    """Return rows of `RoadTables.cell_points`; `listed` are the edges of the cells `cell`."""
     x = corner[0] + (np.arange(columns)[:, None] + np.array(ALONG)) * side
     y = corner[1] + (np.arange(rows) + LINE) * side
     apart = np.full((rows * columns, len(ALONG)), np.inf)
@@ -149,14 +151,16 @@ def _points(edges: Floats, listed: Floats, cell: Ints, corner: Floats, side: flo
 
 
 def _off(edges: Floats, x: Floats, y: Floats) -> Floats:
-    """Squared distance of each point from its edge."""
+    """Return the squared distance of each point from its edge [m^2]."""
     way, to = edges[:, 2:] - edges[:, :2], np.column_stack([x, y]) - edges[:, :2]
     along = np.clip((to * way).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)
     return ((to - along[:, None] * way) ** 2).sum(axis=1)
 
 
 def _inside(edges: Floats, places: Floats, y: Floats) -> Floats:
-    """By the even-odd rule: how many edges cross the line of a point's row east of it; places go row by row."""
+    """Return containment by the even-odd rule, from the edges that cross a point's row east of it; places are row by
+    row.
+    """
     low: Floats = edges[:, 1::2].min(axis=1)
     high: Floats = edges[:, 1::2].max(axis=1)
     first, last = np.searchsorted(y, low), np.searchsorted(y, high)

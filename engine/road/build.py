@@ -1,6 +1,6 @@
-"""From a specification to a network: one row for each kind of road.
+"""Construction of a network from a specification: one row for each kind of road.
 
-A further kind is a type in `engine.maps`, what is wrong with its numbers (alone, and together), a function that fills a
+A further kind is a type in `engine.maps`, checks of its numbers (alone, and together), a function that fills a
 `Network`, and a row here.
 """
 
@@ -20,18 +20,18 @@ from engine.road.specification import SPEED_LIMITS, RoadError, wrong_alone, wron
 
 @frozen
 class Maker:
-    """How one kind of road is made."""
+    """Functions that make one kind of road."""
 
     make: Callable[[Any], Network]
-    """Of a specification that is right."""
+    """Function from a valid specification to its network."""
     wrong_numbers: Callable[[Any], Iterator[RoadError]]
-    """Every number that no road has, whatever the others are."""
+    """Errors of single numbers that no road allows."""
     wrong: Callable[[Any], Iterator[RoadError]]
-    """What numbers that are fine alone do not allow together."""
+    """Errors of numbers that are valid alone but not together."""
 
 
 def _nothing(_: MapSpec) -> Iterator[RoadError]:
-    """A file is looked at when it is named."""
+    """Return no error: a file is checked when it is named."""
     return iter(())
 
 
@@ -44,18 +44,17 @@ MAKERS: Mapping[type[MapSpec], Maker] = {
 
 
 def wrong_numbers(spec: MapSpec) -> Iterator[RoadError]:
-    """Every number that no road of its kind has, whatever the others are."""
+    """Yield the errors of single numbers that no road of its kind allows."""
     yield from MAKERS[type(spec)].wrong_numbers(spec)
     if spec.speed_limit is not None:
         yield from wrong_length("speed_limit", spec.speed_limit, *SPEED_LIMITS, unit="m/s")
 
 
 def build_network(spec: MapSpec) -> Network:
-    """The network of a specification.
+    """Return the network of a specification.
 
     Raises:
-        RoadError: when no road fits the specification.
-
+        RoadError: no road fits the specification.
     """
     maker = MAKERS[type(spec)]
     error = next(chain(wrong_numbers(spec), maker.wrong(spec)), None)

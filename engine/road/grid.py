@@ -1,5 +1,5 @@
-"""The maker of grids: where intersections and roads lie, and what they are called. Then the network of them: roads,
-then ways through the intersections, then conflicts of maneuvers.
+"""The maker of grids: places and names of intersections and roads. Then their network: roads, ways through the
+intersections, conflicts of maneuvers.
 """
 
 import math
@@ -34,7 +34,7 @@ from engine.tables import ROAD_REGION, Floats
 
 @frozen
 class Site:
-    """One intersection's place: centres lie `block` apart, row 0 in the south, column 0 in the west."""
+    """Place of one intersection: centres are `block` apart, row 0 in the south, column 0 in the west."""
 
     id: int
     row: int
@@ -45,7 +45,7 @@ class Site:
 
 @frozen
 class Grid:
-    """The plan of a network: copies of one junction on a grid. The first stands at the origin."""
+    """The plan of a network: copies of one junction on a grid. The first is at the origin."""
 
     spec: RoadSpec
 
@@ -63,14 +63,14 @@ class Grid:
         return ((site, arm) for site in self.sites for arm in self.junction.arms)
 
     def neighbour(self, site: Site, arm: Direction) -> int | None:
-        """The intersection that an arm leads to, if that one has an arm to meet it."""
+        """Return the intersection at the end of an arm, if it has an arm to meet it; else None."""
         row, col = site.row + arm.row, site.col + arm.col
         if arm.opposite in self.junction.arms and 0 <= row < self.spec.rows and 0 <= col < self.spec.cols:
             return row * self.spec.cols + col
         return None
 
     def arm_length(self, site: Site, arm: Direction) -> float:
-        """From the stop line to the border or to the neighbour's stop line [m]."""
+        """Return the length from the stop line to the border or to the neighbour's stop line [m]."""
         if self.neighbour(site, arm) is None:
             return self.spec.approach
         return self.spec.block - 2.0 * self.junction.stop
@@ -79,11 +79,11 @@ class Grid:
         return "intersection" if len(self.sites) == 1 else f"r{site.row}c{site.col}"
 
     def name_at(self, site: Site, name: str) -> str:
-        """A name that is unique in the network."""
+        """Return a name that is unique in the network."""
         return name if len(self.sites) == 1 else f"{self.site_name(site)}.{name}"
 
     def road_name(self, site: Site, arm: Direction) -> str:
-        """One name for both directions, whichever end it is asked at."""
+        """Return the name of a road, equal for both directions and both ends."""
         neighbour = self.neighbour(site, arm)
         if neighbour is not None and neighbour < site.id:
             return self.name_at(self.sites[neighbour], arm.opposite.name)
@@ -92,7 +92,7 @@ class Grid:
     # -- the whole road as a region
 
     def shape(self) -> Shape:
-        """All junctions and roads as one region. Where they touch, at the stop lines, there is no boundary."""
+        """Return all junctions and roads as one region. Where they touch, at the stop lines, there is no boundary."""
         kerbs = self.kerbs()
         boundary = [kerbs + (site.x, site.y) * 2 for site in self.sites]
         tile = triangulate(anticlockwise(self.junction.outline))
@@ -106,7 +106,7 @@ class Grid:
         return with_cores(shape_of_parts(np.vstack(boundary), np.vstack(tiles)), self.bands())
 
     def bands(self) -> list[tuple[float, float, float, float]]:
-        """Rectangles in the road that hold nearly all of it: the west-east roads, and the south-north ones."""
+        """Return rectangles in the road that cover nearly all of it: the west-east roads, and the south-north ones."""
         half, reach = self.junction.half_width, self.junction.stop + self.spec.approach
         last_x, last_y = self.sites[-1].x, self.sites[-1].y
         rows = [(-reach, site.y - half, last_x + reach, site.y + half) for site in self.sites if site.col == 0]
@@ -117,13 +117,13 @@ class Grid:
         return rows + [(site.x - half, site.y - reach, site.x + half, site.y + half) for site in self.sites]
 
     def junction_shape(self) -> Shape:
-        """The area of a junction around the origin, with the two roads that cross in it."""
+        """Return the area of a junction around the origin, with the two crossing roads as cores."""
         half, stop = self.junction.half_width, self.junction.stop
         top = stop if self.spec.ways == 4 else half
         return with_cores(shape_of(self.junction.outline), [(-stop, -half, stop, half), (-half, -stop, half, top)])
 
     def kerbs(self) -> Floats:
-        """Boundary edges of one junction: its outline without the stop lines."""
+        """Return the boundary edges of one junction: its outline without the stop lines."""
         outline = ring_edges(self.junction.outline)
         middle = 0.5 * (outline[:, :2] + outline[:, 2:])
         is_stop = np.zeros(len(outline), dtype=bool)
@@ -131,12 +131,12 @@ class Grid:
             is_stop |= np.hypot(*(middle - self.junction.stop * np.array([arm.x, arm.y])).T) < 1e-9
         return outline[~is_stop]
 
-    # -- what stands beside it
+    # -- buildings at the corners
 
     def buildings(self) -> Floats:
-        """(n, 5): x, y, heading, length, width of blocks, one between each two arms that meet at a corner.
+        """Return (n, 5) x, y, heading, length, width of blocks, one between each two arms that meet at a corner.
 
-        A block reaches from a street wall to the next one, or to where the roads end.
+        A block extends from a street wall to the next street wall, or to the end of the roads.
         """
         if self.spec.buildings is None:
             return np.zeros((0, 5))
@@ -144,7 +144,7 @@ class Grid:
         return np.array([(site_x, site_y, 0.0, length, width) for site_x, site_y, length, width in blocks])
 
     def _blocks_at(self, site: Site) -> Iterator[tuple[float, float, float, float]]:
-        """Centres and sizes of the blocks at the corners of a site that no other site has told of."""
+        """Yield centres and sizes of the blocks at the corners of a site, without those of an earlier site."""
         spec, wall, end = self.spec, street_wall(self.spec), self.junction.stop + self.spec.approach
         arms = self.junction.arms
         for across, along in product((arm for arm in arms if arm.x), (arm for arm in arms if arm.y)):
@@ -153,17 +153,17 @@ class Grid:
                 continue
             far_x = spec.block - wall if beside else end
             far_y = spec.block - wall if behind else end
-            if spec.ways == 3:  # the stem ends before the next row, and the blocks along it with it
+            if spec.ways == 3:  # the stem ends before the next row, and so do its blocks
                 far_y = min(far_y, end)
             x, y = site.x + 0.5 * across.x * (wall + far_x), site.y + 0.5 * along.y * (wall + far_y)
             yield x, y, far_x - wall, far_y - wall
 
     def _continues(self, site: Site, arm: Direction) -> bool:
-        """Whether there is an intersection in the direction of an arm, joined to it or not."""
+        """Return True if there is an intersection in the direction of an arm, joined to it or not."""
         return 0 <= site.row + arm.row < self.spec.rows and 0 <= site.col + arm.col < self.spec.cols
 
     def arm_ring(self, site: Site, arm: Direction) -> Floats:
-        """(4, 2) corners of an arm, anticlockwise: the right kerb outwards, across the end, the left kerb back."""
+        """Return (4, 2) corners of an arm, anticlockwise: right kerb outwards, across the end, left kerb back."""
         near, far = self.junction.stop, self.junction.stop + self.arm_length(site, arm)
         ahead, left = np.array([arm.x, arm.y]), self.junction.half_width * np.array([-arm.y, arm.x])
         corners = np.array([near * ahead - left, far * ahead - left, far * ahead + left, near * ahead + left])
@@ -174,13 +174,13 @@ class Grid:
 
 
 def grid_network(spec: RoadSpec) -> Network:
-    """All roads and intersections of a grid that is one."""
+    """Return all roads and intersections of a valid grid."""
     whole = {name: int(getattr(spec, name)) for name in ("ways", "lanes", "rows", "cols")}
     return _Builder(Grid(replace(spec, **whole))).build()
 
 
 class _Builder:
-    """The network while it grows; each step adds one kind of element."""
+    """The network under construction; each step adds one kind of element."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
@@ -189,7 +189,7 @@ class _Builder:
         self.lanes: list[Lane] = []
         self.maneuvers: list[Maneuver] = []
         self.directions: dict[str, list[tuple[Lane, ...]]] = {}
-        """By the name of a road, the lanes that run as it does, and the others."""
+        """Lanes in the direction of a road, and those against it, by the road's name."""
         self.incoming: dict[tuple[int, str], tuple[Lane, ...]] = {}
         """Lanes of an arm, by intersection and compass name, from the kerb to the middle."""
         self.outgoing: dict[tuple[int, str], tuple[Lane, ...]] = {}
@@ -216,7 +216,7 @@ class _Builder:
         return network
 
     def add_road(self, site: Site, arm: Direction) -> None:
-        """Incoming lanes of an arm; and its outgoing ones, unless they are incoming at the neighbour."""
+        """Add the incoming lanes of an arm, and its outgoing lanes unless they are incoming at the neighbour."""
         neighbour, length = self.grid.neighbour(site, arm), self.grid.arm_length(site, arm)
         numbers = range(1, self.grid.spec.lanes + 1)
         starts = [self.junction.incoming(arm, number, self.junction.stop + length) for number in numbers]
@@ -282,7 +282,7 @@ class _Builder:
         )  # fmt: skip
 
     def add_turns(self, site: Site, strips: Sequence[Shape]) -> None:
-        """Connecting lanes and maneuvers of one intersection, in the order of `Junction.turns`."""
+        """Add connecting lanes and maneuvers of one intersection, in the order of `Junction.turns`."""
         for turn, shape in zip(self.junction.turns, strips, strict=True):
             start = self.incoming[site.id, turn.start.name][turn.start_lane - 1]
             end = self.outgoing[site.id, turn.end.name][turn.end_lane - 1]
@@ -305,7 +305,7 @@ class _Builder:
 
 
 def _beside(lane: Lane) -> Primitive:
-    """The line along a straight lane's border to the middle of the road."""
+    """Return the line along a straight lane's border towards the middle of the road."""
     start, shift = lane.network.paths.pose(lane.path, 0.0), 0.5 * lane.width
     to_left = -shift if lane.network.left_hand else shift
     cos, sin = round(math.cos(start.heading)), round(math.sin(start.heading))  # exact: roads run along the axes

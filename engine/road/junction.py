@@ -1,8 +1,8 @@
-"""The geometry of one intersection around the origin. All intersections of a network are copies of it, moved.
+"""The geometry of one intersection around the origin. All intersections of a network are translated copies of it.
 
-Right-hand traffic is drawn; in left-hand traffic lanes lie on the other side of the middle (`offset` is negative) and
-left and right turns change roles. Stop lines lie where the corner fillets begin, so the junction's outline is the
-square between the stop lines less four quarter discs (on a T less two, its north side straight along the kerb).
+Right-hand traffic is drawn; in left-hand traffic lanes are on the opposite side of the middle (`offset` is negative)
+and left and right turns change roles. Stop lines are at the beginning of the corner fillets, so the junction's outline
+is the square between the stop lines less four quarter discs (on a T less two, its north side straight along the kerb).
 """
 
 import math
@@ -18,7 +18,7 @@ from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
 CHORD_TOLERANCE = 0.01
-"""How far the chords of region outlines may leave the true arcs [m]."""
+"""Largest distance of the chords of region outlines from the true arcs [m]."""
 EPSILON = 1e-9
 
 
@@ -68,7 +68,7 @@ class Junction:
 
     @cached_property
     def arms(self) -> tuple[Direction, ...]:
-        """Clockwise from the north; a T has no north arm."""
+        """Return the arms clockwise from the north; a T has no north arm."""
         return COMPASS if self.spec.ways == 4 else (EAST, SOUTH, WEST)
 
     @property
@@ -80,23 +80,25 @@ class Junction:
         return stop_distance(self.spec)
 
     def offset(self, lane: int) -> float:
-        """How far right of the road's middle lane `lane` runs, seen by its driver [m]; lane 1 is at the kerb."""
+        """Return the offset of lane `lane` to the right of the road's middle, for its driver [m]; lane 1 is at the
+        kerb.
+        """
         offset = self.half_width - (lane - 0.5) * self.spec.lane_width
         return -offset if self.spec.left_hand else offset
 
     def incoming(self, arm: Direction, lane: int, distance: float) -> Pose:
-        """Pose on an incoming lane, `distance` from the centre."""
+        """Return the pose on an incoming lane, `distance` from the centre."""
         offset, heading = self.offset(lane), arm.opposite.heading
         return Pose(arm.x * distance - arm.y * offset, arm.y * distance + arm.x * offset, heading)
 
     def outgoing(self, arm: Direction, lane: int, distance: float) -> Pose:
-        """Pose on an outgoing lane, `distance` from the centre."""
+        """Return the pose on an outgoing lane, `distance` from the centre."""
         offset = self.offset(lane)
         return Pose(arm.x * distance + arm.y * offset, arm.y * distance - arm.x * offset, arm.heading)
 
     @cached_property
     def turns(self) -> tuple[Turn, ...]:
-        """All ways through, in the order of arms, lanes, and straight, left, right."""
+        """Return all ways through, in the order of arms, lanes, and straight, left, right."""
         return tuple(
             self._turn(start, lane, end, end_lane)
             for start in self.arms
@@ -107,10 +109,10 @@ class Junction:
         )
 
     def _is_allowed(self, start: Direction, lane: int, end: Direction) -> bool:
-        """Straight on from every lane; the near turn from the kerb, the far turn from the middle.
+        """Return True for straight on from every lane, the near turn from the kerb, and the far turn from the middle.
 
-        Where there is no straight on (the stem of a T), the kerb's half of the lanes makes the near turn, the middle's
-        half the far turn, and a lane in between may do both.
+        Without a way straight on (the stem of a T), the kerb's half of the lanes makes the near turn, the middle's half
+        the far turn, and a middle lane may do both.
         """
         kind = turn_type(start, end)
         if kind in (ManeuverType.STRAIGHT, ManeuverType.U_TURN):
@@ -121,9 +123,10 @@ class Junction:
         return self._is_in_half(lane, near_kerb=is_near)
 
     def _end_lanes(self, start: Direction, lane: int, end: Direction) -> tuple[int, ...]:
-        """A turn keeps its lane's number: then all turns of one corner run side by side.
+        """Return the lanes in which a way may end. A turn keeps its lane's number, so that parallel turns stay side by
+        side.
 
-        Into a road that no straight way leads to (the stem of a T), each turn may take any lane of its own half.
+        Into a road without a straight way to it (the stem of a T), a turn may take any lane of its own half.
         """
         if end.opposite in self.arms or lane not in (1, self.spec.lanes):
             return (lane,)
@@ -133,13 +136,13 @@ class Junction:
         return tuple(sorted(half, key=lambda other: abs(other - lane)))
 
     def _is_in_half(self, lane: int, *, near_kerb: bool) -> bool:
-        """Whether a lane belongs to the kerb's half of its road, or to the middle's; one in between belongs to both."""
+        """Return True if a lane is in the kerb's half of its road, or in the middle's; a middle lane is in both."""
         middle = (self.spec.lanes + 1) / 2
         return lane <= middle if near_kerb else lane >= middle
 
     @property
     def near_turn(self) -> ManeuverType:
-        """The turn that crosses no oncoming lane."""
+        """Return the turn that crosses no oncoming lane."""
         return ManeuverType.LEFT_TURN if self.spec.left_hand else ManeuverType.RIGHT_TURN
 
     def _turn(self, start: Direction, lane: int, end: Direction, end_lane: int) -> Turn:
@@ -148,14 +151,14 @@ class Junction:
 
     @cached_property
     def outline(self) -> Floats:
-        """(n, 2) ring of the junction, anticlockwise, chords within `CHORD_TOLERANCE` of the fillets."""
+        """Return (n, 2) ring of the junction, anticlockwise, chords within `CHORD_TOLERANCE` of the fillets."""
         ring = np.vstack([self.fillet(arm, _left_neighbour(arm)) for arm in reversed(COMPASS)])
         keep = np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > EPSILON
         return ring[keep]
 
     @cached_property
     def corner_kerbs(self) -> tuple[Floats, ...]:
-        """(n, 2) kerb lines of the junction: its fillets, and the straight one opposite a T's stem."""
+        """Return (n, 2) kerb lines of the junction: its fillets, and the straight line opposite a T's stem."""
         pairs = [(arm, _left_neighbour(arm)) for arm in self.arms]
         fillets = tuple(self.fillet(right, left) for right, left in pairs if left in self.arms)
         if self.spec.ways == 4:
@@ -163,7 +166,7 @@ class Junction:
         return (*fillets, np.array([(self.stop, self.half_width), (-self.stop, self.half_width)]))
 
     def fillet(self, right: Direction, left: Direction) -> Floats:
-        """(n, 2) kerb between two neighbouring arms, from the `right` one's stop line to the `left` one's."""
+        """Return (n, 2) kerb between neighbouring arms, from the stop line of `right` to that of `left`."""
         first = np.array([right.x * self.stop, right.y * self.stop]) + self.half_width * np.array([left.x, left.y])
         last = np.array([left.x * self.stop, left.y * self.stop]) + self.half_width * np.array([right.x, right.y])
         present = right in self.arms, left in self.arms
@@ -177,29 +180,29 @@ class Junction:
         radius = self.spec.corner_radius
         count = chord_count(Primitive(0.0, 0.0, 0.0, 1.0 / radius, radius * math.pi / 2), CHORD_TOLERANCE)
         angles = np.arange(1, count) * (math.pi / 2 / count)
-        # Between the two radii that lead to its ends: exact at both, whatever the quadrant.
+        # An interpolation of the radii to both ends is exact at the ends, in any quadrant.
         inner = centre + np.outer(np.cos(angles), first - centre) + np.outer(np.sin(angles), last - centre)
         return np.vstack([first, inner, last])
 
 
 def _left_neighbour(arm: Direction) -> Direction:
-    """The arm a quarter turn anticlockwise."""
+    """Return the arm a quarter turn anticlockwise."""
     return next(other for other in COMPASS if (other.x, other.y) == (-arm.y, arm.x))
 
 
 def turn_type(start: Direction, end: Direction) -> ManeuverType:
-    """Return what a driver does that comes in by `start` and leaves by `end`."""
+    """Return the maneuver of a driver from arm `start` to arm `end`."""
     if end is start:
         return ManeuverType.U_TURN
     if end is start.opposite:
         return ManeuverType.STRAIGHT
-    # The driver heads for the opposite arm; left of that heading lies the left turn.
+    # The driver heads for the opposite arm; an arm to the left of that heading is a left turn.
     ahead = start.opposite
     return ManeuverType.LEFT_TURN if ahead.x * end.y - ahead.y * end.x > 0 else ManeuverType.RIGHT_TURN
 
 
 def connect(first: Pose, last: Pose) -> tuple[Primitive, ...]:
-    """Line, arc, line between two poses at a right angle, the arc as large as fits; one line where they are aligned."""
+    """Return line, arc, line between poses at a right angle, with the largest arc; one line if they are aligned."""
     dx, dy = last.x - first.x, last.y - first.y
     cos, sin = round(math.cos(first.heading)), round(math.sin(first.heading))
     ahead, left = dx * cos + dy * sin, dy * cos - dx * sin

@@ -1,4 +1,4 @@
-"""What is found out about a network once, and kept as long as the network is there."""
+"""Cache of results per network, for the lifetime of the network."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -11,7 +11,7 @@ Found = TypeVar("Found")
 
 
 def kept(find: Callable[[Network], Found]) -> Callable[[Network], Found]:
-    """`find`, which each network is asked once; what it finds must not refer to the network, or both stay for ever."""
+    """Return `find` with a cache per network. A result must not refer to its network, or both are never freed."""
     found: WeakKeyDictionary[Network, Found] = WeakKeyDictionary()
 
     @wraps(find)

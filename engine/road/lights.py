@@ -1,4 +1,4 @@
-"""Which arms of intersections have traffic lights, and what else stands over them, by the file of a map."""
+"""Arms of intersections with traffic lights, and signs over them, by the file of a map."""
 
 from collections.abc import Mapping
 
@@ -9,9 +9,9 @@ from engine.road.signs import RoadSign
 
 @kept
 def lit_arms(network: Network) -> Mapping[tuple[int, int], RoadSign] | None:
-    """A light for each arm whose traffic has one, by the indices of intersection and arm, the first of the file; None
-    where there is no file, or no light of it tells an arm: then the scenario says which there are, and every arm has
-    one.
+    """Return the traffic light of each arm by the indices of intersection and arm: the first of the file.
+
+    None without a file, or if no light applies to an arm: then every arm has a light, defined by the scenario.
     """
     light = {start: sign for sign in reversed(_lights(network)) for start in _told(network, sign)}
     found = {
@@ -25,7 +25,7 @@ def lit_arms(network: Network) -> Mapping[tuple[int, int], RoadSign] | None:
 
 
 def lights_for_nobody(network: Network) -> int:
-    """How many lights of the file stand over no lane that leads into an intersection."""
+    """Return the number of lights of the file that apply to no lane into an intersection."""
     led = {lane.id for each in network.intersections for leg in each.legs for lane in leg.incoming_lanes}
     lights = _lights(network)
     told = {sign.id for sign in lights if not led.isdisjoint(_told(network, sign))}
@@ -37,17 +37,17 @@ def _lights(network: Network) -> list[RoadSign]:
 
 
 def _told(network: Network, light: RoadSign) -> list[int]:
-    """Lanes at whose ends traffic waits for a light."""
+    """Return the lanes at whose ends traffic waits for a light."""
     return [start for lane in light.lanes for start in _waiting(network.lanes[lane])]
 
 
 def _waiting(lane: Lane) -> tuple[int, ...]:
-    """Where traffic waits that a light over a lane tells: at its end, or before it where it runs through a junction."""
+    """Return the lane at whose end traffic waits for a light: itself, or the lanes before it if it is in a junction."""
     return tuple(before.id for before in lane.predecessors) if not lane.maneuvers and lane.intersection else (lane.id,)
 
 
 def signs_at(network: Network, intersection: int) -> tuple[RoadSign, ...]:
-    """Those over the lanes through an intersection, each once, as in Scenic."""
+    """Return the signs over the lanes through an intersection, each once, as in Scenic."""
     through = {each.connecting_lane.road for each in network.intersections[intersection].maneuvers}
     found = dict[str, RoadSign]()
     for sign in network.signs:

@@ -1,6 +1,6 @@
-"""How the elements of a network refer to one another: maneuvers of lanes, neighbours, default routes, conflicts.
+"""References between the elements of a network: maneuvers of lanes, neighbours, default routes, conflicts.
 
-And to whom a maneuver gives way: per lane, between which arc lengths others are in its way.
+Also the right of way: per lane, the range of arc lengths in which other actors conflict with a maneuver.
 """
 
 import math
@@ -19,13 +19,13 @@ from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
 Beside = Mapping[int, tuple[int | None, int | None]]
-"""Per lane those to its left and right."""
+"""Left and right neighbour per lane."""
 Successors = Mapping[int, tuple[int, ...]]
-"""Per lane those that it goes on to without an intersection; drivers without a plan take the first."""
+"""Lanes into which a lane continues without an intersection; drivers without a plan take the first."""
 
 
 def link(network: Network, junction: Junction) -> Links:
-    """All references, once lanes, maneuvers and intersections are there."""
+    """Return all references of a network with lanes, maneuvers and intersections."""
     lanes = network.lanes
     links = Links(
         maneuvers=[() for _ in lanes],
@@ -70,14 +70,16 @@ def _default_route(network: Network, links: Links, lane: Lane, near_turn: Maneuv
 
 
 def _conflicts(network: Network, junction: Junction) -> list[tuple[int, ...]]:
-    """Per maneuver its conflicting ones. All junctions have the same shape, so pairs are found once and copied."""
+    """Return the conflicting maneuvers per maneuver. All junctions have one shape, so pairs are computed once and
+    copied.
+    """
     pattern = meeting_turns(junction.turns)
     count = len(pattern)
     return [tuple(site.id * count + other for other in others) for site in network.intersections for others in pattern]
 
 
 def meeting_turns(turns: tuple[Turn, ...]) -> list[tuple[int, ...]]:
-    """For each turn the indices of those from other lanes whose centre line crosses or joins its own."""
+    """Return for each turn the indices of turns from other lanes whose centre line crosses or joins its own."""
     paths = PathBook()
     lines = [paths.points(paths.add(turn.primitives), 0.001) for turn in turns]
 
@@ -92,20 +94,20 @@ def meeting_turns(turns: tuple[Turn, ...]) -> list[tuple[int, ...]]:
 # -- networks of any shape ---------------------------------------------------------------------------------------------
 
 TURN_THRESHOLD = math.radians(20.0)
-"""A way through a junction that turns by less leads straight on, as in Scenic."""
+"""Angle below which a way through a junction leads straight on, as in Scenic."""
 ROUTE = 1000.0
-"""A driver without a plan is led so far [m], and to the end of the lane there."""
+"""Length of the route of a driver without a plan [m]; it continues to the end of a lane."""
 
 
 def maneuver(index: int, intersection: int, start: Lane, connecting: Lane, end: Lane) -> Maneuver:
-    """The one that leads from lane to lane, called after them."""
+    """Return the maneuver from lane to lane, named after them."""
     kind = maneuver_type(start, connecting, end)
     name = f"{start.name}-{end.name} {kind.name.lower()}"
     return Maneuver(connecting.network, index, name, kind, start.id, connecting.id, end.id, intersection)
 
 
 def maneuver_type(start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
-    """Back on the same road is a U-turn; else by how much the connecting lane turns, as in Scenic."""
+    """Return a U-turn for the same road, else the type by the angle of the connecting lane, as in Scenic."""
     if start.road == end.road:
         return ManeuverType.U_TURN
     paths = connecting.network.paths
@@ -117,9 +119,9 @@ def maneuver_type(start: Lane, connecting: Lane, end: Lane) -> ManeuverType:
 
 
 def link_by_ways(network: Network, successors: Successors, beside: Beside | None = None) -> float:
-    """Link lanes by the maneuvers of a network, and by which lane goes on in which ones without an intersection.
+    """Link lanes by the maneuvers of a network, and by their successors without an intersection.
 
-    Return how far apart ends lie that nobody drives on over [m].
+    Return the largest gap [m] between ends that no vehicle can cross.
     """
     none: list[tuple[int, ...]] = [() for _ in network.lanes]
     links = network.links = Links(
@@ -152,7 +154,7 @@ def _follow(links: Links, before: int, after: int) -> None:
 
 
 def _route(lane: Lane, successors: Successors, apart: list[float]) -> list[int]:
-    """The lanes that a driver without a plan takes: straight on where that can be."""
+    """Return the lanes of a driver without a plan: straight on if possible."""
     network, route, length = lane.network, [lane.id], lane.length
     while length < ROUTE:
         here = network.lanes[route[-1]]
@@ -184,7 +186,7 @@ def _onward(lane: Lane, successors: Successors) -> list[int]:
 
 
 def conflicts_of(network: Network) -> list[tuple[int, ...]]:
-    """Per maneuver those of its intersection from other lanes whose centre lines meet its own."""
+    """Return per maneuver those of its intersection from other lanes whose centre lines meet its own."""
     lines = {each.connecting: network.paths.points(each.connecting_lane.path, 0.01) for each in network.maneuvers}
     found: list[list[int]] = [[] for _ in network.maneuvers]
     by_place: dict[int, list[Maneuver]] = defaultdict(list)
@@ -203,7 +205,7 @@ def _meet(one: Maneuver, other: Maneuver, lines: Mapping[int, Floats]) -> bool:
 
 
 def shortest_way(start: Lane, end: Lane) -> tuple[Lane, ...]:
-    """The lanes from one to another one, both included, by which the way is shortest; () where no way leads there.
+    """Return the lanes of the shortest way from `start` to `end`, both included; () without a way.
 
     Source: Dijkstra, "A note on two problems in connexion with graphs", 1959.
     """
@@ -230,7 +232,7 @@ def _traced(start: Lane, end: Lane, before: Mapping[int, int]) -> tuple[Lane, ..
 
 
 def polylines_cross(first: Floats, second: Floats) -> bool:
-    """Whether any segment of one crosses any of the other."""
+    """Return True if a segment of `first` crosses a segment of `second`."""
     a, b = first[:-1, None], first[1:, None]
     c, d = second[None, :-1], second[None, 1:]
     apart = _side(a, b, c) * _side(a, b, d) > 0.0
@@ -238,39 +240,39 @@ def polylines_cross(first: Floats, second: Floats) -> bool:
 
 
 def _side(a: Floats, b: Floats, point: Floats) -> Floats:
-    """Positive where the point lies left of the line from a to b."""
+    """Return a value that is positive if the point is left of the line from a to b."""
     ab, ap = b - a, point - a
     return ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]
 
 
-# -- who gives way to whom ---------------------------------------------------------------------------------------------
+# -- right of way ------------------------------------------------------------------------------------------------------
 
 CLEARANCE = 2.5
-"""Centre lines nearer than this cannot be driven on at once: a car's width and what drivers keep beside it [m]."""
+"""Distance of centre lines below which they cannot be driven at once [m]: a car's width and the usual lateral gap."""
 PARTING = 1.0
-"""Paths out of one lane are the same to others until they lie so far apart [m]."""
+"""Distance up to which paths out of one lane look the same to other drivers [m]."""
 SPACING = 0.5
-"""Between the points at which centre lines are compared [m]."""
+"""Distance between the points at which centre lines are compared [m]."""
 
 
 @frozen
 class Window:
-    """Part of a lane, or of what follows it, on which another is in the way."""
+    """Part of a lane, or of its continuation, in which an actor conflicts."""
 
     enter: float
-    """Arc length on the lane at which the part begins; beyond the lane's end for one that leads there [m]."""
+    """Arc length on the lane at which the part begins; beyond the lane's end if the part is on its continuation [m]."""
     leave: float
-    """… and at which it ends."""
+    """Arc length at which the part ends [m]."""
 
 
 NOWHERE = Window(math.inf, -math.inf)
-"""Of a lane from which no other comes into the way."""
+"""Window of a lane without a conflict."""
 
 
 def windows(maneuver: Maneuver) -> tuple[Window, ...]:
-    """One for each lane of the network: where others conflict with a maneuver, whatever they do next.
+    """Return a window per lane of the network in which other actors conflict with a maneuver, for any continuation.
 
-    No driver sees which way another will go, so all that come from a lane with a conflicting maneuver count until their
+    Drivers do not know the plans of others, so all actors from a lane with a conflicting maneuver count until their
     paths part.
     """
     found = [NOWHERE] * len(maneuver.intersection.network.lanes)
@@ -288,11 +290,11 @@ def windows(maneuver: Maneuver) -> tuple[Window, ...]:
 
 
 UPSTREAM = 60.0
-"""How far back from where ways meet drivers look round a ring [m]: 5 s at 12 m/s."""
+"""Distance upstream of a merge within which drivers look in a ring [m]: 5 s at 12 m/s."""
 
 
 def _look_upstream(found: list[Window], lane: Lane, ahead: float) -> None:
-    """Those too who are further back in the ring, or have just come into it."""
+    """Add windows for actors further upstream in the ring, including those that have just entered it."""
     for before in lane.predecessors:
         enter = before.length + ahead
         if found[before.id] is NOWHERE and before.role is not LaneRole.INCOMING and ahead < UPSTREAM:
@@ -301,7 +303,7 @@ def _look_upstream(found: list[Window], lane: Lane, ahead: float) -> None:
 
 
 def _points(paths: PathBook, lane: Lane) -> tuple[Floats, Floats]:
-    """Arc lengths along a lane, and (n, 2) places there."""
+    """Return arc lengths along a lane, and (n, 2) places there."""
     stations = np.linspace(0.0, lane.length, max(2, math.ceil(lane.length / SPACING) + 1))
     return stations, np.array([paths.pose(lane.path, s)[:2] for s in stations])
 
@@ -314,7 +316,7 @@ def _overlap(maneuver: Maneuver, other: Maneuver) -> Window:
 
 
 def _parting(other: Maneuver, conflicting: list[Maneuver]) -> float:
-    """How far `other` runs along with one of the conflicting maneuvers from the same lane [m]."""
+    """Return the length along which `other` coincides with a conflicting maneuver from the same lane [m]."""
     paths = other.intersection.network.paths
     stations, places = _points(paths, other.connecting_lane)
     distances = [paths.feet(each.connecting_lane.path, *places.T).distance for each in conflicting]

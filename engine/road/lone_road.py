@@ -1,8 +1,8 @@
 """The maker of lone roads: straight, curved all along, or straight with one bend; a country road, or one carriageway of
 a motorway.
 
-The middle of the road, at half its length, lies at the origin, where the forward lanes run east. On a one-way road the
-middle line is the border of the fastest lane, so that a lane lies where it would lie on a two-way road.
+The middle of the road, at half its length, is at the origin, where the forward lanes run east. On a one-way road the
+middle line is the border of the fastest lane, so that a lane has the same place as on a two-way road.
 """
 
 import math
@@ -24,13 +24,13 @@ FLATTEST = 1e6
 INNER_RADIUS = 5.0
 """Least radius of the inner kerb of a bend [m]."""
 MOST_CURVED = math.radians(270.0)
-"""By how much a road that curves all along may turn, so that its ends do not meet [rad]."""
+"""Largest turn of a road that is curved along its whole length, so that its ends do not meet [rad]."""
 MOST_BENT = math.pi
-"""By how much one may turn that is straight before and behind its bend, so that it does not cross itself [rad]."""
+"""Largest turn of a road with straight ends, so that it does not cross itself [rad]."""
 
 
 def wrong_lone_road_numbers(spec: LoneRoad) -> Iterator[RoadError]:
-    """Every number that no road has, whatever the others are."""
+    """Yield the errors of single numbers that no road allows."""
     yield from wrong_choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
     yield from wrong_length("lane_width", spec.lane_width, *LENGTHS["lane_width"])
     yield from wrong_length("length", spec.length, SHORTEST, LONGEST)
@@ -43,7 +43,7 @@ def wrong_lone_road_numbers(spec: LoneRoad) -> Iterator[RoadError]:
 
 
 def wrong_lone_road(spec: LoneRoad) -> Iterator[RoadError]:
-    """What numbers that are fine alone do not allow together."""
+    """Yield the errors of numbers that are valid alone but not together."""
     if spec.curve is None:
         if spec.bend is not None:
             yield RoadError("`bend` says how far the road turns, but not how sharply", "bend", "add `curve=200 m`")
@@ -72,7 +72,7 @@ def wrong_lone_road(spec: LoneRoad) -> Iterator[RoadError]:
 
 
 def lone_road(spec: LoneRoad) -> Network:
-    """The network of a specification that is right."""
+    """Return the network of a valid specification."""
     network = Network(spec, spec.left_hand)
     middle = middle_line(spec)
     assert network.regions.add(_surface(spec, middle)) == ROAD_REGION
@@ -92,7 +92,7 @@ def lone_road(spec: LoneRoad) -> Network:
 
 
 def middle_line(spec: LoneRoad) -> tuple[Primitive, ...]:
-    """The line between the two directions."""
+    """Return the line between the two directions."""
     if spec.curve is None:
         return (Primitive(-0.5 * spec.length, 0.0, 0.0, 0.0, spec.length),)
     bent = spec.length if spec.bend is None else spec.bend * abs(spec.curve)
@@ -126,7 +126,7 @@ def _lane(network: Network, index: int, number: int, middle: tuple[Primitive, ..
 
 
 def _surface(spec: LoneRoad, middle: tuple[Primitive, ...]) -> Shape:
-    """Everything between the kerbs."""
+    """Return the area between the kerbs."""
     half, paths = int(spec.lanes) * spec.lane_width, PathBook()
     if not spec.one_way:
         return strip(paths, paths.add(middle), 2.0 * half, CHORD_TOLERANCE)

@@ -1,5 +1,5 @@
-"""What a driver has to know who changes lanes: where a lane ends beside another that goes on, as the acceleration lane
-of a motorway does, and where those come from who are behind in a lane.
+"""Data for lane changes: lanes that end while a neighbour continues, such as the acceleration lane of a motorway, and
+the ways from which followers in a lane come.
 """
 
 import math
@@ -12,15 +12,15 @@ from engine.road.network import Lane, Network
 from engine.road.sections import to_left, to_right
 
 GOES_ON = 20.0
-"""Another lane goes on where it leads so much further [m]."""
+"""Length beyond the end of a lane from which on its neighbour continues [m]."""
 FULL = 0.9
-"""Of its greatest width: where a lane gets narrower, it ends to those who drive on it."""
+"""Share of its greatest width below which a narrowing lane ends for its drivers."""
 BACK = 150.0
-"""How far before a lane others are looked for [m]: 5 s at 30 m/s."""
+"""Distance before a lane within which followers are considered [m]: 5 s at 30 m/s."""
 
 
 def way_through(lane: Lane) -> int:
-    """The path of a driver without a plan, from before the lane on: `BACK` or more, straight where that can be."""
+    """Return the path of a driver without a plan, from `BACK` or more before the lane on, straight if possible."""
     paths, before = lane.network.paths, list[Lane]()
     while sum(each.length for each in before) < BACK:
         first = before[0] if before else lane
@@ -34,18 +34,18 @@ def way_through(lane: Lane) -> int:
 
 @kept
 def ways_through(network: Network) -> tuple[int, ...]:
-    """`way_through` of each lane: a driver asks for all of them many times over."""
+    """Return `way_through` of each lane; cached, as drivers use all of them many times."""
     return tuple(map(way_through, network.lanes))
 
 
 @kept
 def all_left_by(network: Network) -> tuple[float, ...]:
-    """`left_by` of each lane."""
+    """Return `left_by` of each lane."""
     return tuple(map(left_by, network.lanes))
 
 
 def _turn(lane: Lane) -> float:
-    """By how much a lane turns from its start to its end [rad]."""
+    """Return the angle by which a lane turns from its start to its end [rad]."""
     paths = lane.network.paths
     return abs(
         math.remainder(paths.pose(lane.path, lane.length).heading - paths.pose(lane.path, 0.0).heading, math.tau)
@@ -53,8 +53,10 @@ def _turn(lane: Lane) -> float:
 
 
 def left_by(lane: Lane) -> float:
-    """Where on its `way_through` a driver has to have left a lane that ends beside another one that goes on [m];
-    infinite where none does.
+    """Return the arc length on `way_through` by which a driver must leave a lane that ends while a neighbour continues
+    [m].
+
+    Infinite if no neighbour continues.
     """
     network, paths = lane.network, lane.network.paths
     last_path = paths.parts(lane.default_route)[-1]
@@ -67,14 +69,14 @@ def left_by(lane: Lane) -> float:
 
 
 def _goes_on(lane: Lane, x: float, y: float) -> bool:
-    """Whether the way of a lane leads past a point."""
+    """Return True if the way of a lane leads past a point."""
     paths, way = lane.network.paths, lane.default_route
     near = paths.distance(way, x, y) < 2.0 * lane.width
     return near and paths.length(way) - paths.project(way, x, y) > GOES_ON
 
 
 def _full_until(lane: Lane) -> float:
-    """Up to where a lane keeps its width [m]."""
+    """Return the arc length up to which a lane has its full width [m]."""
     if lane.id not in lane.network.bounds:
         return lane.length
     left, right = lane.network.bounds[lane.id]

@@ -1,7 +1,7 @@
-"""What a scenario can point at: roads, intersections, lanes, maneuvers; filled by a maker (`engine.road.build`).
+"""Elements of roads that a scenario can name: roads, intersections, lanes, maneuvers; filled by a maker.
 
-`Network` describes a road, whoever made it. Elements refer to one another (a lane to its maneuvers, those to their
-lanes) by ids, which their network resolves. Two elements are equal only if they are the same one.
+`Network` describes a road of any maker (`engine.road.build`). Elements refer to each other by ids, which their network
+resolves. Elements are equal only if they are identical.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,15 +22,15 @@ from engine.vocabulary import ManeuverType
 
 class LaneRole(Enum):
     INCOMING = "incoming"
-    """From the border of the network to an intersection."""
+    """Lane from the border of the network to an intersection."""
     OUTGOING = "outgoing"
-    """From an intersection to the border."""
+    """Lane from an intersection to the border."""
     LINK = "link"
-    """From one intersection to the next: outgoing for the one, incoming for the other."""
+    """Lane from one intersection to the next: outgoing for the first, incoming for the second."""
     THROUGH = "through"
-    """From border to border: there is no intersection."""
+    """Lane from border to border, without an intersection."""
     CONNECTING = "connecting"
-    """Through an intersection, from stop line to stop line."""
+    """Lane through an intersection, from stop line to stop line."""
 
 
 @frozen_identity
@@ -49,41 +49,41 @@ class Lane:
     region: int
     """Id of the strip in `network.regions`."""
     road: str
-    """The road it belongs to: both directions of an arm share one; an intersection for connecting lanes."""
+    """Road of the lane: both directions of an arm share one; the intersection for connecting lanes."""
     number: int
-    """1 next to the kerb; of a connecting lane, that of the lane it starts from."""
+    """1 next to the kerb; for a connecting lane, the number of its start lane."""
     forward: bool
-    """Whether it runs as its road does; connecting lanes do."""
+    """True if it runs in the direction of its road; connecting lanes do."""
 
     @property
     def source(self) -> str:
-        """Text that names this lane in the language."""
+        """Return the text that names this lane in the language."""
         return f"network.lanes[{self.id}]"
 
     @property
     def length(self) -> float:
-        """[m]"""
+        """Return the length [m]."""
         return self.network.paths.length(self.path)
 
     @property
     def maneuvers(self) -> "tuple[Maneuver, ...]":
-        """What a driver may do at the lane's end: straight, left, right; () where the network ends."""
+        """Return the possible maneuvers at the lane's end: straight, left, right; () if the network ends there."""
         return tuple(self.network.maneuvers[i] for i in self.network.links.maneuvers[self.id])
 
     @property
     def intersection(self) -> "Intersection | None":
-        """The intersection this lane leads into, or runs through."""
+        """Return the intersection this lane leads into, or runs through."""
         index = self.network.links.intersection[self.id]
         return None if index is None else self.network.intersections[index]
 
     @property
     def speed_limit(self) -> float | None:
-        """What signs allow [m/s]; None where they say nothing."""
+        """Return the speed limit of signs [m/s]; None without one."""
         return self.network.speed_limits.get(self.id)
 
     @property
     def ends_at_line(self) -> bool:
-        """Whether traffic waits at its end, at a line on the road: not in the ring of a roundabout."""
+        """Return True if traffic waits at its end, at a line on the road; False in the ring of a roundabout."""
         return bool(self.maneuvers) and (self.network.links.gives_way is None or self.role is LaneRole.INCOMING)
 
     @property
@@ -96,8 +96,8 @@ class Lane:
 
     @property
     def default_route(self) -> int:
-        """Path of a driver without a plan: this lane, straight on where it can (else the near turn, else the far
-        one), and the lane after that; a connecting lane and its end lane; or the lane alone.
+        """Return the path of a driver without a plan: this lane, straight on (else the near, else the far turn), and
+        on.
         """
         return self.network.links.default_route[self.id]
 
@@ -118,7 +118,7 @@ class Maneuver:
 
     @property
     def source(self) -> str:
-        """Text that names this maneuver in the language."""
+        """Return the text that names this maneuver in the language."""
         return f"{self.start_lane.source}.maneuvers[{self.start_lane.maneuvers.index(self)}]"
 
     @property
@@ -135,7 +135,7 @@ class Maneuver:
 
     @property
     def lanes(self) -> tuple[Lane, Lane, Lane]:
-        """Start, connecting and end lane: the trajectory of a driver who does this."""
+        """Return start, connecting and end lane: the trajectory of the maneuver."""
         return self.start_lane, self.connecting_lane, self.end_lane
 
     @property
@@ -144,18 +144,18 @@ class Maneuver:
 
     @property
     def conflicting_maneuvers(self) -> "tuple[Maneuver, ...]":
-        """Maneuvers from other lanes whose connecting lane's centre line meets this one's: they cross or merge."""
+        """Return the maneuvers from other lanes whose connecting lane's centre line crosses or joins this one's."""
         return tuple(self.network.maneuvers[i] for i in self.network.links.conflicts[self.id])
 
     @property
     def gives_way_to(self) -> "tuple[Maneuver, ...]":
-        """Those that have to pass first: of a roundabout as its signs say, elsewhere all that conflict."""
+        """Return the maneuvers with priority: by signs in a roundabout, elsewhere all that conflict."""
         first = self.network.links.gives_way
         return self.conflicting_maneuvers if first is None else tuple(self.network.maneuvers[i] for i in first[self.id])
 
     @property
     def reverse_maneuvers(self) -> "tuple[Maneuver, ...]":
-        """Maneuvers that start on the road where this one ends, and end on the road where this one starts."""
+        """Return the maneuvers that start on the end road of this maneuver, and end on its start road."""
         start, end = self.start_lane.road, self.end_lane.road
         here = self.intersection.maneuvers
         return tuple(m for m in here if m.start_lane.road == end and m.end_lane.road == start)
@@ -163,13 +163,13 @@ class Maneuver:
 
 @frozen
 class LaneGroup:
-    """The lanes of one road that run the same way."""
+    """The lanes of one road in one direction."""
 
     network: "Network" = field(repr=False)
     road: str
     forward: bool
     lanes: tuple[Lane, ...]
-    """From the kerb to the middle."""
+    """Lanes from the kerb to the middle."""
 
     @property
     def name(self) -> str:
@@ -178,20 +178,20 @@ class LaneGroup:
 
 @frozen
 class Road:
-    """What lies outside intersections: an arm, or what joins two intersections; both directions together."""
+    """A road outside intersections, with both directions: an arm, or a link between two intersections."""
 
     network: "Network" = field(repr=False)
     name: str
     forward: LaneGroup
-    """Of an arm at the border, the lanes that lead into the intersection."""
+    """Forward lanes; at the border, those that lead into the intersection."""
     backward: LaneGroup
-    """Without lanes on a one-way road."""
+    """Backward lanes; without lanes on a one-way road."""
     middle: tuple[Primitive, ...] = field(repr=False)
-    """The line between the two directions, as its forward lanes run; one primitive for each of theirs."""
+    """Line between the two directions, along the forward lanes; one primitive for each of theirs."""
 
     @property
     def source(self) -> str:
-        """Text that names this road in the language."""
+        """Return the text that names this road in the language."""
         return f"network.roads[{self.network.roads.index(self)}]"
 
     @property
@@ -200,7 +200,7 @@ class Road:
 
     @property
     def groups(self) -> tuple[LaneGroup, ...]:
-        """The directions in which there are lanes."""
+        """Return the directions with lanes."""
         return tuple(group for group in (self.forward, self.backward) if group.lanes)
 
 
@@ -209,32 +209,32 @@ class Leg:
     """One arm of an intersection."""
 
     name: str
-    """`north`, `east`, `south` or `west`: where it lies, seen from the centre."""
+    """`north`, `east`, `south` or `west`, as seen from the centre."""
     heading: float
-    """Heading of the traffic that leaves by it [rad]."""
+    """Heading of outgoing traffic [rad]."""
     length: float
-    """From the stop line to the end of the road, or to the next stop line [m]."""
+    """Length from the stop line to the end of the road, or to the next stop line [m]."""
     incoming_lanes: tuple[Lane, ...]
-    """From the kerb to the middle."""
+    """Incoming lanes from the kerb to the middle."""
     outgoing_lanes: tuple[Lane, ...]
     neighbour: int | None
-    """Id of the intersection at its other end; None at the border."""
+    """Id of the intersection at the far end of the arm; None at the border."""
     phase: int
     """0 or 1: lights of one phase are green together."""
 
 
 @frozen_identity
 class Intersection:
-    """Where roads meet: the area between the stop lines."""
+    """The area between the stop lines where roads meet."""
 
     network: "Network" = field(repr=False)
     id: int
     """Index in `network.intersections`."""
     name: str
     row: int
-    """From 0, counted northwards."""
+    """Row from 0, counted northwards."""
     col: int
-    """From 0, counted eastwards."""
+    """Column from 0, counted eastwards."""
     center: tuple[float, float]
     """[m]"""
     region: int
@@ -244,7 +244,7 @@ class Intersection:
 
     @property
     def source(self) -> str:
-        """Text that names this intersection in the language."""
+        """Return the text that names this intersection in the language."""
         return f"network.intersections[{self.id}]"
 
     @property
@@ -270,7 +270,7 @@ class Intersection:
 
 @dataclass(eq=False)
 class Links:
-    """How elements refer to one another, by id; filled while the network is built and fixed from then on."""
+    """References between elements by id; filled while the network is built and fixed from then on."""
 
     maneuvers: list[tuple[int, ...]] = field(default_factory=list)
     """Per lane."""
@@ -281,9 +281,9 @@ class Links:
     conflicts: list[tuple[int, ...]] = field(default_factory=list)
     """Per maneuver."""
     beside: Mapping[int, tuple[int | None, int | None]] | None = None
-    """Per lane those to its left and right; None where their numbers say it."""
+    """Left and right neighbour per lane; None if they follow from lane numbers."""
     gives_way: Sequence[tuple[int, ...]] | None = None
-    """Per maneuver those that pass first; None where no sign says it."""
+    """Maneuvers with priority per maneuver; None without signs."""
 
 
 @frozen
@@ -292,28 +292,28 @@ class Lines:
 
     kerbs: tuple[Floats, ...]
     middle: tuple[Floats, ...]
-    """Between the two directions of a road."""
+    """Lines between the two directions of a road."""
     between: tuple[Floats, ...]
-    """Between lanes of one direction."""
+    """Lines between lanes of one direction."""
 
 
 @dataclass(eq=False)
 class Network:
-    """Roads, and the intersections that they meet in. A maker fills it once; paths and regions are added later, too.
+    """Roads and intersections. A maker fills it once; paths and regions are added later, too.
 
-    What a maker has to see to: lanes follow one another with a joint as `PathBook.continues` wants it; a lane keeps its
-    width; lanes are numbered from the kerb to the middle; maneuvers of an intersection stand together.
+    Duties of a maker: consecutive lanes meet as `PathBook.continues` requires; a lane has a constant width; lanes are
+    numbered from the kerb to the middle; maneuvers of an intersection are adjacent.
     """
 
     spec: MapSpec
-    """What it was made from: whoever has that can have it made again."""
+    """Specification, from which the network can be made again."""
     left_hand: bool
     paths: PathBook = field(default_factory=PathBook)
-    """Centre lines of all lanes, default routes, and what a scenario joins."""
+    """Centre lines of all lanes, default routes, and paths that a scenario joins."""
     regions: RegionBook = field(default_factory=RegionBook)
-    """Region 0 is the whole drivable road; then those of its elements, and what a scenario asks for."""
+    """Region 0 is the whole drivable road; then those of its elements, and those of a scenario."""
     roads: tuple[Road, ...] = ()
-    """In the order of their lanes."""
+    """Roads in the order of their lanes."""
     intersections: tuple[Intersection, ...] = ()
     lanes: tuple[Lane, ...] = ()
     """Lanes of all roads first, connecting lanes last."""
@@ -322,19 +322,19 @@ class Network:
     connecting_roads: tuple[Road, ...] = ()
     """Roads of connecting lanes, in a file that has them."""
     kerbs: tuple[Floats, ...] = ()
-    """Kerb lines that are no lane's border, each (n, 2): round the corners of intersections."""
+    """Kerb lines, each (n, 2), that are not a lane's border: around the corners of intersections."""
     drawn: Lines | None = None
-    """What to draw of lanes that do not keep their width; None: their borders are drawn."""
+    """Lines of lanes with variable widths; None: the borders of lanes are drawn."""
     remarks: tuple[str, ...] = ()
-    """On what was mended or left out."""
+    """Warnings about parts of the map that were repaired or omitted."""
     levels: tuple[str, ...] = ()
-    """Remarks on roads that pass over others; all lanes lie in one plane."""
+    """Remarks on roads that pass over others; all lanes are in one plane."""
     unread: str = ""
-    """What a file states and nothing here reads, kind by kind."""
+    """Content of a file that the reader does not read, by kind."""
     bounds: Mapping[int, tuple[Floats, Floats]] = field(default_factory=dict[int, tuple[Floats, Floats]])
-    """Left and right border of the lanes of a file, by id: (n, 2) each, as traffic runs. Others keep their width."""
+    """Left and right border of a file's lanes, by id: (n, 2) each, in driving direction."""
     speed_limits: Mapping[int, float] = field(default_factory=dict[int, float])
-    """Of the lanes that have one, by id [m/s]."""
+    """Speed limits by id of the lane [m/s]."""
     signs: tuple[RoadSign, ...] = ()
     """Traffic lights and signs of a file."""
     buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
@@ -346,5 +346,5 @@ class Network:
 
     @cached_property
     def arms(self) -> int:
-        """Lights of an intersection are numbered by its arms; so many numbers each has."""
+        """Return the numbers of arms that an intersection may have; lights are numbered by arms."""
         return max([4, *(len(intersection.legs) for intersection in self.intersections)])

@@ -1,4 +1,4 @@
-"""What to draw of a network, as polylines: pure data for terminals, figures and pages."""
+"""The drawing of a network as polylines: pure data for terminals, figures and pages."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -11,9 +11,9 @@ from engine.road.network import Lane, LaneRole, Lines, Network
 from engine.tables import Bools, Floats
 
 KEPT = 0.05
-"""A lane whose width changes by less is drawn as one that keeps it [m]."""
+"""Change of width below which a lane is drawn with a constant width [m]."""
 Shown = Callable[[int, float], str]
-"""What the lights of a phase show at a time [s]: green, yellow or red; nothing where that is not known."""
+"""(phase, time [s]) -> colour of the lights: green, yellow or red; "" if unknown."""
 
 
 @frozen
@@ -26,7 +26,7 @@ class SignalLine:
     shown: Shown | None
 
     def colour(self, time: float) -> str:
-        """green, yellow or red; empty where that is not known."""
+        """Return green, yellow or red; "" if unknown."""
         return "" if self.shown is None else self.shown(self.phase, time)
 
 
@@ -37,29 +37,29 @@ class Outline:
     kerbs: tuple[Floats, ...]
     """Edges of the road: corner fillets, both sides of every arm, kerbs opposite a T's stem."""
     middle_lines: tuple[Floats, ...]
-    """Between the two directions of a road."""
+    """Lines between the two directions of a road."""
     lane_lines: tuple[Floats, ...]
-    """Between lanes of one direction."""
+    """Lines between lanes of one direction."""
     stop_lines: tuple[Floats, ...]
-    """Across the incoming lanes of each arm; of a file, those whose ways others meet."""
+    """Lines across the incoming lanes of each arm; for a file, of lanes with conflicting ways."""
     areas: tuple[Floats, ...]
-    """Closed rings, whose first point is not repeated: intersections; of a file, lanes that do not keep their width."""
+    """Closed rings without a repeated first point: intersections; for a file, lanes with variable widths."""
     center_lines: tuple[Floats, ...]
-    """Of all lanes, connecting ones too, in the order of `network.lanes`."""
+    """Centre lines of all lanes, connecting lanes included, in the order of `network.lanes`."""
     widths: tuple[float, ...] = ()
-    """Of the lanes that have these centre lines; 0 where the lane is one of the areas [m]."""
+    """Widths of the lanes of these centre lines; 0 for a lane that is one of the areas [m]."""
     reach: float = 0.0
-    """Of the widest road, from its middle line to its kerb [m]."""
+    """Distance from middle line to kerb of the widest road [m]."""
     buildings: tuple[Floats, ...] = ()
     """Closed rings, as of areas."""
     signals: tuple[SignalLine, ...] = ()
-    """Across each lane whose traffic waits for a light."""
+    """Lines across each lane with a traffic light."""
 
 
 def outline(network: Network, shown: Shown | None = None) -> Outline:
-    """Everything that a drawing of the road may show; `shown` is what its lights show, where there is a plan of them.
+    """Return the complete drawing of a road; `shown` gives the states of its lights, if there is a plan.
 
-    The lights of a file are there without a plan, too; all others are the plan's.
+    Lights of a file are drawn without a plan, too; all other lights are those of the plan.
     """
     drawn = _of_grid(network) if network.drawn is None else _of_lines(network, network.drawn)
     return replace(drawn, signals=tuple(_signals(network, shown)))
@@ -95,7 +95,7 @@ def _of_grid(network: Network) -> Outline:
 
 
 def _of_lines(network: Network, drawn: Lines) -> Outline:
-    """Of a network whose lanes do not keep their width."""
+    """Return the drawing of a network with lanes of variable widths."""
     changing = {
         lane: np.vstack([left, right[::-1]])
         for lane, (left, right) in network.bounds.items()
@@ -115,12 +115,12 @@ def _of_lines(network: Network, drawn: Lines) -> Outline:
 
 
 def _is_met(lane: Lane) -> bool:
-    """Whether other ways meet those that lead on from it: at most junctions of a motorway none do."""
+    """Return True if other ways conflict with its maneuvers; at most junctions of a motorway none do."""
     return any(each.conflicting_maneuvers for each in lane.maneuvers)
 
 
 def near(road: Outline, points: Floats, reach: float) -> Outline:
-    """What of a drawing lies within `reach` of the rectangle around some points (n, 2) [m]: of a town, where one is."""
+    """Return the part of a drawing within `reach` [m] of the rectangle around some points (n, 2) [m]."""
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     kept = [i for i, line in enumerate(road.center_lines) if _passing(line, low, high).any()]
     return replace(
@@ -137,13 +137,13 @@ def near(road: Outline, points: Floats, reach: float) -> Outline:
 
 
 def _passing(line: Floats, low: Floats, high: Floats) -> Bools:
-    """Per segment, whether the rectangle around it meets another one."""
+    """Return per segment True if the rectangle around it meets the given rectangle."""
     least, most = np.minimum(line[:-1], line[1:]), np.maximum(line[:-1], line[1:])
     return np.all((most >= low) & (least <= high), axis=1)
 
 
 def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, ...]:
-    """The stretches of lines that pass there."""
+    """Return the stretches of lines that pass there."""
     parts: list[Floats] = []
     for line in lines:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], _passing(line, low, high), [False]])))
@@ -152,23 +152,23 @@ def _parts(lines: Sequence[Floats], low: Floats, high: Floats) -> tuple[Floats, 
 
 
 def _far_kerbs(network: Network) -> tuple[Floats, ...]:
-    """Those of one-way roads beside their fastest lanes."""
+    """Return the kerbs of one-way roads next to their fastest lanes."""
     return tuple(_border(road.forward.lanes[-1], kerb=False) for road in network.roads if not road.backward.lanes)
 
 
 def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:
-    """(4, 2) corners, anticlockwise."""
+    """Return (4, 2) corners, anticlockwise."""
     return np.array([x, y]) + 0.5 * np.array([length, width]) * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 def _border(lane: Lane, *, kerb: bool) -> Floats:
-    """(n, 2) border of a road lane, in its direction: the one nearer to the kerb, or the one nearer to the middle."""
+    """Return (n, 2) border of a road lane, in its direction: towards the kerb, or towards the middle."""
     side = 1.0 if kerb == lane.network.left_hand else -1.0
     return np.array([_beside(lane, s, side) for s in lane.network.paths.stations(lane.path)])
 
 
 def _beside(lane: Lane, s: float, side: float) -> tuple[float, float]:
-    """Point on the left (side 1) or right (side -1) border."""
+    """Return a point on the left (side 1) or right (side -1) border."""
     pose = lane.network.paths.pose(lane.path, s)
     shift = side * 0.5 * lane.width
     return pose.x - shift * float(np.sin(pose.heading)), pose.y + shift * float(np.cos(pose.heading))

@@ -1,7 +1,8 @@
 """Paths as chains of lines and circular arcs, addressed by arc length.
 
-A path is tangent-continuous: each primitive starts where the one before it ends, with the same heading; curvature
-may jump. Positions in metres, headings anticlockwise from +x in radians, curvature 1/m and positive to the left.
+A path is tangent-continuous: each primitive starts at the end of the primitive before it, with the same heading;
+curvature may jump. Positions in metres, headings anticlockwise from +x in radians, curvature 1/m and positive to the
+left.
 """
 
 import math
@@ -15,10 +16,10 @@ from engine.portable import arctan2
 from engine.tables import Floats
 
 JOINT_TOLERANCE = 1e-6
-"""How far apart two paths may lie, and how much their headings may differ, to be joined [m, rad]; files allow more."""
+"""Largest distance and difference of heading between joined paths [m, rad]; files allow more."""
 
 STRAIGHT = 1e-3
-"""How far a line may leave the one that it is taken for a part of [m]."""
+"""Largest distance of a line from the line that it continues [m]."""
 
 
 class Pose(NamedTuple):
@@ -37,7 +38,7 @@ class Primitive(NamedTuple):
     length: float
 
     def pose(self, s: float) -> Pose:
-        """Pose at arc length `s` from the start; beyond the ends the line or circle goes on."""
+        """Return the pose at arc length `s` from the start; beyond the ends the line or circle continues."""
         angle = self.curvature * s
         if self.curvature == 0.0:
             ahead, left = s, 0.0
@@ -51,14 +52,14 @@ class Primitive(NamedTuple):
         return self._replace(x=self.x + dx, y=self.y + dy)
 
     def beside(self, left: float) -> "Primitive":
-        """The line or arc that runs so far to the left of it, nearer to an arc's centre than that arc is."""
+        """Return the parallel line or arc to the left; `left` is less than the radius of a left-hand arc."""
         x, y, heading = self.pose(0.0)
         share = 1.0 - self.curvature * left
         shifted = x - left * math.sin(heading), y + left * math.cos(heading)
         return Primitive(*shifted, heading, self.curvature / share, self.length * share)
 
     def turned(self) -> "Primitive":
-        """The same line or arc, driven the other way."""
+        """Return the same line or arc in the opposite direction."""
         x, y, heading = self.pose(self.length)
         return Primitive(x, y, heading + math.pi, -self.curvature, self.length)
 
@@ -73,10 +74,10 @@ class Foot(NamedTuple):
 
 
 class PathBook:
-    """All paths of a program: lanes first, then what is joined from them. Ids count up and never change."""
+    """All paths of a program: lanes first, then joined paths. Ids are consecutive and never change."""
 
     def __init__(self, gap: float = JOINT_TOLERANCE, turn: float = JOINT_TOLERANCE) -> None:
-        """`gap` [m] and `turn` [rad]: how far two paths that are joined may lie apart, and differ in heading."""
+        """Create an empty book; `gap` [m] and `turn` [rad] limit distance and heading difference of joined paths."""
         self._gap, self._turn = gap, turn
         self._paths: list[tuple[Primitive, ...]] = []
         self._starts: list[tuple[float, ...]] = []
@@ -87,25 +88,24 @@ class PathBook:
         return len(self._paths)
 
     def filled(self, paths: Sequence[tuple[Primitive, ...]], joined: Mapping[tuple[int, ...], int]) -> "PathBook":
-        """Take over the paths of another book; `joined` says which of them run through which."""
+        """Take over the paths of another book; `joined` gives the ids of joined paths by their parts."""
         self._paths = list(paths)
         self._starts = [_starts(path) for path in paths]
         self._joined = dict(joined)
         return self
 
     def add(self, primitives: Sequence[Primitive]) -> int:
-        """A new path. Neighbouring primitives of one line become one."""
+        """Add a path and return its id. Adjacent primitives of one line become one."""
         merged = _merge(primitives)
         self._paths.append(merged)
         self._starts.append(_starts(merged))
         return len(self._paths) - 1
 
     def join(self, path_ids: Sequence[int]) -> int:
-        """The path that runs through all given ones; the same id for the same sequence.
+        """Return the path through all given paths; equal sequences have equal ids.
 
         Raises:
-            ValueError: empty, or a path does not start where the one before it ends (see `continues`).
-
+            ValueError: empty, or a path does not start at the end of the path before (see `continues`).
         """
         key = tuple(path_ids)
         if not key:
@@ -120,17 +120,17 @@ class PathBook:
         return self._joined[key]
 
     def parts(self, path: int) -> tuple[int, ...]:
-        """The paths that a joined one runs through; any other runs through itself."""
+        """Return the paths that a joined path consists of; for any other path, the path itself."""
         return next((parts for parts, joined in self._joined.items() if joined == path), (path,))
 
     def reverse(self, path: int) -> int:
-        """The path that runs through a given one from its end to its start; the same id for the same path."""
+        """Return the path in the opposite direction; equal paths have equal ids."""
         if path not in self._reversed:
             self._reversed[path] = self.add([primitive.turned() for primitive in reversed(self._paths[path])])
         return self._reversed[path]
 
     def continues(self, before: int, after: int) -> bool:
-        """Whether path `after` starts where path `before` ends, in the same direction."""
+        """Return True if path `after` starts at the end of path `before`, in the same direction."""
         end, start = self.pose(before, self.length(before)), self.pose(after, 0.0)
         turn = math.remainder(end.heading - start.heading, math.tau)
         return max(abs(end.x - start.x), abs(end.y - start.y)) <= self._gap and abs(turn) <= self._turn
@@ -139,14 +139,14 @@ class PathBook:
         return self._paths[path]
 
     def starts(self, path: int) -> tuple[float, ...]:
-        """Arc length at which each primitive starts, and last the path's length."""
+        """Return the arc length at which each primitive starts, and last the path's length."""
         return self._starts[path]
 
     def length(self, path: int) -> float:
         return self._starts[path][-1]
 
     def pose(self, path: int, s: float) -> Pose:
-        """Pose at arc length `s`, held inside the path."""
+        """Return the pose at arc length `s`, clipped to the path."""
         index, start = self._find(path, s)
         primitive = self._paths[path][index]
         return primitive.pose(min(max(s - start, 0.0), primitive.length))
@@ -155,14 +155,14 @@ class PathBook:
         return self._paths[path][self._find(path, s)[0]].curvature
 
     def project(self, path: int, x: float, y: float) -> float:
-        """Arc length of the point of the path nearest to (x, y)."""
+        """Return the arc length of the path's point nearest to (x, y)."""
         return float(self.feet(path, np.array(x), np.array(y)).s)
 
     def distance(self, path: int, x: float, y: float) -> float:
         return float(self.feet(path, np.array(x), np.array(y)).distance)
 
     def feet(self, path: int, x: Floats, y: Floats) -> Foot:
-        """Nearest points of the path to many points; of equally near ones the first along the path."""
+        """Return the path's nearest points to many points; among equally near points the first along the path."""
         best = Foot(np.zeros(np.shape(x)), np.full(np.shape(x), np.inf))
         for primitive, start in zip(self._paths[path], self._starts[path], strict=False):
             foot = _feet(primitive, x, y)
@@ -172,12 +172,12 @@ class PathBook:
         return best
 
     def points(self, path: int, tolerance: float = 0.01) -> Floats:
-        """(n, 2) polyline that leaves the path by at most `tolerance` [m]; for drawing and strips."""
+        """Return an (n, 2) polyline within `tolerance` [m] of the path, for drawing and strips."""
         poses = [self.pose(path, s) for s in self.stations(path, tolerance)]
         return np.array([(pose.x, pose.y) for pose in poses])
 
     def stations(self, path: int, tolerance: float = 0.01) -> Floats:
-        """Arc lengths of the vertices of `points`."""
+        """Return the arc lengths of the vertices of `points`."""
         stations = [0.0]
         for primitive, start in zip(self._paths[path], self._starts[path], strict=False):
             count = chord_count(primitive, tolerance)
@@ -185,7 +185,7 @@ class PathBook:
         return np.array(stations)
 
     def _find(self, path: int, s: float) -> tuple[int, float]:
-        """Index and start of the primitive at arc length `s`."""
+        """Return index and start of the primitive at arc length `s`."""
         starts = self._starts[path]
         index = 0
         while index + 2 < len(starts) and s >= starts[index + 1]:
@@ -194,7 +194,7 @@ class PathBook:
 
 
 def chord_count(primitive: Primitive, tolerance: float) -> int:
-    """Number of equal chords that stay within `tolerance` of the primitive [m]."""
+    """Return the number of equal chords that stay within `tolerance` of the primitive [m]."""
     sagitta = min(tolerance * abs(primitive.curvature), 1.0)
     if sagitta == 0.0:
         return 1
@@ -210,7 +210,7 @@ def _merge(primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:
     merged: list[Primitive] = []
     for primitive in primitives:
         last = merged[-1] if merged else None
-        # Arcs are left as they are: a merged one could be longer than half a turn.
+        # Arcs are not merged: the result could be longer than half a turn.
         if last is not None and last.curvature == primitive.curvature == 0.0 and _goes_on(last, primitive):
             merged[-1] = last._replace(length=last.length + primitive.length)
         else:
@@ -219,13 +219,13 @@ def _merge(primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:
 
 
 def _goes_on(before: Primitive, after: Primitive) -> bool:
-    """Whether a line lies where an earlier one leads: what a file draws may have corners, and gaps."""
+    """Return True if a line continues an earlier line; drawn lines of a file may have corners, and gaps."""
     ends = ((before.pose(before.length + s), after.pose(s)) for s in (0.0, after.length))
     return all(math.hypot(one.x - other.x, one.y - other.y) <= STRAIGHT for one, other in ends)
 
 
 def _feet(primitive: Primitive, x: Floats, y: Floats) -> Foot:
-    """Nearest points of one primitive: the closed form where its own normal meets the point, else an end."""
+    """Return nearest points of one primitive: the closed form if its normal meets the point, else an end."""
     ahead, left = _local(primitive, x, y)
     if primitive.curvature == 0.0:
         s = np.clip(ahead, 0.0, primitive.length)
@@ -241,7 +241,7 @@ def _feet(primitive: Primitive, x: Floats, y: Floats) -> Foot:
 
 
 def _local(primitive: Primitive, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """How far ahead of the primitive's start, and how far to its left, points lie."""
+    """Return distances of points ahead of the primitive's start, and to its left."""
     dx, dy = x - primitive.x, y - primitive.y
     cos, sin = math.cos(primitive.heading), math.sin(primitive.heading)
     return dx * cos + dy * sin, dy * cos - dx * sin

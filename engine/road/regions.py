@@ -17,7 +17,7 @@ from engine.tables import Floats
 
 
 def area(ring: Floats) -> float:
-    """Signed area: positive when the ring is anticlockwise [m^2]."""
+    """Return the signed area, positive if the ring is anticlockwise [m^2]."""
     x, y = (ring - ring[0]).T
     return 0.5 * float((x * np.roll(y, -1)).sum() - (y * np.roll(x, -1)).sum())
 
@@ -27,12 +27,12 @@ def anticlockwise(ring: Floats) -> Floats:
 
 
 def ring_edges(ring: Floats) -> Floats:
-    """(n, 4): x1, y1, x2, y2 of each edge."""
+    """Return (n, 4) x1, y1, x2, y2 of each edge."""
     return np.hstack([ring, np.roll(ring, -1, axis=0)])
 
 
 def convex_hull(points: Floats) -> Floats:
-    """Corners of the hull, anticlockwise (monotone chain); points on a hull edge are left out."""
+    """Return the corners of the hull, anticlockwise (monotone chain), without points on its edges."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
     lower, upper = _chain(ordered), _chain(ordered[::-1])
     return np.array(lower[:-1] + upper[:-1])
@@ -48,12 +48,12 @@ def _chain(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    """Twice the signed area of a triangle: positive where the way a, b, c turns left."""
+    """Return twice the signed area of a triangle: positive if the way a, b, c turns left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def triangulate(ring: Floats) -> Floats:
-    """(n - 2, 6) triangles x1, y1, x2, y2, x3, y3 that tile a simple anticlockwise ring, by ear clipping."""
+    """Return (n - 2, 6) triangles x1, y1, x2, y2, x3, y3 that tile a simple anticlockwise ring, by ear clipping."""
     left = [(float(x), float(y)) for x, y in ring]
     triangles: list[tuple[float, ...]] = []
     while len(left) > 3:
@@ -65,7 +65,7 @@ def triangulate(ring: Floats) -> Floats:
 
 
 def _best_ear(ring: list[tuple[float, float]]) -> int:
-    """The first convex vertex whose triangle holds no other vertex; the flattest would do where rounding hides it."""
+    """Return the first convex vertex whose triangle contains no other vertex; else, after rounding, the flattest."""
     for index in range(len(ring)):
         a, b, c = ring[index - 1], ring[index], ring[(index + 1) % len(ring)]
         if _turn(a, b, c) > 0.0 and not any(_inside(a, b, c, point) for point in ring if point not in (a, b, c)):
@@ -74,7 +74,7 @@ def _best_ear(ring: list[tuple[float, float]]) -> int:
 
 
 def _inside(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float], point: tuple[float, float]) -> bool:
-    """Whether a point lies in the anticlockwise triangle or on its boundary."""
+    """Return True if a point is in the anticlockwise triangle or on its boundary."""
     return _turn(a, b, point) >= 0.0 and _turn(b, c, point) >= 0.0 and _turn(c, a, point) >= 0.0
 
 
@@ -83,17 +83,18 @@ def _inside(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
 
 @frozen
 class Shape:
-    """One region in every form that is needed to answer questions about it."""
+    """One region in all forms that queries need."""
 
     edges: Floats
     """(n, 4): x1, y1, x2, y2; the whole boundary, in any order."""
     hull: Floats
-    """(m, 8): x1, y1, x2, y2 of the convex hull's edges, the region on their left; 1.0 where it is a boundary edge too
-    (these first), else 0.0; unit direction x, y; length."""
+    """(m, 8): x1, y1, x2, y2 of the convex hull's edges, with the region on their left; 1.0 if it is a boundary edge,
+    too (these first), else 0.0; unit direction x, y; length.
+    """
     triangles: Floats
     """(k, 6): tiles of the region."""
     cores: Floats = field(default_factory=lambda: np.zeros((0, 4)))
-    """(j, 4): least x, least y, greatest x, greatest y of rectangles that lie in the region: a quick yes."""
+    """(j, 4): least x, least y, greatest x, greatest y of rectangles inside the region, for a quick positive test."""
 
     def moved(self, dx: float, dy: float) -> "Shape":
         hull = self.hull.copy()
@@ -102,18 +103,18 @@ class Shape:
 
 
 def shape_of(ring: Floats) -> Shape:
-    """The shape of one simple polygon."""
+    """Return the shape of one simple polygon."""
     ring = anticlockwise(np.asarray(ring, dtype=np.float64))
     return shape_of_parts(ring_edges(ring), triangulate(ring))
 
 
 def shape_of_parts(edges: Floats, triangles: Floats) -> Shape:
-    """A shape from its boundary and a tiling of it, for regions of several polygons."""
+    """Return a shape from its boundary and a tiling of it, for regions of several polygons."""
     return Shape(edges, _hull_rows(edges), triangles)
 
 
 def with_cores(shape: Shape, cores: Sequence[Sequence[float]]) -> Shape:
-    """The same shape with rectangles (least x, least y, greatest x, greatest y) known to lie in it."""
+    """Return the shape with rectangles (least x, least y, greatest x, greatest y) that are inside it."""
     return replace(shape, cores=np.array(cores, dtype=np.float64).reshape(-1, 4))
 
 
@@ -127,7 +128,7 @@ class RegionBook:
         return len(self._shapes)
 
     def add(self, shape: Shape | Sequence[Sequence[float]] | Floats) -> int:
-        """A new region from a shape or from the ring of a simple polygon."""
+        """Add a region from a shape or from the ring of a simple polygon, and return its id."""
         self._shapes.append(shape if isinstance(shape, Shape) else shape_of(np.array(shape)))
         return len(self._shapes) - 1
 
@@ -135,18 +136,18 @@ class RegionBook:
         return self._shapes[region]
 
     def area(self, region: int) -> float:
-        """[m^2]"""
+        """Return the area [m^2]."""
         return float(triangle_areas(self._shapes[region].triangles).sum())
 
     def contains(self, region: int, x: float, y: float) -> bool:
-        """Whether the point lies inside: a ray in +x crosses the boundary an odd number of times."""
+        """Return True if the point is inside: a ray in +x crosses the boundary an odd number of times."""
         x1, y1, x2, y2 = self._shapes[region].edges.T
         spans = (y1 > y) != (y2 > y)
         crossing = x1[spans] + (y - y1[spans]) * (x2[spans] - x1[spans]) / (y2[spans] - y1[spans])
         return bool(np.count_nonzero(crossing > x) % 2)
 
     def distance(self, region: int, x: float, y: float) -> float:
-        """Distance from the point to the region, 0 inside; over the whole boundary, without any shortcut."""
+        """Return the distance from the point to the region, 0 inside [m]; from the whole boundary."""
         if self.contains(region, x, y):
             return 0.0
         x1, y1, x2, y2 = self._shapes[region].edges.T
@@ -174,7 +175,7 @@ def _hull_rows(edges: Floats) -> Floats:
 
 
 def strip(paths: PathBook, path: int, width: float, tolerance: float) -> Shape:
-    """The region within half a width to either side of a path, ends cut square; tiled along the path."""
+    """Return the region within half a width to either side of a path, with square ends; tiled along the path."""
     left, right = borders(paths, path, width, tolerance)
     ring = anticlockwise(_without_repeats(np.vstack([right, left[::-1]])))
     shape = shape_of_parts(ring_edges(ring), _tiles(left, right))
@@ -183,14 +184,14 @@ def strip(paths: PathBook, path: int, width: float, tolerance: float) -> Shape:
 
 
 def borders(paths: PathBook, path: int, width: float, tolerance: float) -> tuple[Floats, Floats]:
-    """(n, 2) left and right border of a path's strip."""
+    """Return (n, 2) left and right border of a path's strip."""
     poses = np.array([paths.pose(path, s) for s in paths.stations(path, tolerance)])
     normal = np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
     return poses[:, :2] + 0.5 * width * normal, poses[:, :2] - 0.5 * width * normal
 
 
 def _tiles(left: Floats, right: Floats) -> Floats:
-    """Two triangles for each stretch between two stations."""
+    """Return two triangles for each stretch between two stations."""
     lower = np.hstack([right[:-1], right[1:], left[1:]])
     upper = np.hstack([right[:-1], left[1:], left[:-1]])
     return np.vstack([lower, upper])

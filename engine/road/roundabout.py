@@ -1,8 +1,8 @@
-"""The maker of roundabouts: a ring, and arms that lead into it at equal angles, the first one in the north.
+"""The maker of roundabouts: a ring, and arms that lead into it at equal angles, the first in the north.
 
-Where an arm meets the ring is an intersection of its own, from the line at which those who come in give way to where
-the kerbs of the arm touch the ring; files have it so, too. Lanes come in by one arc that touches the ring's, and leave
-by another one. All arcs of a corner have one centre, and those of the ring the origin, so that lanes stay side by side.
+Each arm meets the ring in its own intersection, from the give-way line of the arm to the tangent points of its kerbs at
+the ring, as in map files. Lanes enter by one arc that touches the ring's, and leave by a second arc. All arcs of a
+corner have one centre, and those of the ring the origin, so that lanes stay side by side.
 """
 
 import math
@@ -23,20 +23,20 @@ from engine.tables import ROAD_REGION, Floats
 
 ARMS = range(3, 9)
 RADII = (8.0, 500.0)
-"""Of the outer edge of the ring [m]."""
+"""Limits of the radius of the ring's outer edge [m]."""
 CORNERS = (3.0, 100.0)
-"""Radii of the kerbs between arms and ring [m]."""
+"""Limits of the radii of the kerbs between arms and ring [m]."""
 ISLAND = 3.0
 """Least radius of the island [m]."""
 SAME = 9
-"""Digits after the point to which corners that several parts share are the same [m]."""
+"""Decimals to which corners that several parts share are rounded [m]."""
 
 
 # -- what cannot be built ----------------------------------------------------------------------------------------------
 
 
 def wrong_roundabout_numbers(spec: Roundabout) -> Iterator[RoadError]:
-    """Every number that no roundabout has, whatever the others are."""
+    """Yield the errors of single numbers that no roundabout allows."""
     yield from wrong_choice("arms", spec.arms, ARMS)
     yield from wrong_choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
     yield from wrong_length("radius", spec.radius, *RADII)
@@ -46,7 +46,7 @@ def wrong_roundabout_numbers(spec: Roundabout) -> Iterator[RoadError]:
 
 
 def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
-    """What numbers that are fine alone do not allow together."""
+    """Yield the errors of numbers that are valid alone but not together."""
     if not _fits(spec, spec.radius):
         least = next((radius for radius in range(*map(int, RADII)) if _fits(spec, radius)), None)
         width = spec.lanes * spec.lane_width
@@ -61,10 +61,10 @@ def wrong_roundabout(spec: Roundabout) -> Iterator[RoadError]:
 
 
 def _fits(spec: Roundabout, radius: float) -> bool:
-    """Whether there is an island, and road between neighbouring arms."""
+    """Return True if there is an island, and road between neighbouring arms."""
     half = spec.lanes * spec.lane_width
     if radius - half < ISLAND or 2.0 * spec.corner_radius * (radius - half) < half * half:
-        return False  # else the line of an arm would lie in the ring
+        return False  # else the line of an arm would be in the ring
     between = math.tau / spec.arms - 2.0 * math.asin((half + spec.corner_radius) / (radius + spec.corner_radius))
     return between * (radius - half) >= SHORTEST_ROAD
 
@@ -74,67 +74,67 @@ def _fits(spec: Roundabout, radius: float) -> bool:
 
 @frozen
 class Plan:
-    """Measures, and the lines of lanes and kerbs. An arm lies along +x here, and is turned to where it belongs."""
+    """Measures, and the lines of lanes and kerbs. An arm is along +x here, and is then rotated to its place."""
 
     spec: Roundabout
 
     @property
     def half_width(self) -> float:
-        """Of an arm, and the whole width of the ring [m]."""
+        """Return half the width of an arm, which is the whole width of the ring [m]."""
         return self.spec.lanes * self.spec.lane_width
 
     @cached_property
     def line(self) -> float:
-        """From the centre to the line of an arm at which traffic gives way [m]."""
+        """Return the distance from the centre to the give-way line of an arm [m]."""
         spec = self.spec
         return math.sqrt((spec.radius + spec.corner_radius) ** 2 - (self.half_width + spec.corner_radius) ** 2)
 
     @cached_property
     def reach(self) -> float:
-        """How far round the ring, to either side, the intersection of an arm goes [rad]."""
+        """Return half the angle of an arm's intersection along the ring [rad]."""
         return math.atan2(self.half_width + self.spec.corner_radius, self.line)
 
     @property
     def side(self) -> float:
-        """1 where traffic runs anticlockwise round the ring, which it does where it keeps right, else -1."""
+        """Return 1 if traffic runs anticlockwise around the ring (right-hand traffic), else -1."""
         return -1.0 if self.spec.left_hand else 1.0
 
     def angle(self, arm: int) -> float:
-        """Direction from the centre in which an arm lies: clockwise from the north [rad]."""
+        """Return the direction of an arm from the centre [rad]; arms are clockwise from the north."""
         return _within(0.5 * math.pi - arm * math.tau / self.spec.arms)
 
     def after(self, arm: int) -> int:
-        """The arm that traffic in the ring comes to next."""
+        """Return the next arm for traffic in the ring."""
         return (arm - int(self.side)) % self.spec.arms
 
     def out(self, number: int) -> float:
-        """From the kerb to the middle of a lane [m]."""
+        """Return the distance from the kerb to the middle of a lane [m]."""
         return (number - 0.5) * self.spec.lane_width
 
-    # lines; `depth` is how far they lie from the kerb [m]
+    # lines; `depth` is their distance from the kerb [m]
 
     def arm_line(self, arm: int, depth: float, *, inward: bool) -> Primitive:
-        """Along an arm, to the centre or away from it."""
+        """Return the line along an arm, towards the centre or away from it."""
         beside, length = self.side * (self.half_width - depth), self.spec.approach
         if inward:
             return self._turned(Primitive(self.line + length, beside, math.pi, 0.0, length), arm)
         return self._turned(Primitive(self.line, -beside, 0.0, 0.0, length), arm)
 
     def entry(self, arm: int, depth: float) -> Primitive:
-        """From an arm into the ring."""
+        """Return the arc from an arm into the ring."""
         return self._corner(arm, self.line, self.side * (self.half_width - depth), math.pi, depth)
 
     def exit(self, arm: int, depth: float) -> Primitive:
-        """From the ring into an arm."""
+        """Return the arc from the ring into an arm."""
         x, y, heading = self._round(-self.reach, depth)
         return self._corner(arm, x, y, heading, depth)
 
     def passing(self, arm: int, depth: float) -> Primitive:
-        """Along the ring past an arm."""
+        """Return the arc along the ring past an arm."""
         return self._turned(self._arc(-self.reach, 2.0 * self.reach, depth), arm)
 
     def between(self, arm: int, depth: float) -> Primitive:
-        """Along the ring from an arm to the next one."""
+        """Return the arc along the ring from an arm to the next arm."""
         return self._turned(self._arc(self.reach, math.tau / self.spec.arms - 2.0 * self.reach, depth), arm)
 
     def _corner(self, arm: int, x: float, y: float, heading: float, depth: float) -> Primitive:
@@ -147,7 +147,7 @@ class Plan:
         return Primitive(*self._round(start, depth), self.side / radius, radius * angle)
 
     def _round(self, angle: float, depth: float) -> tuple[float, float, float]:
-        """Pose in the ring, so far beyond the arm."""
+        """Return the pose in the ring at an angle beyond the arm [rad]."""
         radius, at = self.spec.radius - depth, self.side * angle
         return radius * math.cos(at), radius * math.sin(at), at + self.side * 0.5 * math.pi
 
@@ -160,18 +160,18 @@ class Plan:
     # surfaces
 
     def mouth(self, arm: int) -> Floats:
-        """(n, 2) outline of the intersection of an arm."""
+        """Return (n, 2) outline of the intersection of an arm."""
         entry, leave = _points(self.entry(arm, 0.0)), _points(self.exit(arm, 0.0))
         inner = _points(self.passing(arm, self.half_width))
         return np.vstack([entry, inner[::-1], leave])
 
     def kerbs(self, arm: int) -> tuple[Floats, ...]:
-        """Of an intersection: both corners, and the island's."""
+        """Return the kerbs of an intersection: both corners, and the island's."""
         lines = self.entry(arm, 0.0), self.exit(arm, 0.0), self.passing(arm, self.half_width)
         return tuple(map(_points, lines))
 
     def surface(self) -> Shape:
-        """Everything between the kerbs. Where parts touch there is no boundary."""
+        """Return the area between the kerbs. Where parts touch there is no boundary."""
         edges: list[Floats] = []
         tiles: list[Floats] = []
         middle = 0.5 * self.half_width
@@ -179,13 +179,13 @@ class Plan:
             paths = PathBook()
             ring = strip(paths, paths.add([self.between(arm, middle)]), self.half_width, CHORD_TOLERANCE)
             tiles += [triangulate(anticlockwise(self.mouth(arm))), ring.triangles, self._arm_tiles(arm)]
-            across = len(ring.edges) // 2  # the ring's outline runs along one border and back along the other
+            across = len(ring.edges) // 2  # the ring's outline runs along one border and back along the second
             edges += [np.delete(ring.edges, [across - 1, len(ring.edges) - 1], axis=0), self._arm_edges(arm)]
             edges += [np.hstack([line[:-1], line[1:]]) for line in self.kerbs(arm)]
         return shape_of_parts(np.round(np.vstack(edges), SAME), np.vstack(tiles))
 
     def _arm_corners(self, arm: int) -> Floats:
-        """(4, 2): the end of the kerb at the line, out along it, across the end, and back."""
+        """Return (4, 2): the end of the kerb at the line, out along it, across the end, and back."""
         lines = self.arm_line(arm, 0.0, inward=True), self.arm_line(arm, 0.0, inward=False)
         (far, near), (start, end) = (_points(line) for line in lines)
         return np.array([near, far, end, start])
@@ -207,12 +207,12 @@ def _points(line: Primitive) -> Floats:
 
 
 def roundabout(spec: Roundabout) -> Network:
-    """The network of a specification that is right."""
+    """Return the network of a valid specification."""
     return _Builder(spec).build()
 
 
 class _Builder:
-    """The network while it grows; each step adds one kind of element."""
+    """The network under construction; each step adds one kind of element."""
 
     def __init__(self, spec: Roundabout) -> None:
         self.plan = Plan(spec)
@@ -255,7 +255,7 @@ class _Builder:
         return network
 
     def arm(self, arm: int) -> tuple[tuple[Lane, ...], tuple[Lane, ...]]:
-        """Its lanes to the ring, and away from it."""
+        """Return its lanes to the ring, and away from it."""
         inward, outward = (
             tuple(
                 self.lane(
@@ -273,7 +273,7 @@ class _Builder:
         return inward, outward
 
     def ring(self, arm: int) -> tuple[Lane, ...]:
-        """Lanes of the ring from an arm to the next one."""
+        """Return the lanes of the ring from an arm to the next arm."""
         road, line = f"ring{arm + 1}", self.plan.between
         return tuple(
             self.lane(f"{road}.{number}", LaneRole.LINK, line(arm, self.plan.out(number)), road, number)
@@ -304,7 +304,7 @@ class _Builder:
         return Road(self.network, name, there, back, (middle,))
 
     def intersection(self, arm: int, area: int, *lanes: tuple[Lane, ...]) -> Intersection:
-        """Its lanes: in from the arm, out by it, in from the ring, out by that."""
+        """Return the intersection of an arm; `lanes`: from the arm, into the arm, from the ring, into the ring."""
         plan, (inward, outward, before, after) = self.plan, lanes
         away, round_it = plan.angle(arm), plan.side * (plan.reach + 0.5 * math.pi)
         coming = next(other for other in self.arms if plan.after(other) == arm)
@@ -319,7 +319,9 @@ class _Builder:
         return Intersection(self.network, arm, self.name(arm), 0, arm, center, area, tuple(legs))
 
     def gives_way(self, maneuver: Maneuver) -> tuple[int, ...]:
-        """Whoever comes in waits for the ring; in it, who leaves an inner lane waits for those who go on outside."""
+        """Return the maneuvers with priority: the ring's over an entry; in the ring, outer lanes over an exit of an
+        inner lane.
+        """
         conflicts = maneuver.conflicting_maneuvers
         if maneuver.start_lane.role is LaneRole.INCOMING:
             return tuple(other.id for other in conflicts if other.start_lane.role is LaneRole.LINK)

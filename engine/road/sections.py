@@ -1,7 +1,7 @@
-"""Lanes side by side: which lane lies to the left and right of another, and the roads and groups that they make up.
+"""Adjacent lanes: left and right neighbours, and the roads and groups that lanes form.
 
-A lane of the grid keeps its shape from end to end, so it is a single section; sections are there because Scenic asks
-them for their neighbours. Left and right are seen by the driver; a neighbour may run the other way. In right-hand
+A lane of the grid keeps its shape from end to end, so it is a single section; sections exist because Scenic queries
+their neighbours. Left and right are those of the driver; a neighbour may run in the opposite direction. In right-hand
 traffic lanes are numbered from right to left, in left-hand traffic from left to right.
 """
 
@@ -25,17 +25,17 @@ class LaneSection:
 
     @property
     def source(self) -> str:
-        """Text that names this section in the language."""
+        """Return the text that names this section in the language."""
         return f"{self.lane.source}.sections[0]"
 
 
 def road_of(lane: Lane) -> Road | None:
-    """The road that a lane is part of; None for a connecting lane of a grid."""
+    """Return the road of a lane; None for a connecting lane of a grid."""
     return lane.network.road_named.get(lane.road)
 
 
 def group_of(lane: Lane) -> LaneGroup:
-    """The lanes beside this one that run the same way; of a connecting lane, those of the same turn."""
+    """Return the lanes of the road in the same direction; for a connecting lane, those of the same turn."""
     road = road_of(lane)
     if road is not None:
         return road.forward if lane.forward else road.backward
@@ -46,7 +46,7 @@ def group_of(lane: Lane) -> LaneGroup:
 
 
 def maneuver_of(connecting: Lane) -> Maneuver:
-    """The maneuver that runs through a connecting lane."""
+    """Return the maneuver that runs through a connecting lane."""
     return next(m for m in connecting.network.maneuvers if m.connecting == connecting.id)
 
 
@@ -55,7 +55,7 @@ def _ends(maneuver: Maneuver) -> tuple[str, str]:
 
 
 def opposite_group(lane: Lane) -> LaneGroup | None:
-    """The lanes of the same road that run the other way."""
+    """Return the lanes of the same road in the opposite direction."""
     road = road_of(lane)
     if road is None:
         return None
@@ -64,12 +64,12 @@ def opposite_group(lane: Lane) -> LaneGroup | None:
 
 
 def faster(lane: Lane) -> Lane | None:
-    """The neighbour of the same direction nearer to the middle of the road."""
+    """Return the neighbour of the same direction nearer to the middle of the road."""
     return _same_way(lane, _listed(lane, left=not lane.network.left_hand)) if _is_listed(lane) else _numbered(lane, 1)
 
 
 def slower(lane: Lane) -> Lane | None:
-    """The neighbour of the same direction nearer to the kerb."""
+    """Return the neighbour of the same direction nearer to the kerb."""
     return _same_way(lane, _listed(lane, left=lane.network.left_hand)) if _is_listed(lane) else _numbered(lane, -1)
 
 
@@ -91,7 +91,7 @@ def _same_way(lane: Lane, other: Lane | None) -> Lane | None:
 
 
 def _inwards(lane: Lane) -> Lane | None:
-    """The neighbour towards the middle of the road, and across it the first of the other direction."""
+    """Return the neighbour towards the middle of the road, and across it the first of the opposite direction."""
     opposite = opposite_group(lane)
     across = None if opposite is None else opposite.lanes[-1]
     return faster(lane) or across
@@ -111,7 +111,7 @@ def to_right(lane: Lane) -> Lane | None:
 
 @kept
 def all_intersections(network: Network) -> int:
-    """Id of the region that all intersections cover, which is made when it is asked for."""
+    """Return the id of the region of all intersections, which is made on first use."""
     shapes = [network.regions.shape(each.region) for each in network.intersections]
     parts = (np.vstack([shape.edges for shape in shapes]), np.vstack([shape.triangles for shape in shapes]))
     return network.intersections[0].region if len(shapes) == 1 else network.regions.add(shape_of_parts(*parts))

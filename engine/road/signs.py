@@ -3,26 +3,26 @@
 from engine.frozen import frozen
 
 TRAFFIC_LIGHT = "1000001"
-"""OpenDRIVE's type of a traffic light of three colours, which alone is one to Scenic."""
+"""OpenDRIVE's type of a traffic light of three colours, the only type that Scenic counts as one."""
 
 
 @frozen
 class RoadSign:
-    """A traffic light or a sign, at one place at which it counts."""
+    """A traffic light or a sign, at one place at which it applies."""
 
     id: str
-    """Of the file."""
+    """Id in the file."""
     name: str
     country: str
     type: str
     subtype: str
     value: float | None
     road: str
-    """The name of the road whose traffic it tells."""
+    """Name of the road to which it applies."""
     x: float
     y: float
     lanes: tuple[int, ...]
-    """Ids of the lanes whose traffic it tells."""
+    """Ids of the lanes to which it applies."""
 
     @property
     def is_traffic_light(self) -> bool:

@@ -1,4 +1,4 @@
-"""What cannot be built, and why. The argument names the word in the `map` line that must change."""
+"""Errors of specifications. The argument names the word in the `map` line that must change."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ class RoadError(CortexError):
 
 
 def wrong_alone(spec: RoadSpec) -> Iterator[RoadError]:
-    """Every number that no road has, whatever the others are."""
+    """Yield the errors of single numbers that no road allows."""
     yield from wrong_choice("ways", spec.ways, (3, 4))
     yield from wrong_choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
     yield from _counts(spec)
@@ -44,17 +44,17 @@ def wrong_alone(spec: RoadSpec) -> Iterator[RoadError]:
 
 
 def half_width(spec: RoadSpec) -> float:
-    """From the middle of a road to its kerb [m]."""
+    """Return the distance from the middle of a road to its kerb [m]."""
     return spec.lanes * spec.lane_width
 
 
 def stop_distance(spec: RoadSpec) -> float:
-    """From an intersection's centre to its stop lines, where the corner fillets begin [m]."""
+    """Return the distance from an intersection's centre to its stop lines, where the corner fillets begin [m]."""
     return half_width(spec) + spec.corner_radius
 
 
 def street_wall(spec: RoadSpec) -> float:
-    """From the middle of a road to the buildings along it [m]."""
+    """Return the distance from the middle of a road to the buildings along it [m]."""
     return half_width(spec) + (spec.buildings or 0.0)
 
 
@@ -83,7 +83,7 @@ def wrong_length(argument: str, value: float, low: float, high: float, unit: str
 
 
 def wrong_together(spec: RoadSpec) -> Iterator[RoadError]:
-    """What numbers that are fine alone do not allow together."""
+    """Yield the errors of numbers that are valid alone but not together."""
     if (count := spec.rows * spec.cols) > MAX_INTERSECTIONS:
         argument = "rows" if spec.rows > spec.cols else "cols"
         yield RoadError(
@@ -99,7 +99,7 @@ def wrong_together(spec: RoadSpec) -> Iterator[RoadError]:
             "block",
             f"write `block={math.ceil(least)} m` or more, or a smaller `corner_radius`",
         )
-    # The stem of a T leads to the row below, whose junctions have no arm to meet it: there the road ends.
+    # The stem of a T leads to the row below, whose junctions have no arm to meet it: the road ends there.
     room = spec.block - stop_distance(spec) - half_width(spec) - SHORTEST_ROAD
     if spec.ways == 3 and spec.rows > 1 and spec.approach > room:
         yield RoadError(
@@ -113,8 +113,8 @@ def wrong_together(spec: RoadSpec) -> Iterator[RoadError]:
 
 
 def _wrong_buildings(spec: RoadSpec, setback: float) -> Iterator[RoadError]:
-    """Blocks that stand on the road, or have no room between the roads."""
-    # The corner of a block lies sqrt(2) (r - setback) from the centre of the fillet, whose kerb lies r from it.
+    """Yield the errors of blocks that overlap the road, or do not fit between the roads."""
+    # The corner of a block is sqrt(2) (r - setback) from the centre of the fillet, whose kerb is r from it.
     least = spec.corner_radius * (1.0 - math.sqrt(0.5))
     if setback < least:
         yield RoadError(

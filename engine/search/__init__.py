@@ -1,4 +1,4 @@
-"""Searches over a scenario's genes: searchers (`ask`, `tell`), the campaign around them, and the files it leaves.
+"""Searches over a scenario's genes: searchers (`ask`, `tell`), the campaign around them, and the files that it writes.
 
-Nothing is imported here; take what you need from its module (`engine.search.run.search` runs a whole campaign).
+Nothing is imported here; import from the modules (`engine.search.run.search` runs a whole campaign).
 """

@@ -1,4 +1,4 @@
-"""What became of simulations, as a campaign keeps it: verdict, counts, metrics and risk, one row a simulation.
+"""Assessed simulations as a campaign stores them: verdict, counts, metrics and risk, one row per simulation.
 
 `to_arrays` and `from_columns` turn the rows into flat named columns, for the journal and for result files, and back.
 """
@@ -17,16 +17,16 @@ Table = TypeVar("Table")
 
 
 Evaluate = Callable[[Floats, Ints], Assessment]
-"""(genomes (n, d) in file units, stream keys (n, 6)) -> n rows. Row i may depend on row i of both alone."""
+"""(genomes (n, d) in file units, stream keys (n, 6)) -> n rows. Row i depends on row i of both arrays at most."""
 
 
 def map_arrays(table: Table, function: Callable[[Any], Any]) -> Table:
-    """The same frozen table with every field (array or nested table) replaced by `function` of it."""
+    """Return a table of the same type in which `function` has replaced every field (array or nested table)."""
     return type(table)(**{field.name: function(getattr(table, field.name)) for field in fields(table)})  # type: ignore[arg-type]
 
 
 def take(table: Table, rows: Ints | Bools | slice | tuple[Ints, Ints]) -> Table:
-    """Rows of every array: an index array, a mask or a slice."""
+    """Return the selected rows of every array; `rows` is an index array, a mask or a slice."""
 
     def taken(value: Any) -> Any:
         return cast("NDArray[Any]", value)[rows] if isinstance(value, np.ndarray) else take(value, rows)
@@ -35,7 +35,7 @@ def take(table: Table, rows: Ints | Bools | slice | tuple[Ints, Ints]) -> Table:
 
 
 def concatenate(tables: Sequence[Table]) -> Table:
-    """Tables of one kind under one another."""
+    """Return one table with the rows of all `tables`, in their order; all have the same type."""
     first = tables[0]
     columns = {}
     for field in fields(first):  # type: ignore[arg-type]
@@ -52,13 +52,13 @@ COLUMNS: tuple[Result, ...] = (
     *(row for row in RESULTS if row.parts),
     *FLOATS,
 )
-"""Every number of a simulation but the counts per requirement: integers, then parts, then floats."""
+"""All numbers of a simulation except the counts per requirement: integers, then parts, then floats."""
 SCALARS: tuple[str, ...] = tuple(name for row in COLUMNS for name in row.columns)
 """Names of the columns."""
 
 
 def to_arrays(runs: Assessment) -> dict[str, NDArray[Any]]:
-    """Arrays (n,) of int64 or float64 by the names of `SCALARS`, from arrays (n, …)."""
+    """Return arrays (n,) of int64 or float64 by the names of `SCALARS`, from arrays (n, …)."""
     columns: dict[str, NDArray[Any]] = {}
     for row in COLUMNS:
         array = getattr(runs, row.name).astype(np.float64 if row.kind is float else np.int64)
@@ -67,12 +67,12 @@ def to_arrays(runs: Assessment) -> dict[str, NDArray[Any]]:
 
 
 def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
-    """The same as lists."""
+    """Return `to_arrays` with a list in place of each array."""
     return {name: array.tolist() for name, array in to_arrays(runs).items()}
 
 
 def from_columns(columns: Mapping[str, NDArray[Any]], **others: Any) -> Assessment:
-    """Inverse of `to_arrays`. `others` are the arrays that are no columns."""
+    """Return the table of flat columns: inverse of `to_arrays`. `others` are the arrays that are not columns."""
     arrays: dict[str, Any] = dict(others)
     for row in COLUMNS:
         lists = [columns[name] for name in row.columns]

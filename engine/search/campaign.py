@@ -1,4 +1,4 @@
-"""A search as its loop (`engine.search.run`) hands it over: what it says after each generation, and what it found."""
+"""Results of a search (`engine.search.run`): its progress after each generation, and the finished campaign."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from engine.search.ranking import Case
 from engine.tables import Ints
 
 FINISHED, STOPPED, INTERRUPTED = "finished", "stopped", "interrupted"
-"""How a search may end."""
+"""Ways in which a search ends."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """What a campaign says after each generation."""
+    """Progress report of a campaign after one generation."""
 
     generation: int
     generations: int
@@ -34,7 +34,7 @@ class Progress:
     elapsed: float
     """[s]"""
     objective: tuple[str, ...] = SOUGHT
-    """What is sought."""
+    """Names of the objectives."""
 
     @property
     def simulations_per_second(self) -> float:
@@ -42,7 +42,7 @@ class Progress:
 
     @property
     def remaining(self) -> float:
-        """Time left at the pace so far [s]."""
+        """Return the time left at the pace so far [s]."""
         done = self.generation + 1
         return self.elapsed / done * (self.generations - done)
 
@@ -57,52 +57,52 @@ class Campaign:
     method: str
     """Its name."""
     preset: str
-    """Of the genetic algorithm; "" for other methods."""
+    """Preset of the genetic algorithm; "" for all other methods."""
     space: ParamSpace
     config: SearchConfig
     evaluations: Evaluations
     generations: tuple[GenerationFigures, ...]
     by_individual: Figures
-    """Over the whole campaign, elites counted in each generation that kept them."""
+    """Figures of the whole campaign; an elite counts in each generation that contains it."""
     by_simulation: Figures
-    """Over the whole campaign, each simulation once."""
+    """Figures of the whole campaign; each simulation counts once."""
     distinct_collisions: int
     """Different genomes that collided."""
     worst: tuple[Case, ...]
-    """Up to ten of many kinds, worst first: risk, then avoidable ones, then continuous risk (see `ranking`)."""
+    """Up to ten cases of many kinds, worst first: risk, then avoidable ones, then continuous risk (see `ranking`)."""
     genes: tuple[GeneEffect, ...]
     elapsed: float
     """[s]"""
     status: str
-    """How it ended: `finished`, `stopped` by the user with all analyses of what was done, or `interrupted` in them."""
+    """Status at the end: `finished`; `stopped` by the user, fully analysed; or `interrupted` during the analyses."""
     blame: Ints
-    """(n, k) `Blame`: what the reference driver says of each distinct simulation in which the ego collided."""
+    """(n, k) `Blame`: verdict of the reference driver on each distinct simulation in which the ego collided."""
     objective: tuple[str, ...] = SOUGHT
-    """What was sought."""
+    """Names of the objectives."""
 
     @property
     def stopped(self) -> bool:
-        """Whether something is left to do, which `cortexc resume` does."""
+        """Return True if `cortexc resume` has work left to do."""
         return self.status != FINISHED
 
     @cached_property
     def kinds(self) -> tuple[FoundKind, ...]:
-        """Of its collisions, those that a competent driver would have avoided first."""
+        """Return the kinds of the campaign's collisions, first those that a competent driver would have avoided."""
         return kinds(self.evaluations, self.blame)
 
     @cached_property
     def failures(self) -> Failures:
-        """What its distinct simulations came to."""
+        """Return the outcome counts of the distinct simulations."""
         return failures(self.evaluations, self.blame)
 
     def __repr__(self) -> str:
-        """One line, for notebooks: the whole would be every evaluation."""
+        """Return one line, for notebooks; a full `repr` would print every evaluation."""
         found = self.by_individual
         method = f"{self.method} {self.preset}".strip()
         return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
 
     def facts(self) -> Iterator[tuple[str, str]]:
-        """What was found, in a few rows."""
+        """Yield the results in a few rows of label and text."""
         found, simulated = self.by_individual, self.by_simulation
         yield "method", f"{self.method} {self.preset}".strip()
         yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
@@ -120,6 +120,6 @@ class Campaign:
         return facts_table(self.facts())
 
     def last(self, count: int, by_simulation: bool = False) -> Figures:
-        """Figures of the generations among the configured last `count` ones that were run."""
+        """Return the figures of those of the last `count` configured generations that were run."""
         rows = self.evaluations.places[:, 0] >= self.config.generations - count
         return figures(self.evaluations, rows & self.evaluations.simulated if by_simulation else rows)

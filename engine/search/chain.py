@@ -1,11 +1,12 @@
-"""The chain of a journal: what was written can be told from what stands there now.
+"""The chain of a journal: it shows whether the contents of the file are still those that were written.
 
 Each generation has a *link*: a digest (BLAKE2b) of its figures, individuals and simulations, and of the link before it.
-Links are a pure function of what was found, so that two searches that found the same end in the same link. What may
-change as a run goes on lies under the *seal*, which is written anew with each change: a digest for each of manifest,
-status (with the last link), pace and actions. A reader makes links and seal again from the rows that it returns.
+Links are a pure function of the results, so two searches with the same results end in the same link. Data that may
+change while a run continues are covered by the *seal*, which is rewritten with each change: a digest for each of
+manifest, status (with the last link), pace and actions. A reader recomputes links and seal from the rows that it
+returns.
 
-Digests are of numbers and not of the bytes of the file: -0.0 is 0.0, as SQLite keeps it, and NaN is one number.
+Digests cover numbers, not the bytes of the file: -0.0 is 0.0, as SQLite stores it, and NaN is one number.
 """
 
 import sqlite3
@@ -21,19 +22,19 @@ LINK = 32
 PART = 16
 """Bytes of each digest in a seal."""
 PARTS = ("manifest", "status", "pace", "action")
-"""What lies under the seal, in its order: the names of the tables."""
+"""Names of the tables that the seal covers, in its order."""
 BEGINNING = b"cortexc journal"
-"""In the place of the link before the first."""
+"""Predecessor of the first link."""
 NO_ACTIONS = bytes(PART)
 
 Array = NDArray[Any]
 
 
 def whole_numbers(column: Sequence[Any]) -> Array:
-    """A column of whole numbers as int64.
+    """Return a column of whole numbers as int64.
 
     Raises:
-        TypeError: something else stands in it: SQLite takes anything everywhere.
+        TypeError: the column contains another type; SQLite accepts any type in any column.
     """
     array = np.array(column) if len(column) else np.zeros(0, dtype=np.int64)
     if array.dtype != np.int64:
@@ -42,13 +43,13 @@ def whole_numbers(column: Sequence[Any]) -> Array:
 
 
 def numbers(column: Sequence[Any]) -> Array:
-    """A column of numbers as float64; None is NaN."""
+    """Return a column of numbers as float64; None is NaN."""
     return np.array(column, dtype=np.float64)
 
 
 def link(before: bytes, figures: str, individuals: Sequence[Array], simulations: Sequence[Array]) -> bytes:
-    """The link of a generation: of its figures as they are stored, and of arrays with a row for each individual and for
-    each simulation.
+    """Return the link of a generation: the digest of its stored figures, and of arrays with a row per individual and
+    per simulation.
     """
     state = blake2b(before, digest_size=LINK)
     state.update(figures.encode())
@@ -61,7 +62,7 @@ def link(before: bytes, figures: str, individuals: Sequence[Array], simulations:
 
 
 def canonical(array: Array) -> Array:
-    """The same numbers in one form, whatever machine and type they come from."""
+    """Return the same numbers in a form that does not depend on machine or type: int64 or float64, little-endian."""
     if array.dtype.kind != "f":
         return array.astype("<i8")
     same = array.astype("<f8") + 0.0
@@ -70,13 +71,13 @@ def canonical(array: Array) -> Array:
 
 
 def last_link(connection: sqlite3.Connection) -> bytes:
-    """The link of the last generation that is written."""
+    """Return the link of the last generation in the file; `BEGINNING` if there is none."""
     row = connection.execute("SELECT link FROM generation ORDER BY generation DESC LIMIT 1").fetchone()
     return BEGINNING if row is None else row[0]
 
 
 def parts(connection: sqlite3.Connection, actions: bytes) -> bytes:
-    """The seal that fits the rows of a journal, whose actions have this digest."""
+    """Return the seal that fits the rows of a journal; `actions` is the digest of its actions."""
     status = connection.execute("SELECT status, seconds FROM status").fetchall()
     pace = connection.execute("SELECT generation, seconds FROM pace ORDER BY generation").fetchall()
     manifest = connection.execute("SELECT field, value FROM manifest ORDER BY field").fetchall()
@@ -94,7 +95,7 @@ def seal(connection: sqlite3.Connection, actions: bytes = NO_ACTIONS) -> None:
 
 
 def actions_digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
-    """Of actions in any order: what is added and what is taken away change it by the same."""
+    """Return a digest of actions that does not depend on their order; adding and removing a row change it equally."""
     total = NO_ACTIONS
     for row in rows:
         total = either(total, _digest([row]))
@@ -102,17 +103,17 @@ def actions_digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
 
 
 def either(first: bytes, second: bytes) -> bytes:
-    """The sum of two digests, in any order."""
+    """Return the bitwise sum of two digests, which does not depend on their order."""
     return bytes(a ^ b for a, b in zip(first, second, strict=True))
 
 
 def _digest(rows: Iterable[tuple[Any, ...]]) -> bytes:
-    """Of texts, numbers and bytes, each with its type."""
+    """Return the digest of rows of texts, numbers and bytes; each value counts with its type."""
     return blake2b(repr(list(rows)).encode(errors="surrogatepass"), digest_size=PART).digest()
 
 
 def broken_parts(connection: sqlite3.Connection, actions: bytes) -> list[str]:
-    """Tables under the seal that are not as they were sealed."""
+    """Return the tables under the seal that differ from their sealed state."""
     (kept,) = connection.execute("SELECT seal FROM status").fetchone()
     found = parts(connection, actions)
     if not isinstance(kept, bytes) or len(kept) != len(found):

@@ -1,6 +1,7 @@
-"""Every individual of a campaign, or of one generation of it, with all its simulations, and what follows from them:
-the one number of its k rollouts, the paper's five evaluation metrics (RL, NC, MDG, MDEC and NIS) over a set of
-individuals, and with whom the ego collided.
+"""The individuals of a campaign or of one generation, with all their simulations, and the numbers that follow from
+them:
+the aggregate of k rollouts, the paper's metrics (RL, NC, MDG, MDEC and NIS) over a set of individuals, and the actors
+with which the ego collided.
 """
 
 import math
@@ -22,7 +23,7 @@ from engine.vocabulary import Verdict
 
 
 def aggregate(values: Floats, valid: Bools, how: str) -> Floats:
-    """(n,) from (n, k): `mean`, `max` or `qNN` over the valid rollouts, NaN where none is.
+    """Return (n,) from (n, k) the `mean`, `max` or `qNN` over the valid rollouts; NaN without a valid rollout.
 
     A quantile interpolates linearly between order statistics (Hyndman and Fan 1996, type 7).
     """
@@ -40,7 +41,7 @@ def aggregate(values: Floats, valid: Bools, how: str) -> Floats:
 
 
 def quantile_level(how: str) -> float | None:
-    """0.9 for `q90`, None for `mean` and `max`; ValueError for anything else."""
+    """Return 0.9 for `q90` and None for `mean` and `max`; raise ArgumentError for any other text."""
     if how in ("mean", "max"):
         return None
     match = re.fullmatch(r"q(\d+(?:\.\d+)?)", how)
@@ -56,10 +57,8 @@ def quantile_level(how: str) -> float | None:
 
 @dataclass(frozen=True)
 class Evaluations:
-    """Row i is individual i, in the order of generations and of places in them.
-
-    An elite's row repeats the keys and simulations of its birth and is marked `reused`. Rows with `reused` False are
-    the campaign's distinct simulations.
+    """Individuals, one per row, by generation and by place within it. An elite's row repeats the keys and simulations
+    of its birth, with `reused` True; all other rows are the distinct simulations of the campaign.
     """
 
     genomes: Floats
@@ -75,9 +74,9 @@ class Evaluations:
     reused: Bools
     """(n,)"""
     verdict: Ints
-    """(n,) VALID when any rollout is, else what befell the first of them."""
+    """(n,) VALID if any rollout is valid, else the verdict of the first rollout."""
     fitness: Floats
-    """(n,) the integer risk, or what is sought, aggregated over the valid rollouts; NaN where none is."""
+    """(n,) Integer risk, or first objective, aggregated over the valid rollouts; NaN without a valid rollout."""
     keys: Ints
     """(n, k, 6) stream keys."""
     rollouts: Assessment
@@ -88,33 +87,33 @@ class Evaluations:
 
     @cached_property
     def valid(self) -> Bools:
-        """(n,)"""
+        """Return (n,) True for individuals with a valid verdict."""
         return np.equal(self.verdict, Verdict.VALID)
 
     @cached_property
     def scored(self) -> Bools:
-        """(n,) that have a fitness: valid ones, and where these are sought those over which a controller failed."""
+        """Return (n,) True for individuals with a fitness: valid ones, and failed controllers with an objective."""
         return self.valid | (np.equal(self.verdict, Verdict.CONTROLLER) & np.isfinite(self.fitness))
 
     @cached_property
     def failed(self) -> Bools:
-        """(n,) the engine failed: neither valid nor invalid, never scored."""
+        """Return (n,) True if the engine failed: neither valid nor invalid, never scored."""
         return np.equal(self.verdict, Verdict.ERROR)
 
     @cached_property
     def collided(self) -> Bools:
-        """(n,) at least one rollout collided."""
+        """Return (n,) True where at least one rollout collided."""
         return np.asarray(self.rollouts.collided.any(axis=1))
 
     @cached_property
     def found(self) -> Bools:
-        """(n,) at least one rollout is what the search is for: it collided, where the risk is sought."""
+        """Return (n,) True where at least one rollout is a find; a collision if the objective is the risk."""
         return np.asarray(self.rollouts.found.any(axis=1))
 
     @cached_property
     def worst_rollout(self) -> Ints:
-        """(n,) the rollout with the largest score, then continuous score, then lowest number; where something else is
-        sought, the one with the most of it.
+        """Return (n,) the rollout of largest score, then continuous score, then lowest number; else of the first
+        objective.
         """
         if is_aimed(self.rollouts):
             return np.argmax(np.nan_to_num(goal_of(self.rollouts), nan=-np.inf), axis=1)
@@ -124,31 +123,31 @@ class Evaluations:
 
     @cached_property
     def continuous(self) -> Floats:
-        """(n,) continuous risk of the worst rollout, or how much it has of what is sought."""
+        """Return (n,) the continuous risk, or the first objective, of the worst rollout."""
         values = goal_of(self.rollouts) if is_aimed(self.rollouts) else self.rollouts.continuous
         return values[np.arange(len(self)), self.worst_rollout]
 
     @cached_property
     def score(self) -> Ints:
-        """(n,) integer risk of the worst rollout, -1 invalid."""
+        """Return (n,) the integer risk of the worst rollout; -1 if invalid."""
         return self.rollouts.score[np.arange(len(self)), self.worst_rollout]
 
     @cached_property
     def min_distance(self) -> Floats:
-        """(n,) least MD over the rollouts [m]; NaN where none is valid."""
+        """Return (n,) the least MD over the rollouts [m]; NaN if none is valid."""
         distances = np.where(self.rollouts.verdict == Verdict.VALID, self.rollouts.min_distance, np.inf).min(axis=1)
         return np.where(np.isinf(distances), np.nan, distances)
 
     @property
     def simulated(self) -> Bools:
-        """(n,) rows that stand for simulations of their own."""
+        """Return (n,) True for rows that have simulations of their own."""
         return ~self.reused
 
 
 def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
-    """Verdict and fitness (n,) of individuals from their rollouts (n, k).
+    """Return verdict and fitness (n,) of individuals from their rollouts (n, k).
 
-    Invalid only when all k are; an error among rollouts of which none is valid makes the individual an error.
+    An individual is invalid if all k are; an error among rollouts without a valid one makes the individual an error.
     """
     valid = counted(rollouts)
     failed = (rollouts.verdict == Verdict.ERROR).any(axis=1)
@@ -158,25 +157,23 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 
 def counted(rollouts: Assessment) -> Bools:
-    """(n, k) simulations that fitness is made of: valid ones, and where such scenes are sought those over which a
-    controller failed.
-    """
+    """Return (n, k) True for simulations in the fitness: valid ones, and failures of a controller with a value."""
     sought = (rollouts.verdict == Verdict.CONTROLLER) & is_aimed(rollouts) & np.isfinite(goal_of(rollouts))
     return (rollouts.verdict == Verdict.VALID) | sought
 
 
 def is_aimed(rollouts: Assessment) -> bool:
-    """Whether something else than the risk alone is sought."""
+    """Return True if the search has objectives other than the risk alone."""
     return rollouts.sought.shape[-1] > 0
 
 
 def goal_of(rollouts: Assessment) -> Floats:
-    """(n, k) the first of what is sought: the integer risk where nothing else is."""
+    """Return (n, k) the first objective; the integer risk if there is none."""
     return rollouts.sought[..., 0] if is_aimed(rollouts) else rollouts.score.astype(np.float64)
 
 
 def results(evaluations: Evaluations) -> list[Result]:
-    """Return what a searcher's `tell` gets, one result a row."""
+    """Return the results that a searcher's `tell` expects, one per row."""
     status = map(_status, evaluations.verdict.tolist(), evaluations.reused.tolist(), evaluations.fitness.tolist())
     columns = evaluations.fitness, evaluations.verdict, evaluations.continuous, evaluations.found
     each = np.arange(len(evaluations)), evaluations.worst_rollout
@@ -189,7 +186,7 @@ def results(evaluations: Evaluations) -> list[Result]:
 
 
 def _measures(evaluations: Evaluations) -> list[list[float]]:
-    """One row of `MEASURES` an individual."""
+    """Return one list of `MEASURES` per individual, of its worst rollout."""
     place = np.arange(len(evaluations)), evaluations.worst_rollout
     return np.stack([getattr(evaluations.rollouts, name)[place] for name in MEASURES], axis=1).tolist()
 
@@ -204,14 +201,14 @@ def _status(verdict: int, reused: bool, fitness: float) -> Status:
 
 
 def parent_rows(proposals: Sequence[Proposal]) -> Ints:
-    """(n, 2, 2) births of the parents, -1 where there is none."""
+    """Return (n, 2, 2) the births of the parents; -1 for a missing parent."""
     none = Birth(-1, -1)
     rows = [(*proposal.parents, none, none)[:2] for proposal in proposals]
     return np.array(rows, dtype=np.int32).reshape(len(rows), 2, 2)
 
 
 def flat_rollouts(evaluations: Evaluations) -> Assessment:
-    """All simulations under one another, arrays (n * k, …)."""
+    """Return all simulations as one table with arrays (n * k, …)."""
     size = evaluations.rollouts.verdict.size
     return map_arrays(evaluations.rollouts, lambda array: array.reshape(size, *array.shape[2:]))
 
@@ -221,14 +218,16 @@ def flat_rollouts(evaluations: Evaluations) -> Assessment:
 
 @dataclass(frozen=True)
 class Figures:
-    """Means are NaN where there is nothing to take the mean of. Runs are rollouts, of which a genome has k."""
+    """Evaluation metrics of a set of individuals. A mean over nothing is NaN. A run is one of the k rollouts of a
+    genome.
+    """
 
     individuals: int
     valid: int
     rl: float
-    """Mean fitness of individuals that have one: valid ones (see `Evaluations.scored`)."""
+    """Mean fitness of the individuals that have a fitness: valid ones (see `Evaluations.scored`)."""
     rl_all: float
-    """The same with all others as -1."""
+    """Mean fitness of all individuals, where those without a fitness count as -1."""
     nc: int
     """Individuals with at least one collision."""
     mdg: float
@@ -238,7 +237,7 @@ class Figures:
     nis: int
     """Invalid individuals: all their runs are."""
     errors: int
-    """Individuals on which the engine failed; in no other figure."""
+    """Individuals for which the engine failed; no other figure counts them."""
     runs: int
     valid_runs: int
     colliding_runs: int
@@ -247,12 +246,12 @@ class Figures:
 
     @property
     def collision_rate(self) -> float:
-        """Collisions of valid runs; NaN without any."""
+        """Return collisions / valid runs; NaN without valid runs."""
         return self.colliding_runs / self.valid_runs if self.valid_runs else float("nan")
 
 
 def figures(evaluations: Evaluations, chosen: Bools) -> Figures:
-    """The figures of the chosen rows (n,)."""
+    """Return the figures of the chosen rows (n,)."""
     verdict = evaluations.rollouts.verdict[chosen]
     valid_runs = verdict == Verdict.VALID
     collided = evaluations.rollouts.collided[chosen]
@@ -291,7 +290,7 @@ def _ratio(total: float, count: int) -> float:
 
 @dataclass(frozen=True)
 class GenerationFigures:
-    """One generation: by individual, elites counted as the paper does; and by simulation, elites left out."""
+    """Figures of one generation: by individual, elites included as in the paper; and by simulation, without elites."""
 
     generation: int
     by_individual: Figures
@@ -299,18 +298,18 @@ class GenerationFigures:
 
 
 def generation_figures(evaluations: Evaluations, generation: int) -> GenerationFigures:
-    """Figures of a table that holds one generation."""
+    """Return the figures of a table that holds one generation."""
     everyone = np.ones(len(evaluations), dtype=bool)
     return GenerationFigures(generation, figures(evaluations, everyone), figures(evaluations, evaluations.simulated))
 
 
 def distinct_collisions(evaluations: Evaluations) -> int:
-    """Different genomes that collided at least once: the yield of a search."""
+    """Return the number of different genomes that collided at least once: the yield of a search."""
     return _different_genomes(evaluations, evaluations.collided)
 
 
 def distinct_finds(evaluations: Evaluations) -> int:
-    """Different genomes that came at least once to what was sought."""
+    """Return the number of different genomes with at least one find."""
     return _different_genomes(evaluations, evaluations.found)
 
 
@@ -325,20 +324,20 @@ NOBODY = -1
 
 @dataclass(frozen=True)
 class Partners:
-    """Collisions by who met. The pair that decides the risk is the one that touched: contact outweighs all else."""
+    """Collisions by partner. The deciding pair is the pair that touched, as contact outweighs the rest of the risk."""
 
     with_ego: tuple[int, ...]
     """Distinct simulations in which the ego touched actor 1, actor 2, …"""
     without_ego: int
-    """Distinct simulations in which two others touched, before the ego touched anybody if it did."""
+    """Distinct simulations in which two other actors touched, before the ego touched an actor if it did."""
 
 
 NO_PARTNERS = Partners((), 0)
-"""Of an ego alone."""
+"""Collisions in a scene with the ego alone."""
 
 
 def partners(evaluations: Evaluations, actors: int) -> Partners:
-    """The collisions of a search among so many actors."""
+    """Return the collisions of a search by partner; `actors` is the number of actors, ego included."""
     new = evaluations.simulated
     met = partner_of(evaluations)[new]
     others = np.isfinite(evaluations.rollouts.others_contact_time[new])
@@ -346,5 +345,5 @@ def partners(evaluations: Evaluations, actors: int) -> Partners:
 
 
 def partner_of(evaluations: Evaluations) -> np.ndarray:
-    """(n, k) the pair (ego, actor pair + 1) that touched, `NOBODY` where the ego did not."""
+    """Return (n, k) the pair that touched (ego and actor pair + 1); `NOBODY` where the ego did not collide."""
     return np.where(evaluations.rollouts.collided, evaluations.rollouts.pair, NOBODY)

@@ -1,7 +1,7 @@
-"""`Evaluate` with the real simulators: sample a scene for each genome, simulate it, judge its risk; and `Blaming` with
-the real reference driver. What a search simulated can be run again, to see whether it comes to the same.
+"""`Evaluate` with the real simulators: sample a scene for each genome, simulate it, assess its risk; and `Blaming` with
+the real reference driver. Simulations of a search can be repeated, to check that the results are the same.
 
-The one module of the search that knows sampler, hosts and risk; a host is imported when it is chosen.
+This is the only module of the search that imports sampler, hosts and risk; a host is imported when it is chosen.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,14 +34,15 @@ if TYPE_CHECKING:
 
 Simulate = Callable[[Scenes], Outcomes]
 Simulated = tuple[Scenes, Outcomes, Floats | None]
-"""Which scenes were run, what came of them, and their gaps (`Runs.gaps`), where these are known."""
+"""Scenes that were run, their outcomes, and their gaps (`Runs.gaps`) or None."""
 MOST = 1e9
-"""Of an objective, either way: means of what is infinite are no numbers."""
+"""Largest magnitude of an objective; a mean over infinite values is not a number."""
 
 
 def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims: Sequence[Objective] = ()) -> Evaluate:
-    """Return an evaluator of this program by the engine, threads and settings of the config, for what `aims` look for;
-    without any for the risk.
+    """Return an evaluator of this program with the host, threads and settings of the config.
+
+    It computes the objectives `aims`; without any, the risk.
     """
     jobs = config.search.jobs
     prune = _pruner(program, config)
@@ -68,7 +69,7 @@ def _pruner(program: Program, config: Config) -> "Pruner | None":
 
 
 def make_blaming(program: Program, config: Config) -> Blaming:
-    """Return what drives runs of this program again, whichever host ran them, and says whose failure it is."""
+    """Return a function that repeats runs of this program with the reference driver and returns the `Blame` of each."""
     jobs = config.search.jobs
     prune = _pruner(program, config)
 
@@ -87,7 +88,7 @@ def make_blaming(program: Program, config: Config) -> Blaming:
 
 
 def _drivable(config: Config, genomes: Floats, keys: Ints) -> Ints:
-    """Return the rows whose scenes can be driven: all if there is no driver to ask."""
+    """Return the rows with scenes that can be driven: all without an external driver."""
     if config.driver is None:
         return np.arange(len(keys))
     from engine.driving.blocks import can_be_driven
@@ -98,8 +99,10 @@ def _drivable(config: Config, genomes: Floats, keys: Ints) -> Ints:
 def _simulator(
     program: Program, config: Config, gaps: bool
 ) -> Callable[[Scenes], tuple[Scenes, Outcomes, Floats | None]]:
-    """Return what runs scenes: which scenes were run, what came of them, and, where `gaps` are wanted and the host can
-    tell them, these. Scenes that a driver drives are run as they are driven; the world runs them once more.
+    """Return the function that simulates scenes.
+
+    Its gaps are None unless `gaps` is set and the host records them. Scenes with an external driver are simulated while
+    they are driven; the world host then simulates them a second time.
     """
     simulate, batched = make_host(program, config), config.search.engine == "batch"
     told = set[str]()
@@ -136,9 +139,9 @@ def make_host(program: Program, config: Config) -> Simulate:
 def assessment(
     scenes: Scenes, outcomes: Outcomes, risk: Risk, sought: Floats | None = None, found: Bools | None = None
 ) -> Assessment:
-    """Sampled, simulated and judged rows as one table; of several pairs and actors, each keeps what its row says.
+    """Return sampled, simulated and assessed rows as one table; a result per pair or actor is reduced as its row says.
 
-    `sought` (n, objectives) and `found` (n,) as `Assessment` has them; left out, the risk is sought.
+    `sought` (n, objectives) and `found` (n,) are those of `Assessment`; by default the risk is the objective.
     """
     valid = outcomes.verdict == 0
     distances = np.where(np.isnan(outcomes.min_distance), np.inf, outcomes.min_distance)
@@ -165,7 +168,7 @@ def assessment(
 
 
 def _of_scene(row: Result, values: NDArray[Any], valid: Bools, chosen: Mapping[Kept, Ints]) -> NDArray[Any]:
-    """(n,) what each scene keeps of a result."""
+    """Return (n,) the value of a result that is stored for each scene."""
     if row.kept is Kept.OWN:
         return values & valid if row.kind is bool else values
     if row.kept is Kept.LEAST:
@@ -186,19 +189,17 @@ class Repeated:
     """Simulations that were run again."""
 
     rows: Ints
-    """(n, 2) each by its individual and its rollout."""
+    """(n, 2) Individual and rollout of each simulation."""
     same: Bools
-    """(n,) whether it came to the same."""
+    """(n,) True if the repeated simulation has the same result."""
     sought: bool
-    """Whether what was sought was asked again, too: a function of a Python program cannot be."""
+    """True if the objectives were computed again; a function of a Python program cannot be."""
 
 
 def repeat(
     program: Program, config: Config, profile: str, objective: Sequence[str], evaluations: Evaluations, rows: Ints
 ) -> Repeated:
-    """Run simulations again, named by rows (n, 2) of individual and rollout, and compare every number that a journal
-    keeps of them.
-    """
+    """Repeat simulations, given by rows (n, 2) of individual and rollout, and compare every stored number."""
     known = tuple(objective) == SOUGHT or set(objective) <= set(known_objectives(program))
     aims = objectives(program, objective) if known else ()
     individual, rollout = rows.T
@@ -218,7 +219,7 @@ def repeat(
 
 
 def sampled(evaluations: Evaluations, count: int, among: Bools) -> Ints:
-    """(n, 2) individual and rollout of at most so many distinct simulations, spread evenly over those `among`."""
+    """Return (n, 2) individual and rollout of at most `count` distinct simulations, spread evenly `among`."""
     rows = np.argwhere(among & evaluations.simulated[:, np.newaxis])
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(np.int64))
     return rows[chosen]

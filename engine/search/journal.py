@@ -1,8 +1,8 @@
-"""The journal: one SQLite file with everything about a run, written one generation at a time.
+"""The journal: one SQLite file with all data of a run, written one generation at a time.
 
-Each generation is one transaction in write-ahead mode, so a killed process loses at most the generation in flight.
-What a run *found* (`generation`, `individual`, `simulation`) is a pure function of file, settings and seed; what it
-took (`pace`, `status`) lies in tables of its own. Taken in order, the individuals replay a searcher by ask and tell.
+Each generation is one transaction in write-ahead mode, so a killed process loses at most the generation in flight. The
+*results* of a run (`generation`, `individual`, `simulation`) are a pure function of file, settings and seed; its
+duration (`pace`, `status`) is in separate tables. In their order, the individuals replay a searcher by ask and tell.
 
 | table      | one row for each                                                                       |
 |------------|----------------------------------------------------------------------------------------|
@@ -14,10 +14,10 @@ took (`pace`, `status`) lies in tables of its own. Taken in order, the individua
 | status     | `running`, `stopped` or `finished`, and the seal of the journal (one row)              |
 | action     | scene in which a controller's decisions are kept: its key, the shape, float64 numbers  |
 
-A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian
-blobs (float64; int32, tested then failed); NaN is NULL. Where something else than the risk is sought, or a file has
-objectives, a blob (float64) more holds what each objective came to, which expectations are broken, and whether the run
-is what the search is for.
+A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian blobs
+(float64; int32, tested then failed); NaN is NULL. If the search has an objective other than the risk, or the file has
+objectives, a further blob (float64) holds the value of each objective, the broken expectations, and whether the run is
+a find of the search.
 """
 
 import sqlite3
@@ -39,11 +39,11 @@ from engine.strict_json import json_text
 from engine.tables import Floats
 
 APPLICATION_ID = 0x43525458
-"""Marks the file as ours ("CRTX")."""
+"""File type mark of a journal of cortexc ("CRTX")."""
 SCHEMA_VERSION = 3
 """Rises with every change of the tables."""
 WITHOUT_CHAIN = 2
-"""The version before links and seals: read and gone on with as it is, and never proved."""
+"""Schema version before links and seals: it can be read and continued, but not verified."""
 
 _SIMULATION = ",\n    ".join(
     f"{name} {'REAL' if row.kind is float else 'INTEGER NOT NULL'}" for row in COLUMNS for name in row.columns
@@ -73,14 +73,14 @@ PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """  # noqa: S608 (made of names in this package alone)
 _SOUGHT = "\n    sought BLOB NOT NULL,"
-"""Kept of a run that looks for something else than the risk, or whose file has objectives."""
+"""Column of a run with an objective other than the risk, or with objectives in its file."""
 
 
 _ACTIONS = """
 CREATE TABLE IF NOT EXISTS action
     (key BLOB PRIMARY KEY, turns INTEGER NOT NULL, numbers INTEGER NOT NULL, decided BLOB NOT NULL) WITHOUT ROWID
 """
-"""Only of a run in which a controller drives."""
+"""Table that exists only if a controller drives."""
 
 
 def _adding(table: str, columns: int) -> str:
@@ -88,7 +88,7 @@ def _adding(table: str, columns: int) -> str:
 
 
 def has_chain(connection: sqlite3.Connection) -> bool:
-    """Whether the journal has links and a seal."""
+    """Return True if the journal has links and a seal."""
     tables = [[row[1] for row in connection.execute(f"PRAGMA table_info({each})")] for each in ("generation", "status")]
     return ["link" in tables[0], "seal" in tables[1]] != [False, False]
 
@@ -107,12 +107,13 @@ class Journal:
         """Start the journal of a new run.
 
         Raises:
-            StoreError: there is a file already, or it cannot be written.
+            StoreError: the file exists already, or it cannot be written.
         """
         with store_errors(path):
             if path.exists():
                 raise StoreError(f"`{path}` exists already", "name another --out; a run is never overwritten")
-            # A journal has its name only when it is one: whatever ends the process, no half of one is left under it.
+            # A journal gets its name when it is complete, so that a process that ends early leaves no partial journal
+            # there.
             unborn = path.with_name(path.name + UNBORN)
             for stale in path.parent.glob(f"{unborn.name}*"):
                 stale.unlink()
@@ -127,11 +128,12 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, manifest: Manifest | None = None) -> "Journal":
-        """Go on with the journal of a run that was stopped or killed; `journal_reader` has checked that it is one.
-        `manifest` replaces its own, for a run that is to become longer.
+        """Reopen the journal of a run that was stopped or killed; `journal_reader` has checked the file.
+
+        `manifest` replaces the stored manifest, for a run that is extended.
 
         Raises:
-            StoreError: it cannot be written.
+            StoreError: the file cannot be written.
         """
         with store_errors(path):
             connection = _open(path)
@@ -145,24 +147,24 @@ class Journal:
 
     @property
     def link(self) -> str:
-        """The last link of the chain in hexadecimal; empty without a chain."""
+        """Return the last link of the chain in hexadecimal; "" without a chain."""
         with store_errors(self.path):
             return last_link(self._connection).hex() if self._chained else ""
 
     def write(self, progress: Progress) -> None:
-        """Add one generation: all of it or, if anything goes wrong, nothing.
+        """Add one generation; after an error nothing of it is stored.
 
         Raises:
-            RemovedError: there is no such file any more.
-            StoreError: it cannot be written.
+            RemovedError: the file does not exist any more.
+            StoreError: the file cannot be written.
         """
         self._write(progress.evaluations, progress.figures, progress.elapsed)
 
     def keep(self, actions: Mapping[bytes, Floats]) -> None:
-        """Add what controllers decided, (turns, numbers) by `driving.decisions.name_of` their scenes.
+        """Store the decisions of controllers, (turns, numbers) by the name (`driving.decisions.name_of`) of each scene.
 
         Raises:
-            StoreError: it cannot be written.
+            StoreError: the file cannot be written.
         """
         if not actions:
             return
@@ -174,7 +176,7 @@ class Journal:
             self._seal(connection, actions_digest([*old, *rows]))
 
     def complete(self, campaign: Campaign) -> None:
-        """Add what Ctrl-C kept from being written."""
+        """Add the generations that an interrupt (Ctrl-C) left unwritten."""
         with store_errors(self.path):
             written = self._connection.execute("SELECT count(*) FROM generation").fetchone()[0]
         for figures in campaign.generations[written:]:
@@ -182,13 +184,13 @@ class Journal:
             self._write(take(campaign.evaluations, rows), figures, campaign.elapsed)
 
     def finish(self, campaign: Campaign) -> None:
-        """Say how the run ended, once everything of it is in place, and leave one plain file behind."""
+        """Store the final status of the run after all its data, and leave one plain file."""
         self.complete(campaign)
         with store_errors(self.path):
             with _transaction(self._connection) as connection:
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (campaign.status, campaign.elapsed))
                 self._seal(connection)
-            with suppress(sqlite3.OperationalError):  # while another process reads, the mode stays: no harm
+            with suppress(sqlite3.OperationalError):  # another process reads: the mode stays, without harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
 
@@ -218,7 +220,7 @@ class Journal:
 
 
 def _open(path: Path) -> sqlite3.Connection:
-    """A journal that is there, in the mode in which no reader waits for its writer."""
+    """Return a connection to an existing journal, in the mode in which readers do not wait for its writer."""
     with store_errors(path):
         connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, isolation_level=None)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -244,13 +246,13 @@ def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection
 
 
 def figures_json(figures: GenerationFigures) -> str:
-    """Figures of a generation without its number; NaN is null."""
+    """Return the figures of a generation without its number as JSON; NaN is null."""
     document = {"by_individual": asdict(figures.by_individual), "by_simulation": asdict(figures.by_simulation)}
     return json_text(document)
 
 
 def _individuals(evaluations: Evaluations) -> tuple[Array, ...]:
-    """Integers (n, 11), fitness (n,) and genomes (n, d), in the order of the columns."""
+    """Return integers (n, 11), fitness (n,) and genomes (n, d), in the order of the columns."""
     integers = np.concatenate(
         [
             evaluations.places,
@@ -272,7 +274,7 @@ def _individual_rows(individuals: tuple[Array, ...]) -> Iterable[tuple[Any, ...]
 
 
 def _simulations(evaluations: Evaluations) -> tuple[Array, ...]:
-    """One row for each rollout that this generation ran, elites left out: an array a column, blobs (n, m)."""
+    """Return one row per rollout of this generation's simulations, without elites: columns as arrays, blobs (n, m)."""
     new = take(evaluations, evaluations.simulated)
     count, rollouts = map(int, new.rollouts.verdict.shape)
     keys = np.concatenate(

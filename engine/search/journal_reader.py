@@ -1,4 +1,4 @@
-"""Reading a journal back: exactly what the campaign held when it was written."""
+"""Reader of journals: it returns exactly the data of the campaign that wrote them."""
 
 import json
 import sqlite3
@@ -13,7 +13,7 @@ import numpy as np
 from engine.errors import Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import COLUMNS, SCALARS, from_columns, map_arrays, take
-from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, last_link, link, numbers, whole_numbers
+from engine.search.chain import BEGINNING, Array, actions_digest, broken_parts, link, numbers, whole_numbers
 from engine.search.evaluations import (
     Evaluations,
     Figures,
@@ -25,12 +25,12 @@ from engine.search.evaluations import (
 )
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION, WITHOUT_CHAIN, has_chain
 from engine.search.manifest import Manifest, read_manifest
-from engine.search.store import StoreError, example_run, store_errors
+from engine.search.store import StoreError, example_run, refuse_empty, store_errors
 from engine.search.typed import ManifestError
 from engine.tables import Floats, Ints
 
 NO_DAMAGE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
-"""What SQLite says of a file that is as it should be."""
+"""Error codes of SQLite that do not mean that the file is damaged."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,23 @@ class Record:
     seconds: float
     """NaN while it is running, and if it was killed."""
     spent: float
-    """Until the last generation was written [s]."""
+    """Time until the last generation was written [s]."""
     actions: Mapping[bytes, Floats] = field(default_factory=dict[bytes, Floats])
-    """What controllers decided, (turns, numbers) by the bytes of a scene's key, where it is kept."""
-    link: str = ""
-    """The last link of its chain in hexadecimal; empty for a journal from before there were chains."""
+    """Decisions of controllers, (turns, numbers) by the bytes of a scene's key, where they are stored."""
+    links: tuple[str, ...] = ()
+    """Links of the chain in hexadecimal, the first of them before the first generation; empty for a journal from before
+    there were chains.
+    """
     proved: bool = False
-    """Whether its chain says that everything is as it was written (`engine.search.chain`); a journal from before there
-    were chains cannot say so."""
+    """True if the chain proves that all data are as written (`engine.search.chain`); False without a chain."""
+
+    @property
+    def link(self) -> str:
+        """Last link of the chain; empty if there is none."""
+        return self.links[-1] if self.links else ""
 
     def past(self) -> list[Evaluations]:
-        """The evaluations of each generation, as `run_campaign` takes them."""
+        """Return the evaluations of each generation, as input of `run_campaign`."""
         generation = self.evaluations.places[:, 0]
         return [take(self.evaluations, generation == number) for number in range(len(self.generations))]
 
@@ -64,12 +70,12 @@ def read_journal(path: Path) -> Record:
     """Read a whole run.
 
     Raises:
-        StoreError: no such file, not a journal of ours, of a newer version, or damaged.
+        StoreError: the file is missing, is not a journal of cortexc, has a newer version, or is damaged.
     """
     if not path.is_file():
         raise StoreError(f"there is no journal at `{path}`", f"name the folder of a run, such as {example_run()}")
     with store_errors(path), closing(_opened(path)) as connection:
-        connection.execute("BEGIN")  # all of it as it is at one moment, whoever writes meanwhile
+        connection.execute("BEGIN")  # one consistent snapshot, even while a process writes
         _check(path, connection)
         try:
             return _consistent(_record(connection))
@@ -89,7 +95,7 @@ def damaged(path: Path, why: object) -> StoreError:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
-    """A connection that only reads. What a process left half done when it was killed is taken back before."""
+    """Return a read-only connection. The unfinished transaction of a killed process is rolled back first."""
     address = f"{path.resolve().as_uri()}?mode="
     connection = sqlite3.connect(f"{address}ro", uri=True)
     try:
@@ -112,8 +118,7 @@ def _record(connection: sqlite3.Connection) -> Record:
     individuals, simulations = _individuals(connection, manifest), _simulations(connection, manifest)
     figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
     proved = has_chain(connection)
-    if proved:
-        _check_links(connection, individuals, simulations)
+    links = _checked_links(connection, individuals, simulations) if proved else ()
     kept = _action_rows(connection)
     if proved and (broken := broken_parts(connection, actions_digest(kept))):
         raise BrokenChainError(" and ".join(f"`{name}`" for name in broken) + " is not what was written")
@@ -125,28 +130,28 @@ def _record(connection: sqlite3.Connection) -> Record:
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
         actions={key: np.frombuffer(each, dtype="<f8").reshape(turns, wide) for key, turns, wide, each in kept},
-        link=last_link(connection).hex() if proved else "",
+        links=links,
         proved=proved,
     )
 
 
 class BrokenChainError(Signal, ValueError):
-    """Rows are not what was written."""
+    """Stored rows differ from those that were written."""
 
 
-def _check_links(
+def _checked_links(
     connection: sqlite3.Connection, individuals: tuple[Array, ...], simulations: tuple[Array, ...]
-) -> None:
-    """Make the link of every generation again.
+) -> tuple[str, ...]:
+    """Recompute the link of every generation; return all links in hexadecimal, after `BEGINNING`.
 
     Raises:
-        BrokenChainError: one of them is another.
+        BrokenChainError: a link differs from the stored one.
     """
     rows = connection.execute("SELECT generation, figures, link FROM generation ORDER BY generation").fetchall()
     born, simulated = individuals[0][:, 0], simulations[0]
     if [row[0] for row in rows] != list(range(len(rows))) or max([-1, *born, *simulated]) >= len(rows):
         raise BrokenChainError("its generations are not those that were written")
-    before = BEGINNING
+    before, links = BEGINNING, [BEGINNING.hex()]
     for generation, figures, kept in rows:
         parts = [
             [array[slice(*np.searchsorted(order, (generation, generation + 1)))] for array in table]
@@ -155,10 +160,12 @@ def _check_links(
         before = link(before, figures, *parts)
         if before != kept:
             raise BrokenChainError(f"generation {generation} is not what was written")
+        links.append(before.hex())
+    return tuple(links)
 
 
 def _consistent(record: Record) -> Record:
-    """The record, each of whose generations has the figures that follow from its individuals.
+    """Return the record after a check that the figures of each generation follow from its individuals.
 
     Raises:
         ValueError: rows were lost or changed since they were written.
@@ -175,20 +182,21 @@ def _consistent(record: Record) -> Record:
 
 
 def _action_rows(connection: sqlite3.Connection) -> list[tuple[Any, ...]]:
-    """Of a run in which a controller drives."""
+    """Return the stored decisions; [] unless a controller drives."""
     if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'action'").fetchone()[0]:
         return []
     return connection.execute("SELECT key, turns, numbers, decided FROM action").fetchall()
 
 
 def _spent(connection: sqlite3.Connection) -> float:
-    """What a run took is read beside its results, which are complete without it."""
+    """Return the time until the last generation was written [s]; the results are complete without it."""
     if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'pace'").fetchone()[0]:
         return 0.0
     return connection.execute("SELECT coalesce(max(seconds), 0.0) FROM pace").fetchone()[0]
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> None:
+    refuse_empty(path)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a run")
     found = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -248,7 +256,7 @@ def _evaluations(individuals: tuple[Array, ...], simulations: tuple[Array, ...],
 
 
 def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
-    """As the journal's writer had them: integers (n, 11), fitness (n,), genomes (n, d)."""
+    """Return the arrays of the individuals as the writer had them: integers (n, 11), fitness (n,), genomes (n, d)."""
     rows = connection.execute("SELECT * FROM individual ORDER BY generation, place").fetchall()
     integers = np.stack([whole_numbers([row[i] for row in rows]) for i in range(11)], axis=1)
     genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
@@ -256,7 +264,7 @@ def _individuals(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Ar
 
 
 def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Array, ...]:
-    """As the journal's writer had them: an array for each column, blobs being (n, m)."""
+    """Return the arrays of the simulations as the writer had them: one per column, blobs as (n, m)."""
     rows = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
     kinds = [int] * 3 + [row.kind for row in COLUMNS for _ in row.columns]
     values = list(zip(*rows, strict=True)) or [()] * (len(kinds) + 1 + manifest.keeps_sought)
@@ -271,12 +279,12 @@ def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[Ar
 
 
 def _table(blobs: Sequence[bytes], kind: str, wide: int) -> Array:
-    """Blobs of so many numbers as rows."""
+    """Return blobs, each with `wide` numbers, as rows."""
     return np.frombuffer(b"".join(blobs), dtype=kind).reshape(len(blobs), wide)
 
 
 def _runs(simulations: tuple[Array, ...], manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
-    """Row of each birth, and all simulations as arrays (births, k, …)."""
+    """Return the row of each birth, and all simulations as arrays (births, k, …)."""
     generation, place = simulations[:2]
     count, columns = len(generation), dict(zip(SCALARS, simulations[3:], strict=False))
     born = dict.fromkeys(zip(generation.tolist(), place.tolist(), strict=True))
@@ -300,7 +308,7 @@ def _nothing_sought(columns: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
-    """(n, k, 6) stream keys."""
+    """Return (n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
     keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]

@@ -1,6 +1,4 @@
-"""What a run directory says about how it came to be: enough to compile and repeat the run, and to refuse what does not
-belong.
-"""
+"""The manifest of a run directory: data to compile and repeat the run, and to reject files of other runs."""
 
 import platform
 import sys
@@ -8,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -19,12 +18,13 @@ from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.search.searchers import distribution_of
+from engine.search.store import seen_from
 from engine.search.typed import ManifestError, typed
 from engine.streams import method_number, old_number
 from engine.vocabulary import RECORDS
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
-"""Whose versions may decide a result."""
+"""Packages with versions that may change a result."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
 """Settings of a search that every manifest has; those that are newer than it have their defaults."""
@@ -67,7 +67,7 @@ LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Parameter:
-    """One gene as the file declares it, file units."""
+    """One gene as declared in the file, in file units."""
 
     name: str
     unit: str
@@ -76,39 +76,53 @@ class Parameter:
     high: float
     options: tuple[str, ...]
     system: bool = False
-    """Whether it belongs to the system under test."""
+    """True if the gene belongs to the system under test."""
 
 
 @dataclass(frozen=True)
 class Text:
-    """An imported file, as it was."""
+    """An imported file with its text at the start of the run."""
 
     name: str
     text: str
 
 
+DIGEST = "digest"
+"""Value of `Link.path` for a map, which no statement imports; `Link.name` is then the digest of its file."""
+
+
 @dataclass(frozen=True)
 class Link:
-    """Which file an import statement meant."""
+    """The file to which an import statement refers."""
 
     importer: str
     """Name of the file with the statement."""
     path: str
     """The first path at which the statement looks for a file."""
     name: str
-    """The file that was found."""
+    """Name of the file that was found."""
+
+    def seen_from(self, folder: Path) -> "Link":
+        """Return the same with its files named as seen from a folder."""
+        name = self.name if self.path == DIGEST else seen_from(folder, self.name)
+        return Link(seen_from(folder, self.importer), self.path, name)
 
 
 @dataclass(frozen=True)
 class Origin:
-    """What a compiler needs beside the main text to make the same program again."""
+    """Inputs of the compiler, in addition to the main text, that reproduce the program."""
 
     imports: tuple[Text, ...] = ()
     links: tuple[Link, ...] = ()
     overrides: dict[str, str] = field(default_factory=dict)
     """Params held fixed, as `-p` was given."""
     scenario: str | None = None
-    """The one of several that was asked for."""
+    """The requested scenario of a file with several."""
+
+    def seen_from(self, folder: Path) -> "Origin":
+        """Return the same with its files named as seen from the folder of a run or a study."""
+        imports = tuple(Text(seen_from(folder, file.name), file.text) for file in self.imports)
+        return replace(self, imports=imports, links=tuple(link.seen_from(folder) for link in self.links))
 
 
 NO_ORIGIN = Origin()
@@ -116,27 +130,27 @@ NO_ORIGIN = Origin()
 
 @dataclass(frozen=True)
 class DrivenBy:
-    """Who drove whom the file leaves to a controller: to be named again, never to be loaded from here."""
+    """Controller that drove in the run. It must be named again to continue; nothing is loaded from a manifest."""
 
     name: str
     digest: str
     """SHA-256 of the file that defines the controller; "" where there is none."""
     block: int
-    """Scenes that it was asked about at once."""
+    """Number of scenes per query of the controller."""
     reproducible: bool = True
-    """Whether it drove a block alike that it was given twice."""
+    """True if the controller drove a block in the same way when it was given twice."""
     observe: str = RECORDS
-    """What it observed, of `engine.vocabulary.OBSERVABLE`."""
+    """Observation of the controller, one of `engine.vocabulary.OBSERVABLE`."""
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """Written once, before the first evaluation."""
+    """Description of a run, written once, before the first evaluation."""
 
     name: str
-    """Of the scenario."""
+    """Name of the scenario."""
     file: str
-    """Where it was read from."""
+    """Path of the scenario's file."""
     file_text: str
     file_digest: str
     """SHA-256 of the text."""
@@ -158,38 +172,39 @@ class Manifest:
     actors: tuple[str, ...]
     origin: Origin = NO_ORIGIN
     number: int | None = None
-    """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
-    `Method`, and in a manifest from before names made numbers."""
+    """Number of the method in every stream key if it follows from the name (see `engine.streams`); None for a method of
+    `Method`, and in a manifest that is older than such numbers.
+    """
     objective: tuple[str, ...] = SOUGHT
-    """What the search looks for."""
+    """Names of the objectives of the search."""
     objectives: tuple[str, ...] = ()
-    """Those of the file."""
+    """Names of the objectives of the file."""
     driver: DrivenBy | None = None
 
     @property
     def method_number(self) -> int:
-        """Of the method in every stream key."""
+        """Return the number of the method in every stream key."""
         return old_number(self.method) if self.number is None else self.number
 
     @property
     def aims(self) -> int:
-        """How many objectives each simulation keeps a number of; the risk alone is kept anyway."""
+        """Return the number of objectives stored per simulation; 0 for the risk alone, which is always stored."""
         return 0 if self.objective == SOUGHT else len(self.objective)
 
     @property
     def keeps_sought(self) -> bool:
-        """Whether simulations keep what their objectives came to."""
+        """Return True if the values of objectives are stored for each simulation."""
         return self.aims + len(self.objectives) > 0
 
     def stored(self) -> dict[str, Any]:
-        """What is stored of it; what is newer than the first manifests is left out where there is nothing to say."""
+        """Return the stored fields; a field that older manifests do not have is omitted if it has its usual value."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
         usual = {"number": None, "objective": SOUGHT, "objectives": (), "driver": None}
         return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
     def config(self) -> Config:
-        """The settings as they were; what is newer than the manifest has its default."""
+        """Return the settings of the run; a setting that is newer than the manifest has its default."""
         return Config(
             simulation=SimulationConfig(**self.settings["simulation"]),
             contact=ContactConfig(**self.settings["contact"]),
@@ -209,7 +224,7 @@ def make_manifest(
     objective: Sequence[Sought] = SOUGHT,
     reproducible: bool = True,
 ) -> Manifest:
-    """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
+    """Return the manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
         name=program.name,
         file=file,
@@ -243,7 +258,7 @@ def _driven_by(config: Config, reproducible: bool) -> DrivenBy | None:
 
 
 def _settings(config: Config) -> dict[str, Any]:
-    """Every setting; who drives is said apart."""
+    """Return all settings except the driver, which has a field of its own."""
     settings = asdict(replace(config, driver=None))
     del settings["driver"]
     return settings
@@ -268,7 +283,7 @@ def _versions(method: str) -> dict[str, str]:
 
 
 def changed_versions(manifest: Manifest) -> list[str]:
-    """What a run was started with and is installed differently now, such as `numba 0.68.1`."""
+    """Return names and versions at the start of the run of packages that now have another version: `numba 0.68.1`."""
     now = {"python": PYTHON, **_versions(manifest.method)}
     return [f"{name} {then}" for name, then in manifest.versions.items() if now.get(name) != then]
 
@@ -277,10 +292,10 @@ def changed_versions(manifest: Manifest) -> list[str]:
 
 
 def read_manifest(values: Mapping[str, Any]) -> Manifest:
-    """The manifest whose fields, as JSON reads them, are `values`.
+    """Return the manifest with the fields `values`, as read from JSON.
 
     Raises:
-        ManifestError: one of them is missing, of another type, or a setting that no run can have.
+        ManifestError: a field is missing or of another type, or a setting is outside its limits.
     """
     fitting = {each.name: values[each.name] for each in fields(Manifest) if each.name in values}
     manifest: Manifest = typed(Manifest, fitting, "")
@@ -297,10 +312,11 @@ def read_manifest(values: Mapping[str, Any]) -> Manifest:
 
 
 def check_program(manifest: Manifest, program: Program) -> None:
-    """Hold a manifest against the program that its text compiles to.
+    """Compare a manifest with the program that its text compiles to.
 
     Raises:
-        ManifestError: it speaks of other params, or of more attempts than the program's random numbers last for.
+        ManifestError: params or objectives differ, or it has more attempts than the program's random numbers suffice
+        for.
     """
     if manifest.objectives != program.judged.names:
         raise ManifestError("`objectives` of its manifest are not those of its scenario")
@@ -311,7 +327,7 @@ def check_program(manifest: Manifest, program: Program) -> None:
 
 
 def _check_words(manifest: Manifest, config: Config) -> None:
-    """What is chosen among a few words, or said twice."""
+    """Check fields with a few allowed words, and fields that must agree."""
     search, simulation = config.search, config.simulation
     for place, word, words in (
         ("profile", manifest.profile, tuple(PROFILES)),

@@ -1,8 +1,8 @@
-"""What a search looks for: one table of objectives, and what each makes of simulated scenes.
+"""The objectives of a search: one table, and the values that each row assigns to simulated scenes.
 
-A row is a function of results to one number a scene, of which the larger is sought. Beside the rows that every file has
-there is one for each `expect`, `maximize` and `minimize` of the file, and for each function that is given from Python.
-The paper's risk is no row that costs anything: a search for it alone keeps and compares what it always did.
+A row is a function from results to one number per scene; a search maximizes it. To the rows of every file are added one
+for each `expect`, `maximize` and `minimize` of the file, and one for each Python function. The paper's risk alone needs
+no row: such a search stores and compares the risk only.
 """
 
 import math
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from engine.metrics.encounters import Encounter
 
 MOST_MARGIN = 4.0
-"""To wait longer with braking makes no collision more avoidable [s]; the horizon of the reference driver."""
+"""Limit of the braking margin [s] that counts: the horizon of the reference driver."""
 RENAME = "give it a name of its own, as `def my_objective(outcomes):`"
 FARTHEST = 60.0
-"""A conflict farther off than this is none [s]."""
+"""Longest conflict gap [s]."""
 
 
 @frozen
 class Runs:
-    """Simulated scenes: what an objective is a function of."""
+    """Simulated scenes: the argument of an objective."""
 
     program: Program
     config: Config
@@ -47,28 +47,28 @@ class Runs:
     outcomes: Outcomes
     risk: Risk
     known_gaps: Floats | None = None
-    """(n, pairs) as `engine.batch.simulate_with_gaps` has them, where the host told them; else scenes are run again."""
+    """(n, pairs) Gaps of `engine.batch.simulate_with_gaps` if the host recorded them, else None."""
 
     @property
     def valid(self) -> Bools:
         return self.outcomes.verdict == 0
 
     def only(self, rows: Bools) -> "Runs":
-        """Some of them."""
+        """Return the chosen rows."""
         gaps = None if self.known_gaps is None else self.known_gaps[rows]
         parts = {"scenes": self.scenes, "outcomes": self.outcomes, "risk": self.risk}
         return replace(self, known_gaps=gaps, **{name: take(part, rows) for name, part in parts.items()})
 
     @property
     def gaps(self) -> Floats:
-        """(n, pairs) PET by area [s]."""
+        """Return (n, pairs) PET by area [s]."""
         if self.known_gaps is not None:
             return self.known_gaps
         jobs, simulation = self.config.search.jobs, self.config.simulation
         return simulate_with_gaps(self.program, self.scenes, simulation, jobs, self.config.contact)[1]
 
     def encounters(self, row: int) -> "list[Encounter]":
-        """The ego and each other that it meets, of one valid scene, driven again."""
+        """Return the pairs of the ego and each actor that it meets, for one valid scene, which is simulated again."""
         from engine.metrics import bodies_of
         from engine.metrics.encounters import Encounter
 
@@ -80,23 +80,23 @@ class Runs:
 
 @frozen
 class Objective:
-    """One row. Its function gives (n,) numbers; those of scenes that are not valid mean nothing."""
+    """One objective. Its function returns (n,) numbers, which are meaningless for invalid scenes."""
 
     name: str
     sentence: str
     value: Callable[[Runs], Floats]
     finds: Callable[[Runs, Floats], Bools]
-    """Which scenes are what such a search is for, from their numbers."""
+    """(runs, values) -> (n,) True for scenes that are finds of such a search."""
     sign: float = 1.0
-    """What people read is this times the number that a search makes large."""
+    """Factor from the maximized number to the displayed number."""
     unit: str = ""
     gaps: bool = False
-    """Whether it reads `Runs.gaps`, which a host can tell of scenes as it runs them."""
+    """True if it reads `Runs.gaps`, which a host can record while it simulates."""
     failures: bool = False
-    """Whether scenes over which a controller failed count; to others they are not valid."""
+    """True if scenes in which a controller failed count; for all other objectives they are invalid."""
 
     def counts(self, runs: Runs) -> Bools:
-        """(n,) scenes whose numbers mean something."""
+        """Return (n,) True for scenes with a meaningful value."""
         return runs.valid | (self.failures & (runs.outcomes.verdict == Verdict.CONTROLLER))
 
 
@@ -112,9 +112,11 @@ def _collisions(runs: Runs, _values: Floats) -> Bools:
 
 
 def avoidable(runs: Runs) -> Floats:
-    """2 + min(margin, 4 s) / 4 s for a collision that the reference driver avoids, by how long it may wait; for one
-    that it does not 1 / (1 + seconds that it comes too late), 0 where the scene is lost; without a collision of the
-    ego's own making 1 / (1 + |conflict gap| / 1 s), below 1.
+    """Return (n,) the avoidability of each run.
+
+    2 + min(margin, 4 s) / 4 s for a collision that the reference driver avoids, by the latest start of its braking; for
+    one that it does not avoid 1 / (1 + seconds by which it is late), 0 if the scene is lost; without a collision that
+    the ego caused 1 / (1 + |conflict gap| / 1 s), below 1.
     """
     values, blamed = np.zeros(len(runs.outcomes)), np.zeros(len(runs.outcomes), dtype=bool)
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
@@ -131,7 +133,7 @@ def avoidable(runs: Runs) -> Floats:
 
 
 def _blamed(answer: Avoidability) -> float:
-    """Of a collision of the ego's own making."""
+    """Return the value of a collision that the ego caused."""
     if answer.avoidable:
         return 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
     lost = answer.avoidance is Avoidance.LOST or not math.isfinite(answer.margin)
@@ -139,14 +141,15 @@ def _blamed(answer: Avoidability) -> float:
 
 
 def conflict(runs: Runs) -> Floats:
-    """Minus the magnitude of the conflict gap [s]: 0 on contact."""
+    """Return minus the magnitude of the conflict gap [s]; 0 on contact."""
     return np.where(runs.outcomes.collided, 0.0, -_least_gaps(runs))
 
 
 def _least_gaps(runs: Runs) -> Floats:
-    """(n,) the least time between the ego's being where another is too, whom it does not touch [s]: from when one has
-    left the overlap of their swept paths until the other comes in; where there is no such overlap, or both are in it at
-    once, MD over the speed at which they close then.
+    """Return (n,) the least conflict gap [s] between the ego and an actor that it does not touch.
+
+    The gap is the time from the exit of one actor out of the overlap of their swept paths to the entry of the other.
+    Without such an overlap, or if both are in it at once, it is MD divided by the closing speed at that time.
     """
     gaps = np.abs(runs.gaps)
     closing = runs.outcomes.closing_speed
@@ -159,15 +162,18 @@ def _least_gaps(runs: Runs) -> Floats:
 
 
 def severity(runs: Runs) -> Floats:
-    """Delta-V [m/s] of whom it is larger, as of a central impact without rebound: in a collision at contact, without
-    one at the closest approach and then below every collision, from -1 to 0. It is no risk of injury: see `injury`.
+    """Return the larger delta-V [m/s] of the two actors, for a central impact without rebound.
+
+    At contact; without a collision at the closest approach, mapped to -1 .. 0. It is not a risk of injury (`injury`).
     """
     return _by_pairs(runs, _larger_change)
 
 
 def injury(runs: Runs) -> Floats:
-    """Risk that a collision injures somebody seriously (AIS 3 or more) or kills, of whom it is likelier for; 0 where no
-    curve reaches: of whom and by which source see `engine.metrics.values.SERIOUS`. Without a collision from -1 to 0, as
+    """Return the risk that a collision injures a person seriously (AIS 3 or more) or kills one, for the likelier
+    person.
+
+    0 without a curve for the person; curves: `engine.metrics.values.SERIOUS`. Without a collision, -1 to 0 as
     `severity`.
     """
     from engine.metrics.values import worst_injury
@@ -176,9 +182,7 @@ def injury(runs: Runs) -> Floats:
 
 
 def _by_pairs(runs: Runs, of_contact: "Callable[[Encounter], float]") -> Floats:
-    """(n,) the largest number of those that the ego touched; without contact -1 to 0, by the delta-V that one would
-    have had at the closest approach.
-    """
+    """Return (n,) the largest value among touched actors; without contact -1 to 0, by delta-V at closest approach."""
     values = np.full(len(runs.outcomes), -1.0)
     for row in np.flatnonzero(runs.valid).tolist():
         if runs.outcomes.collided[row]:
@@ -195,7 +199,7 @@ def _larger_change(pair: "Encounter") -> float:
 
 
 def failing(runs: Runs) -> Floats:
-    """1 where a controller failed; elsewhere the risk, from 0 to 22, over that and one more."""
+    """Return 1 where a controller failed, elsewhere risk / (risk + 1) with the continuous risk from 0 to 22."""
     risk = np.maximum(np.nan_to_num(runs.risk.continuous), 0.0)
     return np.where(runs.outcomes.verdict == Verdict.CONTROLLER, 1.0, risk / (1.0 + risk))
 
@@ -242,7 +246,7 @@ assert tuple(row.name for row in BUILT_IN) == OBJECTIVES
 
 
 def of_file(program: Program) -> Iterator[Objective]:
-    """A row for each `expect`, `maximize` and `minimize`."""
+    """Yield a row for each `expect`, `maximize` and `minimize`."""
     for number, each in enumerate(program.judged.objectives):
         sign = 1.0 if each.sense is Sense.MAXIMIZE else -1.0
         kind = {Sense.EXPECT: "how far it is broken", Sense.MAXIMIZE: "made large", Sense.MINIMIZE: "made small"}
@@ -260,7 +264,7 @@ def _breaks(number: int) -> Callable[[Runs, Floats], Bools]:
 
 
 def of_function(function: Callable[[Outcomes], Any]) -> Objective:
-    """The row of a function."""
+    """Return the row of a function."""
     name = function_name(function)
 
     def value(runs: Runs) -> Floats:
@@ -285,18 +289,18 @@ def of_function(function: Callable[[Outcomes], Any]) -> Objective:
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
-    """The same array, which a function cannot change: what it is judged by is what the run keeps."""
+    """Return a read-only view of the array, as the run stores the array that the function reads."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 class ObjectiveNameError(ArgumentError):
-    """A name that means no objective, or more than one."""
+    """A name that matches no objective, or more than one."""
 
 
 class UnknownObjectiveError(ObjectiveNameError):
-    """There is no objective of this name; the nearest one, and all that there are."""
+    """No objective has this name; the message gives the nearest name, and all names."""
 
     def __init__(self, name: str, known: Sequence[str]) -> None:
         near = nearest(name, known)
@@ -307,16 +311,16 @@ class UnknownObjectiveError(ObjectiveNameError):
 
 
 def known_objectives(program: Program) -> dict[str, Objective]:
-    """All rows that a search of this program can name."""
+    """Return all rows that a search of this program can name."""
     return {row.name: row for row in (*BUILT_IN, *of_file(program))}
 
 
 def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Objective, ...]:
-    """The rows that a search looks for, in their order; none where it is the paper's risk alone.
+    """Return the objectives of a search, in their order; () for the paper's risk alone.
 
     Raises:
-        UnknownObjectiveError: there is no objective of such a name.
-        ObjectiveNameError: two have one name, by which a run that is kept could not tell them apart.
+        UnknownObjectiveError: no objective has such a name.
+        ObjectiveNameError: two have the same name.
     """
     if tuple(named) == SOUGHT:
         return ()
@@ -332,11 +336,7 @@ def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Obje
 
 
 def expectation(program: Program, name: str) -> Objective:
-    """The row of an `expect` of the file.
-
-    Raises:
-        UnknownObjectiveError: there is none of this name.
-    """
+    """Return the row of an `expect` of the file; raise UnknownObjectiveError if none has this name."""
     expected = [each.name for each in program.judged.objectives if each.sense is Sense.EXPECT]
     if name not in expected:
         raise UnknownObjectiveError(name, expected)
@@ -344,5 +344,5 @@ def expectation(program: Program, name: str) -> Objective:
 
 
 def names_of(named: Sequence[Sought]) -> tuple[str, ...]:
-    """As manifests keep them."""
+    """Return the names of objectives as manifests store them."""
     return tuple(each if isinstance(each, str) else function_name(each) for each in named)

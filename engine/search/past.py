@@ -28,7 +28,7 @@ OTHER = "bring it back as it was, or start a new search with the driver as it is
 
 
 class ForeignPastError(CortexError):
-    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+    """The searcher does not propose a journal's generation: its settings, or the version, differ."""
 
     def __init__(self, generation: int) -> None:
         super().__init__(
@@ -39,10 +39,10 @@ class ForeignPastError(CortexError):
 
 
 def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
-    """Pass a whole past to a new searcher; nothing is simulated.
+    """Pass all stored results to a new searcher, without a simulation.
 
     Raises:
-        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
+        ForeignPastError: its proposals differ from those of `past`, in genomes, operators or parents.
     """
     for generation, evaluations in enumerate(past):
         searcher.tell(results(checked(searcher.ask(), evaluations, generation)))
@@ -66,7 +66,7 @@ def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation:
 
 
 def recorded_driver(driven: DrivenBy | ActorDriver, actions: Mapping[bytes, Floats] | None = None) -> "RecordedActions":
-    """Return a driver that repeats recorded decisions, under the name of the one that made them."""
+    """Return a driver that repeats recorded decisions, under the name of the driver that made them."""
     from engine.driving.decisions import RecordedActions
 
     return RecordedActions({} if actions is None else actions, driven.name, driven.digest, driven.block, driven.observe)
@@ -75,11 +75,12 @@ def recorded_driver(driven: DrivenBy | ActorDriver, actions: Mapping[bytes, Floa
 def who_drove(
     folder: Path, driven: DrivenBy | ActorDriver | None, actions: Mapping[bytes, Floats], ego: object
 ) -> ActorDriver | None:
-    """Who drives again in the run of a folder: whoever is named, if that one did; else what is kept of the decisions.
-    Nothing is loaded for the name in a journal.
+    """Return the driver of a repeated run: the named driver if it drove then, else its recorded decisions.
+
+    A name in a journal is never used to load a controller.
 
     Raises:
-        StoreError: somebody else drove, or nobody.
+        StoreError: a different driver drove in the run, or none.
     """
     if driven is None:
         if ego is not None:

@@ -1,8 +1,8 @@
-"""The interface of searcher and campaign: `ask` returns proposals, `tell` takes their results. A searcher sees no more.
-`GenerationSearcher` is what ours have in common.
+"""The interface of searcher and campaign: `ask` returns proposals, `tell` takes their results. A searcher sees nothing
+else. `GenerationSearcher` is the base class of the searchers of cortexc.
 
 An *individual* is one place in a generation. Its `Birth` is the place where its genome was first simulated: an elite
-keeps the birth of the individual that it repeats, and with it the stream of its scenes.
+has the birth of the individual that it repeats, and so the stream of its scenes.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,35 +24,37 @@ StreamAt = Callable[[int, int], Generator]
 
 
 MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle", "pair", "side")
-"""What a result holds beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
+"""Measures of a result in addition to the risk, of an individual's worst rollout: columns of
+`engine.search.assessment`.
+"""
 
 
 SOUGHT = ("risk",)
-"""What a search looks for where nothing else is named: the risk of the paper."""
+"""Default objective of a search: the risk of the paper."""
 Sought = str | Callable[[Outcomes], Any]
-"""An objective: by its name (`engine.search.objectives`), or a function from outcomes to one number a scene."""
+"""An objective: its name (`engine.search.objectives`), or a function from outcomes to one number per scene."""
 
 
 def function_name(function: Callable[..., Any]) -> str:
-    """What a function is called as an objective."""
+    """Return the name of a function as an objective."""
     return str(getattr(function, "__name__", type(function).__name__))
 
 
 class Operator(IntEnum):
-    """How an individual came to be."""
+    """Origin of an individual."""
 
     RANDOM = 0
     ELITE = 1
     CROSSOVER = 2
     MUTATION = 3
     CROSSOVER_MUTATION = 4
-    """A child that was known whatever its parents, so that one of its genes was drawn again."""
+    """A child whose genome was known for all tried parents, so that one of its genes was drawn again."""
     SAMPLED = 5
     """Drawn from a distribution that the search has learnt."""
 
 
 class Status(IntEnum):
-    """What a searcher may know of the result of an evaluation."""
+    """Status of an evaluation, as a searcher may know it."""
 
     VALID = 0
     INVALID = 1
@@ -62,7 +64,7 @@ class Status(IntEnum):
 
 
 class Birth(NamedTuple):
-    """Where an individual was first simulated; its identity, and its place in the order of age."""
+    """Place where an individual was first simulated: its identity, and its rank by age."""
 
     generation: int
     place: int
@@ -87,7 +89,7 @@ class Box:
         return cls(space.names, tuple(space.low.tolist()), tuple(space.high.tolist()), kinds)
 
     def holds(self, genome: Genome) -> bool:
-        """Whether the genome lies in the box, discrete genes on whole numbers."""
+        """Return True if the genome is in the box, with discrete genes on whole numbers."""
         return len(genome) == len(self) and all(
             low <= value <= high and (kind is GeneKind.CONTINUOUS or value == int(value))
             for value, low, high, kind in zip(genome, self.low, self.high, self.kinds, strict=True)
@@ -96,52 +98,52 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What became of a proposal."""
+    """Result of a proposal."""
 
     status: Status
     fitness: float
     """Larger is riskier; NaN unless valid or reused."""
     verdict: Verdict
     continuous: float = float("nan")
-    """The continuous risk, by which a search may climb inside a band of the integer one; NaN as `fitness`."""
+    """Continuous risk, which orders runs with equal integer risk; NaN as `fitness`."""
     failure: bool = False
-    """Whether it is what the search is for: the ego collided, or what the objective calls a find."""
+    """True if the run is a find of the search: the ego collided, or the objective calls it a find."""
     measures: tuple[float, ...] = ()
-    """What else is known of the run, in the order of `MEASURES`; each NaN, or none at all, unless valid or reused."""
+    """Measures of the run, in the order of `MEASURES`; each NaN, or empty, unless valid or reused."""
     sought: tuple[float, ...] = ()
-    """How much of each objective the worst rollout has, the larger the better; none where the risk alone is sought."""
+    """Values of the objectives for the worst rollout, larger is better; empty for the risk alone."""
 
     @property
     def selectable(self) -> bool:
-        """Whether the individual may breed or be kept."""
+        """Return True if the individual may breed or be an elite."""
         return self.status in (Status.VALID, Status.REUSED)
 
     @property
     def judged(self) -> bool:
-        """Whether something is known of the genome: it was simulated, or shown to be invalid."""
+        """Return True if the genome was evaluated: it was simulated, or shown to be invalid."""
         return self.status is not Status.ERROR
 
 
 def measure(result: Result, name: str) -> float:
-    """One of `MEASURES`; NaN where the result has none."""
+    """Return one of `MEASURES`; NaN if the result has none."""
     return result.measures[MEASURES.index(name)] if result.measures else float("nan")
 
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """One individual that a searcher wants in the next generation."""
+    """One individual that a searcher proposes for the next generation."""
 
     genome: Genome
     operator: Operator
     birth: Birth
     parents: tuple[Birth, ...] = ()
-    """In the order in which they gave genes."""
+    """Parents in the order in which they gave genes."""
     reused: Result | None = None
     """The stored result of an individual that need not be simulated again."""
 
 
 class Searcher(Protocol):
-    """Proposes one generation at a time. `tell` answers the last `ask`, in its order."""
+    """Searcher that proposes one generation at a time. `tell` answers the last `ask`, in its order."""
 
     def ask(self) -> list[Proposal]: ...
 
@@ -155,8 +157,8 @@ def check_answer(proposals: Sequence[Proposal], results: Sequence[Result]) -> No
 
 
 class GenerationSearcher:
-    """Proposes one generation after the other, and gets the results of each; each kind has its own `_proposals` and, if
-    it learns anything, its own `_learn`.
+    """Base class that proposes one generation after another and receives the results of each; a subclass has its own
+    `_proposals` and, if it learns, its own `_learn`.
     """
 
     def __init__(self, population: int, streams: StreamAt) -> None:
@@ -178,4 +180,4 @@ class GenerationSearcher:
         raise NotImplementedError
 
     def _learn(self, results: Sequence[Result]) -> None:
-        """Take in what became of `_asked`."""
+        """Learn from the results of `_asked`."""

@@ -1,14 +1,14 @@
 """The worst cases of a campaign, of many kinds.
 
-In a search for risk: by risk, those that a competent driver would have avoided before others of the same risk, then by
-continuous risk, then by age. In a search for any other objective: failures of a controller, collisions that a competent
-driver would have avoided, other collisions and whatever else such a search is for, then all others; each by the
-objective, then by age. So a near miss is never above a collision, whatever an objective says of the two.
+The order in a search for risk: by risk; among equal risks, those that a competent driver would have avoided first; then
+by continuous risk; then by age. The order in a search for any other objective: failures of a controller, collisions
+that a competent driver would have avoided, other collisions and finds, then all others; each by the objective, then by
+age. So a near miss never precedes a collision, for any values of the objective.
 
-Of the collisions and finds in that order (of all valid simulations, where there are fewer than asked for) the worst is
-taken, then one case of each partner, then one of each kind (`insight.kinds`), then a second of some; of each, one that
-a competent driver would have avoided goes before one that it would not. In a search for failures of a controller these
-are finds, too.
+From the collisions and finds in that order (from all valid simulations, if there are fewer than requested) the worst is
+chosen, then one case of each partner, then one of each kind (`insight.kinds`), then second cases; within each group,
+cases that a competent driver would have avoided come first. In a search for failures of a controller these are finds,
+too.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ import numpy as np
 from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.kinds import codes
 from engine.streams import StreamKey
-from engine.tables import Ints
+from engine.tables import Floats, Ints
 from engine.vocabulary import Blame, Verdict
 
 
@@ -28,7 +28,7 @@ class Case:
     """One simulation among the worst of a campaign; genome and key reproduce it."""
 
     rank: int
-    """From 1."""
+    """Rank from 1."""
     row: int
     """Row of the campaign's evaluations."""
     rollout: int
@@ -36,41 +36,50 @@ class Case:
     key: StreamKey
     score: int
     continuous: float
-    """Continuous risk, or how much it has of what is sought."""
+    """Continuous risk, or the value of the first objective."""
     collided: bool
     min_distance: float
     """[m]"""
     closing_speed: float = float("nan")
-    """How fast the two came together at contact, or where they were closest [m/s]: risk has a top, this has none."""
+    """Closing speed at contact, or at the closest approach [m/s]. Unlike the risk, it has no upper limit."""
 
     @property
     def lost(self) -> bool:
-        """Whether a controller failed over it: there is a scene, and nothing is known of its run."""
+        """Return True if a controller failed: the scene exists, but the outcome of its run is unknown."""
         return self.score < 0
 
 
 def order_of_risk(evaluations: Evaluations, blame: Ints | None = None) -> Ints:
-    """Return the simulated rows that have a fitness, worst first; `blame` (n, k) tells which collisions a competent
+    """Return the simulated rows that have a fitness, worst first; `blame` (n, k) marks the collisions that a competent
     driver would have avoided.
     """
     rows = np.flatnonzero(evaluations.scored & evaluations.simulated)
     avoidable = np.zeros(len(rows), dtype=bool)
     if blame is not None:
         avoidable = blame[rows, evaluations.worst_rollout[rows]] == Blame.AVOIDABLE
-    first = _group(evaluations)[rows] if is_aimed(evaluations.rollouts) else -evaluations.score[rows]
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], ~avoidable, first))]
+    first, then = severity(evaluations)
+    return rows[np.lexsort((rows, then[rows], ~avoidable, first[rows]))]
+
+
+def severity(evaluations: Evaluations) -> tuple[Ints, Floats]:
+    """Return the first and the last key of the order (n,), each least for the worst: group or risk, then what the
+    search is for.
+    """
+    first = _group(evaluations) if is_aimed(evaluations.rollouts) else -evaluations.score
+    return first, -evaluations.continuous
 
 
 def _group(evaluations: Evaluations) -> Ints:
-    """(n,) of the worst rollout: 0 where a controller failed, 1 for a collision or other find, 2 for all others."""
+    """Return (n,) the group of the worst rollout: 0: controller failed, 1: collision or other find, 2: the rest."""
     runs, place = evaluations.rollouts, (np.arange(len(evaluations)), evaluations.worst_rollout)
     find = evaluations.found | runs.collided[place]
     return np.where(runs.verdict[place] == Verdict.CONTROLLER, 0, np.where(find, 1, 2))
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = None) -> tuple[Case, ...]:
-    """Return the worst rollouts of up to `count` different genomes, worst first; with what the reference driver says of
-    each rollout (n, k), of many kinds.
+    """Return the worst rollouts of up to `count` different genomes, worst first.
+
+    With the reference driver's verdict on each rollout, `blame` (n, k), they are of many kinds.
     """
     rows = _different(evaluations, order_of_risk(evaluations, blame))
     if blame is not None:
@@ -82,9 +91,7 @@ def worst_cases(evaluations: Evaluations, count: int = 10, blame: Ints | None = 
 
 
 def worst_runs(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
-    """Return so many of the worst cases of which there is a run, where some of the worst have none; else nothing more
-    than `worst_cases` does.
-    """
+    """Return up to `count` worst cases that have a run, if some of the worst have none; else ()."""
     if not any(case.lost for case in worst_cases(evaluations, count)):
         return ()
     every = worst_cases(evaluations, len(evaluations))
@@ -99,7 +106,7 @@ def lost_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
 
 
 def _of_each_kind(evaluations: Evaluations, rows: Ints, count: int, blame: Ints) -> Iterator[Ints]:
-    """Yield up to `count` of the rows: where another objective than risk is sought, of one group after the other."""
+    """Yield up to `count` of the rows; with objectives other than the risk, one group after the other."""
     if is_aimed(evaluations.rollouts):
         pools = [rows[_group(evaluations)[rows] == group] for group in range(3)]
     else:
@@ -120,12 +127,12 @@ def _of_pool(evaluations: Evaluations, pool: Ints, count: int, blame: Ints) -> I
 
 
 def _firsts(codes: Ints) -> Ints:
-    """Rows that are unlike all before, in their order."""
+    """Return the rows that differ from all earlier rows, in their order."""
     return np.sort(np.unique(codes, axis=0, return_index=True)[1])
 
 
 def _different(evaluations: Evaluations, rows: Ints) -> Ints:
-    """The rows without those whose genome came before."""
+    """Return the rows without those with an earlier genome."""
     seen: set[bytes] = set()
     new = [genome not in seen and not seen.add(genome) for genome in map(bytes, evaluations.genomes[rows])]
     return rows[np.array(new, dtype=bool)]

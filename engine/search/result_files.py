@@ -1,4 +1,4 @@
-"""Files beside the journal, for pandas and for people: every evaluation, the critical ones, the generations, a summary.
+"""Files next to the journal, for pandas and for people: all evaluations, the critical ones, the generations, a summary.
 
 | file              | holds                                                                                 |
 |-------------------|---------------------------------------------------------------------------------------|
@@ -7,7 +7,7 @@
 | critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
 | generations.csv   | the figures of each generation, by individual and by simulation                        |
 | summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
-| README.md         | all of this, and every column with its unit, for people who find the directory         |
+| README.md         | description of these files, and of every column with its unit                        |
 
 Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
@@ -89,7 +89,7 @@ First by individual, elites included; then, as `simulated_…`, over distinct si
 
 
 def guide() -> str:
-    """The whole page; the columns of results as their table says them."""
+    """Return the page; the descriptions of result columns are those of `RESULTS`."""
     lines: list[tuple[list[str], str]] = []
     for row in (each for kept in RESULTS if not kept.part_of for each in (kept, *_parts_of(kept))):
         if row.sentence:
@@ -115,7 +115,7 @@ _OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
 _CODED = tuple(row for row in RESULTS if row.words is not None)
 
 Column = Sequence[Any]
-"""One value a row: a number, a word, or None."""
+"""One value per row: a number, a word, or None."""
 
 
 def result_files(
@@ -140,7 +140,7 @@ def result_files(
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
-    """What a person wants to know first; numbers that do not exist are NaN."""
+    """Return the main results of a campaign; numbers that do not exist are NaN."""
     head = plain(manifest.stored())
     del head["file_text"]
     del head["origin"]["imports"]
@@ -169,8 +169,8 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
 def failures_content(
     came: Failures, found: Sequence[FoundKind], actors: Sequence[str], seconds: float
 ) -> dict[str, Any]:
-    """Return counts and rates of collisions of the ego, and every kind of collision; null
-    where no collision was judged.
+    """Return counts and rates of the ego's collisions, and every kind of collision; null for those that depend on blame
+    if no collision was assessed.
     """
     counts: dict[str, Any] = {**asdict(came), "avoidable_share": came.share(came.avoidable)}
     if not came.judged:
@@ -200,7 +200,7 @@ def failures_content(
 
 
 def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, int]:
-    """Distinct simulations that break each expectation."""
+    """Return the number of distinct simulations that break each expectation."""
     broken = evaluations.rollouts.broken[evaluations.simulated]
     counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
     is_number = np.isnan(broken).sum(axis=(0, 1)) < broken.shape[0] * broken.shape[1]
@@ -209,7 +209,7 @@ def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, 
 
 
 def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:
-    """Distinct simulations in which the ego touched each other actor, and in which two others touched first."""
+    """Return the numbers of distinct simulations by the actor that the ego touched, and those with two others."""
     found = partners(evaluations, len(actors))
     return {
         "collisions_with": dict(zip(actors[1:], found.with_ego, strict=True)),
@@ -223,7 +223,7 @@ def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
 
 
 def _table(evaluations: Evaluations, genes: Sequence[str], manifest: Manifest) -> dict[str, Column]:
-    """All columns, one row a rollout."""
+    """Return all columns, one row per rollout."""
     rollouts = int(evaluations.keys.shape[1])
     rows = np.repeat(np.arange(len(evaluations)), rollouts)
     individuals = take(evaluations, rows) if rollouts > 1 else evaluations
@@ -249,7 +249,7 @@ def _table(evaluations: Evaluations, genes: Sequence[str], manifest: Manifest) -
 
 
 def _sought(runs: Assessment, manifest: Manifest) -> dict[str, Column]:
-    """What each objective came to, and which expectations are broken; empty where there is none."""
+    """Return the values of objectives, and the broken expectations; empty if there are none."""
     aims = zip(manifest.objective, runs.sought.T.tolist(), strict=False)
     expected = zip(manifest.objectives, runs.broken.T.tolist(), strict=False)
     found = {f"sought_{name}": values for name, values in aims}
@@ -268,7 +268,7 @@ def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int | None]]:
 
 
 def _keys(evaluations: Evaluations) -> Column:
-    """Stream keys as text; only birth and rollout differ within a run."""
+    """Return stream keys as text; only birth and rollout differ within a run."""
     keys = evaluations.keys.reshape(-1, evaluations.keys.shape[2])
     seed_method_run = format_key(keys[0]).rsplit(".", 3)[0]
     return [f"{seed_method_run}.{a}.{b}.{c}" for a, b, c in keys[:, 3:].tolist()]

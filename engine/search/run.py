@@ -1,10 +1,11 @@
 """A search: one call for a compiled scenario (`search`), and the campaign loop behind it (`run_campaign`).
 
-The loop asks a searcher, evaluates its proposals, tells the results, and keeps everything. It knows neither sampler nor
-simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one). Scenes draw from streams keyed by
-birth and rollout, so a result depends on no other individual and on no thread count.
+The loop asks a searcher for proposals, evaluates them, passes the results back, and stores everything. It does not
+depend on sampler or simulator: `evaluate` is an argument (`engine.search.evaluator` makes the real one). Scenes draw
+from streams keyed by birth and rollout, so a result does not depend on other individuals or on the number of threads.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -23,7 +24,6 @@ from engine.search.evaluations import (
     distinct_collisions,
     figures,
     generation_figures,
-    is_aimed,
     judge,
     parent_rows,
     quantile_level,
@@ -33,7 +33,7 @@ from engine.search.insight.gene_effects import gene_effects, probe_genes
 from engine.search.insight.kinds import Blaming, blamed
 from engine.search.past import checked
 from engine.search.protocol import SOUGHT, Box, Proposal, Searcher, Sought
-from engine.search.ranking import Case, worst_cases
+from engine.search.ranking import Case, severity, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher, seek
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows, method_number
@@ -55,24 +55,25 @@ def run_campaign(
     objective: tuple[str, ...] = SOUGHT,
     blaming: Blaming | None = None,
 ) -> Campaign:
-    """Run all generations, or as many as there is time for.
+    """Run all generations, or those until an interrupt.
 
-    `past` holds the first generations of the same campaign, from a journal: the searcher gets their results again
-    instead of simulating them, and continues there. `on_generation` is called for new ones. `spent` is the time that
-    the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has). `blaming` is
-    asked once of every collision, at the end.
+    `past` holds the first generations of the same campaign, from a journal: the searcher receives their stored results
+    and continues there. `on_generation` is called for new generations. `spent` is the duration of the past [s].
+    `number` is the method's number in the stream keys (None: the number of its name). `blaming` is called once for
+    every collision, at the end.
 
-    Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
-    first generation is passed on. What `on_generation` raises is passed on too.
+    Ctrl-C, or `should_stop` after a generation, ends the campaign with the finished generations. Ctrl-C before the end
+    of the first generation is passed on, and so are exceptions of `on_generation`.
 
     Raises:
-        ForeignPastError: the searcher would not have proposed what `past` holds.
+        ForeignPastError: the searcher's proposals differ from those of `past`.
     """
     quantile_level(config.aggregate)
     number = method_number(method) if number is None else number
     start = perf_counter() - spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
+    least = (math.inf, math.inf)
     simulations = 0
     try:
         for generation in range(config.generations):
@@ -83,7 +84,10 @@ def run_campaign(
                 evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
-            best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
+            for case in worst_cases(evaluations, 1):
+                first, then = (float(key[case.row]) for key in severity(evaluations))
+                if (first, then) < least:
+                    best, least = replace(case, row=case.row + sum(len(block) for block, _ in done[:-1])), (first, then)
             simulations += done[-1][1].by_simulation.runs
             if on_generation is not None and generation >= len(past):
                 elapsed = perf_counter() - start
@@ -107,7 +111,7 @@ def _evaluate(
     config: SearchConfig,
     number: int,
 ) -> Evaluations:
-    """One generation: what is new is simulated, what is reused is looked up at its birth."""
+    """Return one generation: new individuals are simulated, reused ones are looked up at their birth."""
     generation, count = len(blocks), len(proposals)
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(count, -1)
     births = np.array([proposal.birth for proposal in proposals], dtype=np.int32)
@@ -139,7 +143,7 @@ def _evaluate(
 def _simulate(
     genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, number: int
 ) -> tuple[Ints, Assessment]:
-    """Keys (m, k, 6) and results (m, k, …) of m new genomes."""
+    """Return keys (m, k, 6) and results (m, k, …) of m new genomes."""
     if (births[:, 0] != generation).any():
         raise ValueError(f"a proposal without a stored result must be born in generation {generation}")
     keys = np.stack(
@@ -154,20 +158,6 @@ def _simulate(
     return keys, map_arrays(rows, lambda array: array.reshape(*shape, *array.shape[1:]))
 
 
-def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case | None:
-    """The worst case so far, after a generation whose first individual has this row."""
-    for case in worst_cases(evaluations, 1):
-        if best is None or _order(evaluations, case) > _order(evaluations, best):
-            return replace(case, row=case.row + first_row)
-    return best
-
-
-def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
-    """Return a key that is greater for the worse of two cases; see `ranking.order_of_risk`."""
-    aimed = is_aimed(evaluations.rollouts)
-    return (2 * case.lost + case.collided if aimed else case.score), case.continuous
-
-
 def summarize(
     space: ParamSpace,
     evaluate: Evaluate,
@@ -178,9 +168,10 @@ def summarize(
     blaming: Blaming | None,
     status: str,
 ) -> Campaign:
-    """Return the campaign of a search that ended with this status, which decides what is analysed: genes are probed
-    when it is finished, and collisions are judged unless it was interrupted. Ctrl-C makes it interrupted. The
-    objective and the time are for the caller to fill in.
+    """Return the campaign of a search that ended with this status.
+
+    Genes are probed if it is finished, and collisions are assessed unless it was interrupted. Ctrl-C makes it
+    interrupted. The caller fills in objective and time.
     """
     evaluations = concatenate([block for block, _ in done])
     box = Box.of(space)
@@ -229,13 +220,13 @@ def search(
     number: int | None = None,
     objective: Sequence[Sought] = SOUGHT,
 ) -> Campaign:
-    """Search a program's box by a method of `searchers.known_searchers`, judged by a risk profile; see `run_campaign`.
+    """Search a program's box by a method of `searchers.known_searchers`, under a risk profile; see `run_campaign`.
 
-    `objective` names what is sought: rows of `engine.search.objectives`, objectives of the file, or functions of
-    outcomes, which run in threads of this process alone.
+    `objective` names the objectives: rows of `engine.search.objectives`, objectives of the file, or functions of
+    outcomes, which run only in threads of this process.
 
-    Without `workers`, threads of this process run the simulations, as many as the config says. Where they run changes
-    no result.
+    Without `workers`, threads of this process run the simulations, as many as the config says. The choice does not
+    affect results.
 
     Raises:
         ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
@@ -255,7 +246,7 @@ def search(
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
     if config.driver is not None and workers.kind != "dask":
-        workers = Workers("threads", workers.jobs)  # a controller is asked in this process alone
+        workers = Workers("threads", workers.jobs)  # a controller is queried in this process only
     with open_workers(workers) as executor:
         if executor and config.driver is not None:
             raise ArgumentError("a controller drives in this process, and not on a cluster", "leave `--dask` out")

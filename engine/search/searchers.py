@@ -1,6 +1,6 @@
-"""Searchers by name: our own (`engine.search.methods.table`), and those that other packages offer.
+"""Searchers by name: those of cortexc (`engine.search.methods.table`), and those of other packages.
 
-A searcher of another package is an entry point of the group `cortexc.searchers`; what it proposes is watched.
+A searcher of another package is an entry point of the group `cortexc.searchers`; its proposals are checked.
 
     # pyproject.toml of the package
     [project.entry-points."cortexc.searchers"]
@@ -10,10 +10,10 @@ A searcher of another package is an entry point of the group `cortexc.searchers`
     def make(box: Box, config: Config, streams: StreamAt) -> Searcher: ...
 
 `make` is called once for each run, with the box of the genes, every setting (`config.search.population` individuals a
-generation, `config.search.generations` of them) and the streams of random numbers. What it returns is asked for
-`population` proposals (`engine.search.protocol.Proposal`) a generation, each in the box and born at its own place, and
-then gets one `Result` for each by `tell`: valid, invalid, error (the simulator failed) or reused. For a run to repeat
-itself and to be resumed, proposals must depend on the streams and on these results, and on nothing else.
+generation, `config.search.generations` of them) and the streams of random numbers. The searcher is asked for
+`population` proposals (`engine.search.protocol.Proposal`) per generation, each in the box and born at its own place.
+`tell` then passes one `Result` for each: valid, invalid, error (the simulator failed) or reused. To make runs
+repeatable and resumable, proposals must depend only on the streams and on these results.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ from typing import Any, TypeVar, cast
 
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError
-from engine.search.methods.table import SEARCHERS, SearcherEntry
+from engine.search.methods.table import REMOVED, SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
 
@@ -46,7 +46,7 @@ Value = TypeVar("Value")
 
 
 class PluginError(CortexError):
-    """A searcher of another package cannot be used: whose it is, and what is wrong with it."""
+    """A searcher of another package cannot be used; the message names the package and the problem."""
 
     def __init__(self, name: str, problem: str) -> None:
         super().__init__(f"the searcher `{name}` {problem}", "repair or remove the package that offers it")
@@ -54,13 +54,13 @@ class PluginError(CortexError):
 
 
 def plugins() -> dict[str, SearcherEntry]:
-    """Every searcher that other packages offer, by name. A name of ours stays ours; nothing is imported here."""
+    """Return the searchers of other packages by name, without importing them. A name of cortexc takes precedence."""
     found = entry_points(group=GROUP)
     return {point.name: _entry(point) for point in found if point.name not in SEARCHERS}
 
 
 def distribution_of(name: str) -> tuple[str, str] | None:
-    """Name and version of the package behind a searcher; None for our own."""
+    """Return name and version of the package of a searcher; None for searchers of cortexc."""
     if name in SEARCHERS:
         return None
     points = (point for point in entry_points(group=GROUP, name=name) if point.dist is not None)
@@ -80,7 +80,7 @@ def _entry(point: EntryPoint) -> SearcherEntry:
 
 @dataclass
 class Watched:
-    """A searcher whose proposals are checked before anything is simulated; what it raises is its own."""
+    """Searcher with checks of its proposals before a simulation; its errors are reported as its package's."""
 
     name: str
     searcher: Any
@@ -128,22 +128,25 @@ class UnknownMethodError(CortexError, ValueError):
     """No searcher has this name."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
-        self.name = name
+        self.name, self.replacement = name.strip(), REMOVED.get(_word(name))
+        if self.replacement is not None:
+            super().__init__(f"method: `{self.name}` was removed", f"use `{self.replacement}`")
+        else:
+            super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
 
 
 def known_searchers() -> dict[str, SearcherEntry]:
-    """Our own searchers, then those of other packages."""
+    """Return the searchers of cortexc, then those of other packages."""
     return {**SEARCHERS, **plugins()}
 
 
 def canonical(name: str) -> str:
-    """The one name of a method, from an alias or from a spelling with hyphens or capitals.
+    """Return the name of a method, from an alias or from a spelling with hyphens or capitals.
 
     Raises:
         UnknownMethodError: there is no such method.
     """
-    word = name.strip().lower().replace("-", "_")
+    word = _word(name)
     if word in SEARCHERS:
         return word
     for method, entry in SEARCHERS.items():
@@ -154,8 +157,12 @@ def canonical(name: str) -> str:
     raise UnknownMethodError(name)
 
 
+def _word(name: str) -> str:
+    return name.strip().lower().replace("-", "_")
+
+
 def find_searcher(name: str) -> SearcherEntry:
-    """The row of a method.
+    """Return the row of a method.
 
     Raises:
         UnknownMethodError: there is no such method.
@@ -164,13 +171,12 @@ def find_searcher(name: str) -> SearcherEntry:
 
 
 def build_searcher(name: str, box: Box, config: Config, number: int | None = None) -> Searcher:
-    """The searcher of a row, its operators drawing from the streams of this seed, method and run. `number` is that of
-    the method in a run's manifest, where it is not its own (None) any more.
+    """Return the searcher of a row, with the streams of this seed, method and run for its operators. `number` is the
+    method's number in a run's manifest, if it differs from the current one (None).
 
     Raises:
-        UnknownMethodError: there is no method of this name.
-        MissingExtraError: its package is not installed.
-        PluginError: it is of another package, which is broken.
+        UnknownMethodError: there is no method of this name. MissingExtraError: its package is not installed.
+        PluginError: it belongs to another package and is broken.
     """
     entry = find_searcher(name)
     search = config.search
@@ -186,14 +192,14 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
 
 
 class SeveralObjectivesError(ArgumentError):
-    """A method that makes one number large is given several."""
+    """Several objectives are named for a method that maximizes one number."""
 
 
 def seek(searcher: Searcher, method: str, aims: int) -> None:
-    """Tell a searcher how many objectives there are.
+    """Set the number of objectives of a searcher.
 
     Raises:
-        SeveralObjectivesError: its method makes one number large.
+        SeveralObjectivesError: its method maximizes one number.
     """
     several = getattr(searcher, "seek", None)
     if aims > 1 and several is None:

@@ -20,7 +20,7 @@ class Interval(NamedTuple):
 
 
 def midranks(values: ArrayLike) -> Floats:
-    """(n,) ranks from 1, ties sharing the mean of their ranks."""
+    """Return (n,) ranks from 1; ties share the mean of their ranks."""
     array = np.asarray(values, dtype=np.float64)
     _, inverse, counts = np.unique(array, return_inverse=True, return_counts=True)
     last = np.cumsum(counts)
@@ -28,7 +28,7 @@ def midranks(values: ArrayLike) -> Floats:
 
 
 def spearman(first: ArrayLike, second: ArrayLike) -> float:
-    """Rank correlation rho in [-1, 1]: Pearson's correlation of midranks; NaN where one side is constant.
+    """Return the rank correlation rho in [-1, 1]: Pearson's correlation of midranks; NaN if one side is constant.
 
     Spearman (1904), "The proof and measurement of association between two things".
     """
@@ -41,7 +41,7 @@ def spearman(first: ArrayLike, second: ArrayLike) -> float:
 
 
 def a12(first: ArrayLike, second: ArrayLike) -> float:
-    """P(X > Y) + P(X = Y) / 2 for X of the first and Y of the second sample; NaN where one is empty.
+    """Return P(X > Y) + P(X = Y) / 2 for X of the first and Y of the second sample; NaN if one sample is empty.
 
     Vargha and Delaney (2000), "A critique and improvement of the CL common language effect size statistics", their
     equation 14 in rank form. 0.56, 0.64 and 0.71 are their small, medium and large.
@@ -54,7 +54,8 @@ def a12(first: ArrayLike, second: ArrayLike) -> float:
 
 
 def holm(p_values: Sequence[float]) -> tuple[float, ...]:
-    """Adjusted p values of one family, in the order given; they control the family-wise error rate. NaN stays NaN.
+    """Return the adjusted p values of one family, in the same order; they control the family-wise error rate. NaN stays
+    NaN.
 
     Holm (1979), "A simple sequentially rejective multiple test procedure".
     """
@@ -67,11 +68,11 @@ def holm(p_values: Sequence[float]) -> tuple[float, ...]:
 
 
 def mann_whitney(first: ArrayLike, second: ArrayLike) -> float:
-    """Two-sided p of the rank-sum test; values may be infinite, as nothing but their order counts.
+    """Return the two-sided p of the rank-sum test; values may be infinite, as only their order counts.
 
-    Mann and Whitney (1947), "On a test of whether one of two random variables is stochastically larger than the
-    other". Exact where both samples are small and nothing is tied, else by the normal approximation with corrections
-    for ties and continuity. NaN where a sample is empty; 1 where all values are equal.
+    Mann and Whitney (1947), "On a test of whether one of two random variables is stochastically larger than the other".
+    Exact if both samples are small and have no ties, else by the normal approximation with corrections for ties and
+    continuity. NaN if a sample is empty; 1 if all values are equal.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if not (len(a) and len(b)):
@@ -89,10 +90,10 @@ def mann_whitney(first: ArrayLike, second: ArrayLike) -> float:
 def a12_interval(
     first: ArrayLike, second: ArrayLike, level: float = 0.95, resamples: int = 2000, seed: int = 0
 ) -> Interval:
-    """Percentile bootstrap interval of A12 of two independent samples, each resampled on its own.
+    """Return the percentile bootstrap interval of A12 of two independent samples, each resampled separately.
 
-    Efron (1979), "Bootstrap methods: another look at the jackknife". All resamples are taken at once: each is a
-    bilinear form of how often it took which value.
+    Efron (1979), "Bootstrap methods: another look at the jackknife". All resamples are computed at once: each is a
+    bilinear form of its counts per value.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if not (len(a) and len(b)):
@@ -107,11 +108,11 @@ def a12_interval(
 
 
 def newcombe_interval(value: float, first: int, second: int, level: float = 0.95) -> Interval:
-    """Interval of an A12 `value` of samples of these sizes, by its own variance: it never collapses, not even at 1.
+    """Return the interval of an A12 `value` for samples of these sizes; its width is positive, even for a value of 1.
 
     Method 5 of Newcombe (2006), "Confidence intervals for an effect size measure based on the Mann-Whitney statistic",
     parts 1 and 2, Statistics in Medicine 25: its ends are the values whose own standard error (Hanley and McNeil, with
-    the mean sample size) puts them as far from the estimate as the level asks. NaN where a sample is empty.
+    the mean sample size) puts them as far from the estimate as the level requires. NaN if a sample is empty.
     """
     if not (first and second):
         return Interval(float("nan"), float("nan"))
@@ -128,7 +129,7 @@ def newcombe_interval(value: float, first: int, second: int, level: float = 0.95
 
 
 def _border(below: Callable[[float], bool], low: float, high: float) -> float:
-    """Where a condition that holds at first ceases to hold, by halving."""
+    """Return by bisection the point at which a condition that holds at `low` ceases to hold."""
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if below(middle) else (low, middle)
@@ -136,10 +137,10 @@ def _border(below: Callable[[float], bool], low: float, high: float) -> float:
 
 
 def a12_bounds(first: ArrayLike, second: ArrayLike) -> Interval:
-    """95 % interval of A12: the bootstrap's, and no narrower than Newcombe's.
+    """Return the 95 % interval of A12: the union of the bootstrap interval and Newcombe's.
 
-    Resamples know only what was seen. Where every run of one sample beats every run of the other, or all are equal,
-    they are all alike, and the bootstrap's interval is a single point whatever the number of runs.
+    If every run of one sample beats every run of the second, or all are equal, all resamples are equal, and the
+    bootstrap interval is a single point for any number of runs.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     drawn, own = a12_interval(a, b), newcombe_interval(a12(a, b), len(a), len(b))
@@ -147,15 +148,15 @@ def a12_bounds(first: ArrayLike, second: ArrayLike) -> Interval:
 
 
 def _taken(rows: Ints, size: int) -> Floats:
-    """(resamples, size) how often each resample took each value, from (resamples, n) which ones it took."""
+    """Return (resamples, size) the count of each value per resample, from row numbers (resamples, n) of its values."""
     resamples = len(rows)
     cells = rows + size * np.arange(resamples)[:, np.newaxis]
     return np.bincount(cells.ravel(), minlength=resamples * size).reshape(resamples, size).astype(np.float64)
 
 
 def clopper_pearson(successes: int, trials: int, level: float = 0.95, unknown: int = 0) -> Interval:
-    """Exact interval of a rate from *independent* trials; NaN without any. `unknown`: as many trials more of which
-    nothing is known; the lower end takes them for failures, the upper end for successes.
+    """Return the exact interval of a rate from *independent* trials; NaN without trials. `unknown`: number of
+    additional trials with unknown outcome; the lower end takes them for failures, the upper end for successes.
 
     Clopper and Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial".
     """
@@ -172,7 +173,7 @@ def clopper_pearson(successes: int, trials: int, level: float = 0.95, unknown: i
 
 class OddsRatio(NamedTuple):
     ratio: float
-    """Of the first sample's odds to the second's; infinite or NaN where a count is 0."""
+    """Ratio of the first sample's odds to the second's; infinite or NaN if a count is 0."""
     p: float
     """Two-sided, Fisher's exact test."""
 

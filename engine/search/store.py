@@ -15,23 +15,23 @@ from engine.atomic import TakenError, leads_nowhere
 from engine.errors import CortexError
 
 JOURNAL = "journal.sqlite"
-"""The one file that holds everything; the others beside it are exports of it."""
+"""File with all data of a run; the other files next to it are exports of it."""
 UNBORN = ".new"
 """Ends the name of a journal that is being made."""
 LOCK = ".lock"
-"""Held by the process that writes a run; whatever ends the process lets go of it."""
+"""Lock file, held by the process that writes a run; the operating system releases it when the process ends."""
 LONGEST_NAME = 200
-"""Bytes of what comes before a run's method and number; file systems take 255 in all."""
+"""Maximum length [bytes] of the part of a folder's name before the method; file systems allow 255 for a name."""
 
 
 SPACE = "free some space, then go on with `cortexc resume`: what was written is kept; or name another disk with --out"
 
 
 class StoreError(CortexError):
-    """Results cannot be stored, or read: what is wrong, and what to do about it."""
+    """Results cannot be stored or read; the message has the reason and the cure."""
 
 
-# -- names of files in what is handed on -------------------------------------------------------------------------------
+# -- names of files in results that are passed on ----------------------------------------------------------------------
 
 
 def without_folders(word: str) -> str:
@@ -41,8 +41,9 @@ def without_folders(word: str) -> str:
 
 
 def seen_from(folder: Path, name: str) -> str:
-    """Return an absolute path relative to a run's folder, or the name of its file where the two have no folder in
-    common; any other path as it is.
+    """Return an absolute path relative to a run's folder, or its file name if both have no folder in common.
+
+    A relative path is returned unchanged.
     """
     if not PurePath(name).is_absolute():
         return name
@@ -58,7 +59,7 @@ def located(folder: Path, name: str) -> str:
 
 
 def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:
-    """Make and return the next of `runs/<name>-<method>-001`, `-002`, …; safe beside other commands doing the same."""
+    """Make and return the next of `runs/<name>-<method>-001`, `-002`, …; safe while other commands do the same."""
     stem = f"{_portable(name)}-{_portable(method)}"
     with store_errors(root):
         root.mkdir(parents=True, exist_ok=True)
@@ -74,13 +75,13 @@ def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Pat
 
 
 def example_run(root: Path = Path("runs")) -> Path:
-    """The run to name where one must be named: the latest that is there, or one that a search would make."""
+    """Return a run to name in a message: the latest existing run, or one that a search would create."""
     there = [(journal.stat().st_mtime, journal.parent) for journal in root.glob(f"*/{JOURNAL}")]
     return max(there)[1] if there else root / "left_turn-ga-001"
 
 
 def new_directory(directory: Path) -> Path:
-    """Make a run directory where the user asked for one; it may exist if it is empty."""
+    """Create the run directory at the requested place; it may exist if it is empty."""
     with store_errors(directory):
         if leads_nowhere(directory):
             raise StoreError(f"`{directory}` is a link that leads nowhere", "remove it, or name another --out")
@@ -96,17 +97,17 @@ def new_directory(directory: Path) -> Path:
 
 
 class RemovedError(StoreError):
-    """What is being written was taken away; all that is known is in memory."""
+    """The open file was removed by another process; the data are in memory only."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(f"`{path}` was removed, or replaced, while it was being written", "do it again from the start")
 
 
 def insist_on(path: Path, inode: int) -> None:
-    """Check that an open file still has its name: one that was removed can be written, and never found again.
+    """Check that an open file still has its name; a removed file could be written but not found again.
 
     Raises:
-        RemovedError: the file of this name is not that one, or there is none.
+        RemovedError: a different file has this name, or none.
     """
     try:
         same = path.stat().st_ino == inode
@@ -116,12 +117,22 @@ def insist_on(path: Path, inode: int) -> None:
         raise RemovedError(path)
 
 
-@contextmanager
-def hold(directory: Path) -> Generator[None]:
-    """Keep other processes from writing the same run for as long as the block runs.
+def refuse_empty(path: Path) -> None:
+    """Refuse a database without contents, which SQLite takes for a new one.
 
     Raises:
-        StoreError: another process is at it, or the folder cannot be written.
+        StoreError: the file has 0 bytes.
+    """
+    if path.stat().st_size == 0:
+        raise StoreError(f"`{path}` has 0 bytes: its contents are lost", "restore it from a copy, or search again")
+
+
+@contextmanager
+def hold(directory: Path) -> Generator[None]:
+    """Prevent other processes from writing the same run while the block runs.
+
+    Raises:
+        StoreError: another process writes it, or the folder cannot be written.
     """
     lock = FileLock(directory / LOCK)
     with store_errors(directory):
@@ -143,7 +154,7 @@ def _last_number(root: Path, stem: str) -> int:
 
 
 def _portable(name: str) -> str:
-    """The name with everything that a file system may mind replaced; its letters stay where names may have them."""
+    """Return the name without characters that a file system may reject; other letters stay if names may have them."""
     try:
         os.fsencode("ü")
         plain = "".join(each if _is_plain(each) else " " for each in unicodedata.normalize("NFC", name))
@@ -154,13 +165,13 @@ def _portable(name: str) -> str:
 
 
 def _is_plain(letter: str) -> bool:
-    """Letters with their marks, digits, and the signs that no shell and no file system has a use for."""
+    """Return True for letters with their marks, digits, and signs without a meaning for shells and file systems."""
     return letter in "_.-" or unicodedata.category(letter)[0] in "LMN"
 
 
 @contextmanager
 def store_errors(path: Path) -> Generator[None]:
-    """Turn what the file system or SQLite says about `path` into a StoreError with a cure."""
+    """Turn errors of the file system or of SQLite about `path` into a StoreError with a cure."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What JSON has read, as what the types of a dataclass say that it is."""
+"""Conversion of JSON values to the types of a dataclass, with checks."""
 
 import sys
 from dataclasses import MISSING, fields, is_dataclass
@@ -11,11 +11,11 @@ LARGEST = MappingProxyType({int: 2**63 - 1, float: sys.float_info.max})
 
 
 class ManifestError(Signal, ValueError):
-    """The manifest was changed from outside: it does not hold what `make_manifest` writes."""
+    """The manifest was changed from outside: its content is not that of `make_manifest`."""
 
 
 def typed(kind: Any, value: Any, place: str) -> Any:
-    """A value that JSON has read, as what the type of a field says that it is."""
+    """Return a JSON value converted to the type of a field."""
     origin, arguments = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         return _table(kind, _of(dict, "a table", value, place), place)
@@ -44,7 +44,7 @@ def _table(kind: Any, value: dict[str, Any], place: str) -> Any:
 
 
 def _scalar(kind: type, value: Any, place: str) -> Any:
-    """A text, a truth or a finite number of at most 64 bits; a whole number stands for any number, too."""
+    """Return a text, a truth value or a finite number of at most 64 bits; a whole number is accepted for any number."""
     if kind is str or kind is bool:
         return _of(kind, "a text" if kind is str else "true or false", value, place)
     kinds = int if kind is int else (int, float)

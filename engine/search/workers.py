@@ -1,9 +1,9 @@
-"""Where simulations are run: threads of this process, processes of this machine, or a Dask cluster.
+"""Executors of simulations: threads of this process, processes of this machine, or a Dask cluster.
 
 The unit of work is a batch of scenes, and a batch is a pure function of program, settings, genomes and stream keys: a
-result is the same wherever it was worked out, and a batch that was lost with its worker is simply done again. Workers
-return rows; only the process that started the search writes. Ctrl-C goes to the process that started them, and they
-do not outlive that one.
+result does not depend on the executor, and a batch that was lost with its worker is repeated. Workers return rows; only
+the process that started the search writes. Ctrl-C goes to the process that started them, and they end with that
+process.
 """
 
 import logging
@@ -37,7 +37,7 @@ from engine.tables import Floats, Ints
 
 
 def serve_parent() -> None:
-    """First call in a worker: Ctrl-C is for the parent; and where that is gone, the worker ends too."""
+    """Prepare a worker process: it ignores Ctrl-C, which its parent handles, and ends when its parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -46,9 +46,9 @@ def serve_parent() -> None:
 
 @contextmanager
 def unheard_by_children() -> Generator[None]:
-    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards.
+    """Block Ctrl-C while child processes start, so that they never receive it; this process receives it afterwards.
 
-    The helper of multiprocessing that comes with the first process is started before: it would let Ctrl-C in again.
+    The resource tracker of multiprocessing starts before, because it would unblock Ctrl-C.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -67,41 +67,41 @@ Value = TypeVar("Value")
 Kind = Literal["threads", "processes", "dask"]
 
 BATCHES = 2
-"""Batches for each worker: they end at about the same time, and what is lost with one is small."""
+"""Batches per worker: workers end at about the same time, and little is lost with a batch."""
 SMALLEST = 8
-"""Scenes of a batch, if there are so many: a message takes as long as some ten of them."""
+"""Minimum number of scenes in a batch, if there are enough: a message takes as long as about ten scenes."""
 LARGEST = 2000
 """Scenes of a batch at most, so that Ctrl-C is answered soon."""
 CONNECT = 10.0
-"""How long to wait for a scheduler [s]."""
+"""Timeout for the connection to a scheduler [s]."""
 
 
 class WorkersLostError(CortexError):
-    """Workers cannot be reached, or died at their work: what happened, and what to do about it."""
+    """Workers cannot be reached, or died; the message has the reason and the cure."""
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Who runs the simulations of a search."""
+    """Executor of the simulations of a search."""
 
     kind: Kind = "threads"
     jobs: int = 1
     address: str = "local"
-    """Of a Dask scheduler; `local` starts a cluster of `jobs` processes for the time of the search."""
+    """Address of a Dask scheduler; `local` starts a cluster of `jobs` processes for the time of the search."""
 
 
 def workers_for(engine: str, jobs: int) -> Workers:
-    """What suits a host: the kernels of `batch` let go of the interpreter's lock, steps of the world do not."""
+    """Return the workers for a host: kernels of `batch` release the interpreter's lock, steps of the world do not."""
     return Workers("processes" if engine == "world" and jobs > 1 else "threads", jobs)
 
 
 @contextmanager
 def open_workers(workers: Workers) -> Generator[Executor | None]:
-    """An executor for as long as the block runs; None where threads of the evaluator do.
+    """Open an executor while the block runs; None if threads of the evaluator run the simulations.
 
     Raises:
         MissingExtraError: Dask is not installed.
-        WorkersLostError: the scheduler does not answer, or no cluster of our own starts.
+        WorkersLostError: the scheduler does not answer, or no local cluster starts.
     """
     if workers.kind == "threads":
         yield None
@@ -115,9 +115,9 @@ def open_workers(workers: Workers) -> Generator[Executor | None]:
 
 @contextmanager
 def process_pool(jobs: int, start: Callable[..., None] = serve_parent, *given: object) -> Generator[Executor]:
-    """Processes of our own, each of which first calls `start(*given)`.
+    """Start a pool of local processes, each of which first calls `start(*given)`.
 
-    They are started afresh: a fork would inherit the locks of running threads.
+    They are spawned, because a forked process would inherit the locks of running threads.
     """
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), start, given)
     try:
@@ -129,7 +129,7 @@ def process_pool(jobs: int, start: Callable[..., None] = serve_parent, *given: o
 
 
 def _let_go_of_the_dead(pool: ProcessPoolExecutor) -> None:
-    """Close the pipe from which killed workers read, so that `shutdown` does not wait for what they will never take.
+    """Close the pipe from which killed workers read, so that `shutdown` does not wait until they take their work.
 
     Later versions of Python do so themselves (https://github.com/python/cpython/issues/94777).
     """
@@ -158,8 +158,9 @@ def _dask(workers: Workers) -> Generator[Executor]:
 
 
 def _cluster(distributed: Any, jobs: int) -> Any:
-    """Processes of our own under a scheduler of our own. We report errors; its own log is off, and so is the warning
-    that a busy machine is slow to make folders.
+    """Return a local cluster of processes with its own scheduler.
+
+    Errors are reported by cortexc, so the cluster's own log is off, and so is its warning about slow scratch folders.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Creating scratch directories")
@@ -178,7 +179,7 @@ def _cluster(distributed: Any, jobs: int) -> Any:
 class DaskExecutor(Executor):
     """Functions that the workers of a Dask client run, as futures of the standard library.
 
-    Dask's own takes a result for an error where the worker that has it is killed just then.
+    Dask's own executor reports an error for a result if the worker that holds it is killed at that moment.
     """
 
     def __init__(self, client: Any) -> None:
@@ -193,12 +194,12 @@ class DaskExecutor(Executor):
 
 
 def _hand_on(future: "Future[Any]", theirs: Any) -> None:
-    """Give what a future of Dask came to, in a thread of Dask's; a result that is lost is worked out again."""
+    """Pass the result of a Dask future on, in a thread of Dask; a lost result is computed again."""
     try:
         settle = partial(future.set_result, theirs.result())
     except BaseException as error:
         settle = partial(future.set_exception, error)
-    with suppress(InvalidStateError):  # nobody waits for it any more
+    with suppress(InvalidStateError):  # the future was cancelled
         settle()
 
 
@@ -211,7 +212,7 @@ def _first_line(error: Exception) -> str:
 
 @dataclass(frozen=True)
 class Job:
-    """What every batch of a search shares. Two are equal when they give the same results."""
+    """Common arguments of all batches of a search. Two jobs are equal if they give the same results."""
 
     program: Program
     config: Config
@@ -230,7 +231,7 @@ class Job:
 
 
 def work(job: Job, genomes: Floats, keys: Ints) -> Assessment:
-    """One batch, in whatever process this is."""
+    """Run one batch in the current process."""
     return _evaluator(job)(genomes, keys)
 
 
@@ -251,10 +252,10 @@ def spread(
     profile: str,
     objective: Sequence[str] = SOUGHT,
 ) -> Evaluate:
-    """An evaluator whose batches are run by an executor.
+    """Return an evaluator whose batches an executor runs.
 
     Raises (when called):
-        WorkersLostError: a worker was killed, and none is left to do its batch again.
+        WorkersLostError: a worker was killed, and none is left to repeat its batch.
     """
     job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile, tuple(objective))
 
@@ -266,10 +267,10 @@ def spread(
 
 
 def apart(function: Callable[..., Value], *arguments: Any, **named: Any) -> Value:
-    """What a function returns or raises, called in a thread of its own.
+    """Return the result of a function, or raise its exception, from a call in a separate thread.
 
-    Waiting for futures takes their locks. Ctrl-C, which only the main thread hears, may come just as it has taken one:
-    nobody can settle that future any more, and the threads that try keep the process from ending.
+    A wait for futures takes their locks. Ctrl-C, which only the main thread receives, may come just after it has taken
+    a lock: then no thread can complete that future, and the threads that try prevent the process from ending.
     """
     answers: SimpleQueue[Callable[[], Value]] = SimpleQueue()
 
@@ -304,7 +305,7 @@ def _results(executor: Executor, batches: Sequence[tuple[Job, Floats, Ints]]) ->
 
 
 def tells_of_a_kill(error: Exception) -> bool:
-    """Whether work failed because its worker was killed: a process of ours, or several of Dask's, one by one."""
+    """Return True if work failed because its worker was killed: a local process, or several workers of Dask in turn."""
     return isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker"  # Dask need not be there
 
 
@@ -315,7 +316,7 @@ def _lost(message: str) -> WorkersLostError:
 
 
 def batches_of(rows: int, workers: int) -> list[tuple[int, int]]:
-    """Ranges of rows, of nearly equal size."""
+    """Return ranges of rows of nearly equal size."""
     count = min(BATCHES * max(1, workers), -(-rows // SMALLEST))
     count = max(count, -(-rows // LARGEST))
     edges = [rows * number // count for number in range(count + 1)] if count else [0]

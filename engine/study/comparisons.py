@@ -1,22 +1,22 @@
-"""What the runs of a study are compared by, and methods held against the baseline, run by run. The unit of analysis is
-one run, as what lies inside one is not independent.
+"""Measures of the runs of a study, and comparisons of methods with the baseline. The unit of analysis is one run, as
+the individuals of a run are not independent.
 
-Each measure is one number a run, and belongs to one family of tests. Four outcomes are named first, and tested as one
-family: collisions that a competent driver avoids and the kinds of these, different genomes that collided, which is the
-yield, and kinds of all collisions, which is its variety. The paper's other four metrics over the whole run, counted by
-individual as the paper does, are the second family (twenty-four tests where six scenarios meet one contender). All else
-is exploratory: each further way of counting is corrected within itself, but picking one out of many is not corrected
-for.
+Each measure is one number per run, and belongs to one family of tests. Four primary outcomes are tested as one family:
+collisions that a competent driver avoids and the kinds of these, different genomes that collided, which is the yield,
+and kinds of all collisions, which is its variety. The paper's other four metrics over the whole run, counted by
+individual as the paper does, are the second family (twenty-four tests for six scenarios and one contender). All other
+measures are exploratory: each further family is corrected within itself, but the choice of one family out of many is
+not.
 
 Two-sided Mann-Whitney tests, corrected by Holm over each family (all scenarios and contenders together); A12 of Vargha
-and Delaney with a 95 % interval (bootstrap, and no narrower than Newcombe's, which stays honest where every run of one
-method beats every run of the other), oriented so that above 0.5 the contender is better. *Beats* means: at least 30
-runs of each, better median, Holm's p below 0.05, and A12 above 0.64 (their "medium"). *Loses* is the same the other way
-round. With fewer runs nothing is decided.
+and Delaney with a 95 % interval (bootstrap, and no narrower than Newcombe's, which has a width even if every run of one
+method beats every run of the other method), oriented so that the contender is better above 0.5. *Beats* means: at least
+30 runs of each, better median, Holm's p below 0.05, and A12 above 0.64 (their "medium"). *Loses* is the reverse. With
+fewer runs the result is undecided.
 
-A run without the number, such as one that never collided and so has no first collision, is not left out, which would
-reward a method for failing: it ranks behind every run that has one, in medians, tests and A12. What is meant by
-worst is known for ranks only, so that there is no mean then.
+A run without the number, such as a run without a first collision, is included, as its omission would reward a method
+for failing: it ranks behind every run with a number, in medians, tests and A12. The worst value is defined for ranks
+only, so there is no mean in this case.
 """
 
 import math
@@ -37,7 +37,7 @@ PRIMARY_FAMILY, SECONDARY_FAMILY = "primary", "secondary"
 
 @dataclass(frozen=True)
 class Measure:
-    """One number a run; NaN where a run has none, which is worse than any number."""
+    """One number per run; NaN if a run has none, which is worse than any number."""
 
     name: str
     meaning: str
@@ -49,20 +49,20 @@ class Measure:
 
     @property
     def exploratory(self) -> bool:
-        """Whether the measure is exploratory: reported, but it confirms nothing by itself."""
+        """Return True if the measure is exploratory: it is reported, but confirms nothing by itself."""
         return self.family not in (PRIMARY_FAMILY, SECONDARY_FAMILY)
 
     @property
     def orientation(self) -> float:
-        """1 where larger is better, else -1."""
+        """Return 1 if larger is better, else -1."""
         return 1.0 if self.larger_is_better else -1.0
 
     def counted(self, generations: int) -> int:
-        """Over how many generations it counts, where a run has so many."""
+        """Return the number of generations that the measure counts, for runs of `generations`."""
         return min(LAST, generations) if f"last {LAST}" in self.name else generations
 
     def title_for(self, generations: int) -> str:
-        """Return its name for runs of so many generations: of ten or fewer the last ten are all."""
+        """Return the name for runs of `generations`: in runs of up to ten, the last ten are all generations."""
         return self.name if generations > LAST else self.name.replace(f"last {LAST}", f"all {generations}")
 
 
@@ -90,7 +90,7 @@ _FIVE = (
 
 
 def _five(group: str, where: str, family: str, leave_out: tuple[str, ...] = ()) -> tuple[Measure, ...]:
-    """The paper's metrics over one group of figures."""
+    """Return the paper's metrics over one group of figures."""
     return tuple(
         Measure(f"{name}{where}", meaning, family, larger, _figure(group, field), decimals, unit)
         for name, meaning, field, larger, decimals, unit in _FIVE
@@ -101,14 +101,14 @@ def _five(group: str, where: str, family: str, leave_out: tuple[str, ...] = ()) 
 PRIMARY = Measure(
     "colliding genomes", "different genomes that collided", PRIMARY_FAMILY, True, _own("distinct_collisions")
 )
-"""Two genomes differ when a single bit does: yield, and no variety."""
+"""Genomes count as different if a single bit differs: a yield, not a variety."""
 KINDS = Measure("kinds", "kinds of collisions", PRIMARY_FAMILY, True, _own("kinds"))
 AVOIDABLE = Measure("avoidable", "collisions that a competent driver avoids", PRIMARY_FAMILY, True, _own("avoidable"))
 AVOIDABLE_KINDS = Measure(
     "avoidable kinds", "kinds of avoidable collisions", PRIMARY_FAMILY, True, _own("avoidable_kinds")
 )
 NAMED_FIRST = (AVOIDABLE, AVOIDABLE_KINDS, PRIMARY, KINDS)
-"""What a verdict speaks of."""
+"""Outcomes that a verdict reports."""
 FAILING_CELLS = Measure(
     "failing cells", "cells of descriptor grids with a collision", "failing cells", True, _own("failing_cells")
 )
@@ -125,11 +125,11 @@ MEASURES = (
     Measure(FIRST, "simulations until the first", FIRST, False, _own("first_collision")),
 )
 SAME_AS_GENOMES = "NC, by simulation"
-"""With one simulation for each genome it is `PRIMARY` again."""
+"""Measure that equals `PRIMARY` with one simulation per genome."""
 
 
 def measures_of(rollouts: int) -> tuple[Measure, ...]:
-    """Those that say something of their own where each genome is simulated so many times."""
+    """Return the measures without duplicates for this number of simulations per genome."""
     return tuple(measure for measure in MEASURES if rollouts > 1 or measure.name != SAME_AS_GENOMES)
 
 
@@ -146,19 +146,19 @@ class Spread:
 
     runs: int
     median: float
-    """Infinite where the run in the middle has no number; minus infinity if larger is better."""
+    """Infinite if the middle run has no number; minus infinity if larger is better."""
     quartiles: Interval
     mean: float
-    """NaN where a run has no number."""
+    """NaN if a run has no number."""
     deviation: float
-    """Standard deviation, n - 1; NaN under two runs, and where a run has no number."""
+    """Standard deviation, n - 1; NaN for fewer than two runs, or if a run has no number."""
     missing: int = 0
     """Runs without the number."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One measure of a contender against the baseline on one scenario."""
+    """One measure of a contender, compared with the baseline on one scenario."""
 
     scenario: str
     method: str
@@ -168,38 +168,38 @@ class Comparison:
     baseline_spread: Spread
     p: float
     p_holm: float
-    """Within the measure's family; NaN where there is nothing to compare."""
+    """Holm's p within the measure's family; NaN without data."""
     a12: float
     interval: Interval
     """95 %, see `a12_bounds`."""
     generations: int = 0
-    """Of each run."""
+    """Generations per run."""
     budget: int = 0
-    """Simulations of each run, at most."""
+    """Maximum number of simulations per run."""
 
     @property
     def title(self) -> str:
-        """The measure's name; it says so where its last ten generations are all of them."""
+        """Return the measure's name, adapted if its last ten generations are all generations."""
         return self.measure.title_for(self.generations)
 
     @property
     def stars(self) -> str:
-        """*** < 0.001, ** < 0.01, * < 0.05, by Holm's p."""
+        """Return *** below 0.001, ** below 0.01, * below 0.05, by Holm's p."""
         return next((stars for limit, stars in STARS if self.p_holm < limit), "")
 
     @property
     def marks(self) -> str:
-        """The stars behind ▲ where the method is better, ▼ where it is worse; nothing without a star."""
+        """Return the stars after ▲ if the method is better, ▼ if it is worse; "" without a star."""
         return f"{'▲' if self.a12 > 0.5 else '▼'}{self.stars}" if self.stars else ""
 
     @property
     def runs(self) -> int:
-        """Of the method with fewer of them."""
+        """Return the number of runs of the method with fewer runs."""
         return min(self.spread.runs, self.baseline_spread.runs)
 
     @property
     def decided(self) -> bool:
-        """Whether there are runs enough to say that one beats the other, or that no difference is clear."""
+        """Return True if there are enough runs for a decision: better, worse, or no clear difference."""
         return self.runs >= RUNS
 
     @property
@@ -212,14 +212,14 @@ class Comparison:
 
     @property
     def words(self) -> str:
-        """What may be said in a word or two."""
+        """Return the result in a few words."""
         if not self.decided:
             return f"undecided at {self.runs} run{'' if self.runs == 1 else 's'}"
         return "better" if self.beats else "worse" if self.loses else "no clear difference"
 
     @property
     def missing(self) -> str:
-        """`22 of 30 never collided`, the baseline's behind it; empty where every run has its number."""
+        """Return `22 of 30 never collided`, followed by the baseline's; "" if every run has its number."""
         spreads = ((self.method, self.spread), (self.baseline, self.baseline_spread))
         why = "never collided" if self.measure.name == FIRST else "have no such number"
         parts = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
@@ -227,7 +227,7 @@ class Comparison:
 
     @property
     def _better(self) -> bool:
-        """Whether the contender's median is."""
+        """Return True if the contender's median is better."""
         sign = self.measure.orientation
         return sign * self.spread.median > sign * self.baseline_spread.median
 
@@ -238,20 +238,20 @@ class Comparison:
 
 
 def sample(records: Sequence[RunRecord], scenario: int, method: str, measure: Measure) -> Floats:
-    """One number for each finished run of a cell that has one: to be drawn. Whatever compares takes `ranked`."""
+    """Return the numbers of a cell's finished runs that have one, for plots; comparisons use `ranked`."""
     values = ranked(records, scenario, method, measure)
     return values[np.isfinite(values)]
 
 
 def ranked(records: Sequence[RunRecord], scenario: int, method: str, measure: Measure) -> Floats:
-    """One number for each finished run of a cell; a run without one has the worst there can be, an infinite one."""
+    """Return one number per finished run of a cell; a run without one has the worst value, an infinite one."""
     chosen = [record for record in records if record.address[:2] == (scenario, method)]
     values = np.array([measure.of(record.figures) for record in chosen], dtype=np.float64)
     return np.where(np.isnan(values), -measure.orientation * np.inf, values)
 
 
 def spread(values: Floats) -> Spread:
-    """Of values as `ranked` gives them; NaN where there are none."""
+    """Return the spread of values of `ranked`; NaN without values."""
     nan = float("nan")
     if not len(values):
         return Spread(0, nan, Interval(nan, nan), nan, nan)
@@ -263,7 +263,7 @@ def spread(values: Floats) -> Spread:
 
 
 def _quantile(values: Floats, level: float) -> float:
-    """numpy's; between a number and an infinite one it is infinite."""
+    """Return numpy's quantile; infinite if it is between a number and an infinite value."""
     place = level * (len(values) - 1)
     ends = np.sort(values)[[math.floor(place), math.ceil(place)]]
     if np.isfinite(ends).all():
@@ -274,8 +274,9 @@ def _quantile(values: Floats, level: float) -> float:
 def compare_all(
     plan: Plan, records: Sequence[RunRecord], measures: Sequence[Measure] | None = None
 ) -> tuple[Comparison, ...]:
-    """Every measure (None: all that say something of their own) on every scenario for every contender, corrected by
-    families.
+    """Return every measure on every scenario for every contender, corrected by families.
+
+    `measures` is None for all measures without duplicates.
     """
     if measures is None:
         measures = measures_of(plan.subjects[0].config.search.rollouts)
@@ -309,7 +310,7 @@ def _compare(plan: Plan, records: Sequence[RunRecord], scenario: int, method: st
 
 
 def corrected(rows: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """Each row with its Holm p within its family."""
+    """Return the rows with their Holm p within their families."""
     adjusted: dict[int, float] = {}
     for family in dict.fromkeys(row.measure.family for row in rows):
         members = [number for number, row in enumerate(rows) if row.measure.family == family]

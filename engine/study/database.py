@@ -1,7 +1,7 @@
-"""A study on disk: `study.sqlite`, one transaction a run, and the compiled scenarios beside it.
+"""A study on disk: `study.sqlite`, one transaction per run, and the compiled scenarios in a folder next to it.
 
-A killed process loses at most the runs in flight. What the runs *found* (`run`, `evaluations`) is a pure function of
-the plan, in whatever order they ended; what they took (`pace`) lies in a table of its own.
+A killed process loses at most the runs in flight. The *results* of runs (`run`, `evaluations`) are a pure function of
+the plan, for any order of their ends; their durations (`pace`) are in a separate table.
 
 | table       | one row for each                                                                      |
 |-------------|---------------------------------------------------------------------------------------|
@@ -10,18 +10,19 @@ the plan, in whatever order they ended; what they took (`pace`) lies in a table 
 | run         | finished run: its figures as JSON, their course over the generations as float64       |
 | evaluations | finished run: every evaluation, see `engine.study.run_records`                            |
 | pace        | finished run: seconds                                                                 |
-| seal        | one row: a digest of all of these, and of each block by the digest beside it          |
+| seal        | one row: a digest of all of these, and of each block by its digest                    |
 
 `StudyStore` writes it; `read_study` reads it back, its plan with the compiled scenarios and its records, and
 `read_evaluations` any run's evaluations.
 """
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -33,22 +34,22 @@ from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
 from engine.search.past import recorded_driver, who_drove
 from engine.search.protocol import SOUGHT
-from engine.search.store import StoreError, insist_on, store_errors
+from engine.search.store import StoreError, insist_on, located, refuse_empty, store_errors
 from engine.streams import method_number, old_number
 from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
-from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seal_of
+from engine.study.seal import add_to_seal, broken_seal, digest_of, has_seal, seals_of
 
 STUDY = "study.sqlite"
 PROGRAMS = "programs"
 STREAMS = "streams"
-"""Fact about a study: numbers of those methods in the stream keys that are numbered by their name."""
+"""Key of a fact: numbers in the stream keys of methods that are numbered by their name."""
 APPLICATION_ID = 0x43525354
-"""Marks the file as ours ("CRST")."""
+"""File type mark of a study of cortexc ("CRST")."""
 SCHEMA_VERSION = 3
 """Rises with every change of the tables, of `RunFigures` or of `Assessment`."""
-WITHOUT_SEAL = 2  # read and gone on with as before there was one, and nothing is proved of it
+WITHOUT_SEAL = 2  # readable and extendable, but not verifiable
 _KEY = "scenario INTEGER NOT NULL, method TEXT NOT NULL, run INTEGER NOT NULL"
 _SCHEMA = f"""
 CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -63,7 +64,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 
 
 def is_study(folder: Path) -> bool:
-    """Whether the folder holds a study (and not a single run)."""
+    """Return True if the folder contains a study (and not a single run)."""
     return (folder / STUDY).is_file()
 
 
@@ -77,12 +78,12 @@ class StudyStore:
 
     @classmethod
     def create(cls, folder: Path, plan: Plan, facts: dict[str, Any]) -> "StudyStore":
-        """Start a study in a folder that exists and is empty; `facts` are whatever its readers should know.
+        """Start a study in an empty folder; `facts` are additional data for its readers.
 
         Raises:
-            StoreError: it cannot be written.
+            StoreError: the file cannot be written.
         """
-        path = folder / STUDY
+        path, plan = folder / STUDY, replace(plan, subjects=tuple(each.seen_from(folder) for each in plan.subjects))
         with store_errors(path):
             _save_programs(folder, plan)
             connection = opened(path, "rwc")
@@ -91,15 +92,15 @@ class StudyStore:
             with connection:
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
                 connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
-                connection.execute("INSERT INTO seal VALUES (?)", (seal_of(connection),))
+                connection.execute("INSERT INTO seal VALUES (?)", (seals_of(connection)[-1],))
         return cls(path, connection)
 
     @classmethod
     def reopen(cls, folder: Path) -> "StudyStore":
-        """Go on with a study that `reading.read_study` has read.
+        """Reopen a study that `read_study` has read.
 
         Raises:
-            StoreError: it cannot be written, or another method would go on with it.
+            StoreError: the file cannot be written, or a method would draw different random numbers.
         """
         with store_errors(folder / STUDY):
             connection = opened(folder / STUDY, "rw")
@@ -107,20 +108,19 @@ class StudyStore:
             return cls(folder / STUDY, connection)
 
     def write(self, finished: Finished) -> None:
-        """Add one run: all of it or, if anything goes wrong, nothing.
+        """Add one run; after an error nothing of it is stored.
 
         Raises:
-            StoreError: it cannot be written, or was removed.
+            StoreError: the file cannot be written, or was removed.
         """
         insist_on(self.path, self._inode)
         record = finished.record
         figures = json_text(flat(record.figures))
         course, where, seconds = record.course.astype("<f8").tobytes(), tuple(record.address), float(record.seconds)
         with store_errors(self.path), self._connection as connection:
-            sealed = has_seal(connection)
             connection.execute("INSERT INTO run VALUES (?, ?, ?, ?, ?)", (*where, figures, course))
             connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*where, seconds))
-            if sealed:
+            if has_seal(connection):
                 digest = digest_of(finished.block)
                 connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?, ?)", (*where, finished.block, digest))
                 add_to_seal(connection, (*where, figures, course, seconds, digest))
@@ -128,14 +128,14 @@ class StudyStore:
                 connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?)", (*where, finished.block))
 
     def close(self) -> None:
-        """Leave one plain file behind; two more beside it where another process reads, or the disk is full."""
+        """Close the study and leave one file; two more remain if another process reads it or the disk is full."""
         with suppress(sqlite3.OperationalError):
             self._connection.execute("PRAGMA journal_mode = DELETE")
         self._connection.close()
 
 
 def opened(path: Path, mode: str) -> sqlite3.Connection:
-    """A connection that reads (`ro`), or writes (`rw`), or makes the file first (`rwc`)."""
+    """Return a connection that reads (`ro`), writes (`rw`), or creates the file first (`rwc`)."""
     connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True)
     if mode != "ro":
         connection.execute("PRAGMA journal_mode = WAL")
@@ -151,12 +151,12 @@ def _document(plan: Plan) -> dict[str, Any]:
 
 
 def _numbered_by_name(methods: Iterable[str]) -> list[str]:
-    """Methods whose streams are numbered by their name."""
+    """Return the methods whose streams are numbered by their name."""
     return [method for method in methods if method_number(method) != old_number(method)]
 
 
 def _check_streams(folder: Path, connection: sqlite3.Connection) -> None:
-    """Whether each method would draw from the streams that the finished runs drew from."""
+    """Raise StoreError unless each method draws from the streams of its finished runs."""
     facts = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
     for method in _numbered_by_name(facts["methods"]):
         if facts.get(STREAMS, {}).get(method) != method_number(method):
@@ -198,18 +198,20 @@ class Study:
     folder: Path
     plan: Plan
     records: tuple[RunRecord, ...]
-    """Of all finished runs, in the order of the plan."""
+    """Records of all finished runs, in the order of the plan."""
     manifest: dict[str, Any]
     edited: tuple[str, ...]
-    """Files that say something else now; the study goes by what they said when it was begun."""
+    """Files that have changed since the study began; the study uses their old contents."""
     proved: bool
-    """Whether the seal holds: all that was read is what was written. False of a study from before there were seals."""
+    """True if the seal proves that all data are as written; False for a study without a seal."""
+    seals: tuple[str, ...] = ()
+    """Seals in hexadecimal, before the first run and after each run; empty for a study without a seal."""
 
     def driven_by(self, ego: object) -> "Study":
-        """Return the study with who drives in it, named again.
+        """Return the study with its driver, which must be named again.
 
         Raises:
-            StoreError: somebody else drove, or nobody.
+            StoreError: a different driver drove, or none.
         """
         subjects = tuple(self._driven(subject, ego) for subject in self.plan.subjects)
         return replace(self, plan=replace(self.plan, subjects=subjects))
@@ -220,15 +222,14 @@ class Study:
 
     @property
     def complete(self) -> bool:
-        plan = self.plan
-        return len(self.records) == plan.runs * len(plan.subjects) * len(plan.methods)
+        return len(self.records) == sum(1 for _ in self.plan.addresses())
 
 
 def read_study(folder: Path) -> Study:
     """Read a study without its evaluations.
 
     Raises:
-        StoreError: no such folder, not a study of ours, of another version, or damaged.
+        StoreError: no such folder, not a study of cortexc, of another version, or damaged.
     """
     if not is_study(folder):
         raise StoreError(
@@ -238,7 +239,8 @@ def read_study(folder: Path) -> Study:
     with store_errors(path), closing(opened(path, "ro")) as connection:
         proved = _check(path, connection)
         try:
-            if proved and broken_seal(connection):
+            seals = seals_of(connection) if proved else []
+            if proved and broken_seal(connection, seals[-1]):
                 raise ValueError("it is not what was written: its seal is broken")
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
@@ -248,14 +250,14 @@ def read_study(folder: Path) -> Study:
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
-    return Study(folder, plan, ordered, manifest, tuple(_edited(plan)), proved)
+    return Study(folder, plan, ordered, manifest, tuple(_edited(folder, plan)), proved, tuple(map(bytes.hex, seals)))
 
 
 def read_evaluations(study: Study, address: Address) -> Evaluations:
-    """Every evaluation of one finished run, as its campaign held them.
+    """Return the evaluations of one finished run, as its campaign held them.
 
     Raises:
-        StoreError: the run is not finished, or what is stored of it is damaged.
+        StoreError: the run is not finished, or its data are damaged.
     """
     path = study.folder / STUDY
     with store_errors(path), closing(opened(path, "ro")) as connection:
@@ -267,8 +269,7 @@ def read_evaluations(study: Study, address: Address) -> Evaluations:
         )
     block = row[len(address)]
     if study.proved and digest_of(block) != row[-1]:
-        which = f"run {address.run} of {address.method}"
-        raise _damaged(study.folder, f"the evaluations of {which} are not what was written")
+        raise _damaged(study.folder, f"evaluations of run {address.run} of {address.method} are not what was written")
     search = study.plan.subjects[address.scenario].config.search
     try:
         return unpack(block, search.seed, _number(study, address.method), address.run, search.aggregate)
@@ -277,12 +278,13 @@ def read_evaluations(study: Study, address: Address) -> Evaluations:
 
 
 def _number(study: Study, method: str) -> int:
-    """Of the method in the stream keys of the study."""
+    """Return the number of the method in the stream keys of the study."""
     return study.manifest.get(STREAMS, {}).get(method, old_number(method))
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> bool:
-    """Whether there is a seal to be held against."""
+    """Check the file's type and version; return True if it has a seal."""
+    refuse_empty(path)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise StoreError(f"`{path}` is a database of another program", "name the folder of a study")
     found = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -333,15 +335,16 @@ def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
     return records
 
 
-def _edited(plan: Plan) -> Sequence[str]:
-    """Files of the study that are there and differ."""
+def _edited(folder: Path, plan: Plan) -> Sequence[str]:
+    """Return the files of the study that exist and differ."""
     texts = {subject.file: subject.program.source_text for subject in plan.subjects}
-    texts |= {file.name: file.text for subject in plan.subjects for file in subject.program.imported}
-    return [name for name, text in texts.items() if _differs(Path(name), text)]
+    for subject in plan.subjects:
+        beside = PurePath(subject.file).parent
+        texts |= {os.path.normpath(beside / file.name): file.text for file in subject.program.imported}
+    return [name for name, text in texts.items() if _differs(Path(located(folder, name)), text)]
 
 
 def _differs(path: Path, text: str) -> bool:
-    try:
+    with suppress(OSError, ValueError):
         return path.is_file() and path.read_bytes().decode() != text
-    except (OSError, ValueError):
-        return False
+    return False

@@ -1,7 +1,7 @@
-"""Carrying out a plan: in this process, in several, or by any executor. What comes out is the same everywhere.
+"""Execution of a plan: in this process, in several, or by any executor. Results do not depend on the choice.
 
-The unit of work is a whole run. A worker is a process of its own, as half of a search is Python; it ignores Ctrl-C,
-stops after the generation in flight when it is asked to, and ends when the process that started it is gone.
+The unit of work is a whole run. A worker is a process, as half of a search is Python code; it ignores Ctrl-C, stops on
+request after the current generation, and ends with the process that started it.
 """
 
 import multiprocessing
@@ -28,14 +28,14 @@ OnRun = Callable[["Finished"], None]
 
 
 class Stopped(Signal):
-    """A run was asked to stop before its end; nothing of it is kept."""
+    """A run was stopped on request before its end; nothing of it is stored."""
 
 
 def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Finished":
-    """Do one run, and say what is to be remembered of it. A pure function of the task, but for the seconds.
+    """Perform one run and return its record. Except for the seconds, it is a pure function of the task.
 
     Raises:
-        Stopped: `should_stop` said so.
+        Stopped: `should_stop` returned True.
         KeyboardInterrupt: Ctrl-C.
     """
     from engine.search.run import search
@@ -55,10 +55,10 @@ def perform_all(
     done: Collection[Address] = (),
     executor: Executor | None = None,
 ) -> None:
-    """Do every run of the plan that is not `done`, and hand each to `on_run` in this thread, in no certain order.
+    """Perform every run of the plan that is not `done`, and pass each to `on_run` in this thread, in any order.
 
-    `executor`: where to do them, `jobs` at a time; without one they are done here (1 job) or in processes of our own.
-    Ctrl-C, and whatever `on_run` raises, end the work and are passed on; runs in flight are lost.
+    `executor` performs them, `jobs` at a time; without one they run here (1 job) or in local processes. Ctrl-C and
+    exceptions of `on_run` end the work and are passed on; runs in flight are lost.
 
     Raises:
         StoreError: a worker was killed.
@@ -82,7 +82,7 @@ def _drain(
     jobs: int,
     on_run: OnRun,
 ) -> None:
-    """Keep `jobs` workers busy until there is nothing left to do."""
+    """Submit tasks so that `jobs` workers stay busy until none is left."""
     queue = iter(tasks)
     pending: set[Future[Finished]] = set()
     try:
@@ -107,7 +107,7 @@ def _drain(
 
 @contextmanager
 def workers(jobs: int) -> Generator[Executor]:
-    """Processes of our own; who leaves the block stops the runs that are under way."""
+    """Start local processes; the end of the block stops the runs in flight."""
     stop = multiprocessing.get_context("spawn").Event()
     with process_pool(jobs, _start_worker, stop) as pool:
         try:
@@ -122,7 +122,7 @@ def _start_worker(stop: "Event") -> None:
 
 
 class _Worker:
-    """What a worker process got when it was started."""
+    """Data that a worker process received at its start."""
 
     stop: "Event | None" = None
 

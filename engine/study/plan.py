@@ -1,30 +1,33 @@
-"""What a study is to do: every scenario by every method, many times, and where each run's random numbers come from.
+"""The plan of a study: every scenario by every method, many times, with a stream of random numbers for each run.
 
 Run r of a method on a scenario draws from the streams (seed, method, r). Each scenario has a seed of its own
-(`with_own_seeds`), so that no two runs of a study share a number: similar scenarios would otherwise be one
-experiment counted several times.
+(`with_own_seeds`), so that no two runs of a study share a number: similar scenarios would otherwise be one experiment
+counted several times.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 from engine.config import Config
 from engine.errors import ArgumentError
+from engine.maps import MapFile
 from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
 from engine.search.protocol import SOUGHT, Box
 from engine.search.searchers import build_searcher, find_searcher, seek
+from engine.search.store import seen_from
 from engine.streams import FIELD_BITS
 
 RUNS = 30
-"""The least number of runs on which "beats" may be said."""
+"""Minimum number of runs for a statement that a method beats another."""
 BASELINE = "random"
 MOST_RUNS = 1 << FIELD_BITS.run
 
 
 class Address(NamedTuple):
-    """Which run: row of the plan's scenarios, name of the method, number from 0."""
+    """Identity of a run: row of the plan's scenarios, name of the method, number from 0."""
 
     scenario: int
     method: str
@@ -36,19 +39,26 @@ class Subject:
     """One scenario of a study."""
 
     name: str
-    """Unlike those of the others."""
+    """Name, unique within the study."""
     file: str
-    """Where it was read from."""
+    """Path of the scenario's file."""
     program: Program
     config: Config
     """All settings but the run's number."""
     origin: Origin = NO_ORIGIN
-    """What a compiler needs beside the text."""
+    """Inputs of the compiler in addition to the text."""
+
+    def seen_from(self, folder: Path) -> "Subject":
+        """Return the same with all files named as seen from the folder of a study."""
+        program, spec = self.program, self.program.road_spec
+        if isinstance(spec, MapFile):
+            program = replace(program, road_spec=replace(spec, path=seen_from(folder, spec.path)))
+        return replace(self, file=seen_from(folder, self.file), program=program, origin=self.origin.seen_from(folder))
 
 
 @dataclass(frozen=True)
 class Task:
-    """One run, with all that a worker needs to know."""
+    """One run with all data that a worker needs."""
 
     address: Address
     program: Program
@@ -59,7 +69,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Plan:
-    """A whole study. Every subject is searched with the same budget."""
+    """A whole study. Every subject has the same budget."""
 
     subjects: tuple[Subject, ...]
     methods: tuple[str, ...]
@@ -69,7 +79,7 @@ class Plan:
 
     @property
     def baseline(self) -> str:
-        """The method that the others are held against."""
+        """Return the method with which all other methods are compared."""
         return BASELINE if BASELINE in self.methods else self.methods[0]
 
     @property
@@ -78,22 +88,24 @@ class Plan:
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """Of each scenario."""
+        """Return the seed of each scenario."""
         return tuple(subject.config.search.seed for subject in self.subjects)
 
     @property
     def shares_draws(self) -> bool:
-        """Whether run r of a method has the same random numbers in several scenarios, as in studies of old versions."""
+        """Return True if run r of a method has equal random numbers in several scenarios, as in studies of old
+        versions.
+        """
         return len(set(self.seeds)) < len(self.subjects)
 
     @property
     def individuals(self) -> int:
-        """Of each run."""
+        """Return the number of individuals per run."""
         search = self.subjects[0].config.search
         return search.generations * search.population
 
     def addresses(self) -> Iterator[Address]:
-        """Every run, the first ones of all cells first: a study that is stopped has about as many of each."""
+        """Yield every run, ordered by run number, so that a stopped study has about as many runs of each cell."""
         for run in range(self.runs):
             for scenario in range(len(self.subjects)):
                 for method in self.methods:
@@ -105,18 +117,18 @@ class Plan:
         return Task(address, subject.program, replace(subject.config, search=search), self.profile, self.objective)
 
     def manifest(self, subject: Subject, method: str) -> Manifest:
-        """What a run directory of this method on this scenario would say, but for the run's number."""
+        """Return the manifest of a run of this method on this scenario, except for the run's number."""
         program, config, aims = subject.program, subject.config, self.objective
         origin = subject.origin
         return make_manifest(program, config, method, self.profile, subject.file, origin=origin, objective=aims)
 
     def preset(self, method: str) -> str:
-        """What must be named beside the method; "" when there is nothing."""
+        """Return the preset that a report names after the method; "" if there is none."""
         return find_searcher(method).preset(self.subjects[0].config)
 
 
 def with_own_seeds(subjects: Sequence[Subject]) -> tuple[Subject, ...]:
-    """The same, the seed of each one more than that of the one before: scenario k can be repeated by its own seed."""
+    """Return the subjects with consecutive seeds, so that scenario k can be repeated by its own seed."""
     limit = 1 << FIELD_BITS.seed
     return tuple(_with_seed(subject, (subject.config.search.seed + k) % limit) for k, subject in enumerate(subjects))
 
@@ -127,11 +139,11 @@ def _with_seed(subject: Subject, seed: int) -> Subject:
 
 
 def check(plan: Plan) -> None:
-    """Build each searcher once, and let each driver drive once, so that nothing is wrong with them later.
+    """Build each searcher once, and let each driver drive once, to detect errors before the study starts.
 
     Raises:
-        ArgumentError: nothing to do, an unknown or repeated method, an unknown objective, two scenarios of one
-            name, too many runs.
+        ArgumentError: nothing to do, an unknown or repeated method, an unknown objective, two scenarios of one name,
+            too many runs.
         MissingExtraError, PluginError: a method cannot be used.
         ControllerError: a driver does not fit a scenario.
     """

@@ -1,14 +1,14 @@
-"""What a study remembers of each run: its figures, their course over the generations, and all its evaluations as one
-compressed blob (`pack`, `unpack`). From the courses of all runs come the curves of a figure over the generations.
+"""The stored record of each run of a study: its figures, their course over the generations, and all its evaluations as
+one compressed blob (`pack`, `unpack`). The courses of all runs give the curves of a figure over the generations.
 
     curve = curve_of(study.plan, study.records, 0, "ga", "rl")
     curve.median, curve.band()              # (generations,)
     smoothed(curve.median)                  # as the paper's figures
 
-A blob holds every number, and takes less room than the numbers themselves need: it is zlib over the length of a JSON
-header (uint32), the header (each array's name, type and shape), and the arrays, little-endian. Each array lies there
-byte by byte, all first bytes, then all second ones, as those are similar. An elite's repeated simulation is not stored
-again, and nothing that can be computed from the rest is: places, keys, verdicts of individuals and their fitness.
+A blob holds every number in compressed form: it is zlib over the length of a JSON header (uint32), the header (each
+array's name, type and shape), and the arrays, little-endian. Each array is stored by byte position, all first bytes,
+then all second bytes, as these are similar. The repeated simulation of an elite is not stored again, nor are values
+that follow from the rest: places, keys, verdicts of individuals and their fitness.
 """
 
 import json
@@ -32,17 +32,17 @@ from engine.tables import Floats, Ints
 
 # -- all evaluations of a run as a blob --------------------------------------------------------------------------------
 LEVEL = 1
-"""Of zlib: higher ones take several times as long and save a tenth."""
+"""Compression level of zlib: higher levels take several times as long and save a tenth."""
 INDIVIDUAL = ("genomes", "births", "operator", "parents", "reused")
 """Fields of `Evaluations` that are stored as they are."""
 
 
 class DamagedBlock(Signal):
-    """A blob is not what `pack` made."""
+    """A blob is not an output of `pack`."""
 
 
 def pack(evaluations: Evaluations) -> bytes:
-    """A whole run as one blob."""
+    """Return a whole run as one blob."""
     arrays = dict(_arrays(evaluations))
     header = {name: [array.dtype.newbyteorder("<").str, array.shape] for name, array in arrays.items()}
     text = json.dumps(header).encode()
@@ -66,10 +66,10 @@ def _bytes(array: np.ndarray) -> bytes:
 
 
 def unpack(blob: bytes, seed: int, method: int, run: int, aggregate: str) -> Evaluations:
-    """Exactly what was packed; the fields of its stream keys and the aggregate are known from the plan.
+    """Return the packed evaluations; the plan supplies the fields of their stream keys and the aggregate.
 
     Raises:
-        DamagedBlock: the blob is cut off, altered, or of another version.
+        DamagedBlock: the blob is truncated, altered, or of another version.
     """
     try:
         arrays = _read(blob)
@@ -99,7 +99,7 @@ def _read(blob: bytes) -> dict[str, np.ndarray]:
 def _evaluations(
     arrays: dict[str, np.ndarray], runs: Assessment, stream: tuple[int, int, int], aggregate: str
 ) -> Evaluations:
-    """Individuals with their simulations: a reused one has those of its birth."""
+    """Return individuals with their simulations; a reused individual has those of its birth."""
     rollouts, sizes = int(arrays["rollouts"][0]), arrays["generation"]
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     generation = np.repeat(np.arange(len(sizes)), sizes)
@@ -120,7 +120,7 @@ def _evaluations(
 
 
 def _keys(births: Ints, rollouts: int, stream: tuple[int, int, int]) -> Ints:
-    """(n, k, 6) stream keys."""
+    """Return (n, k, 6) stream keys."""
     rows = np.repeat(births.astype(np.int64), rollouts, axis=0)
     keys = key_rows(*stream, 0, rows[:, 1])
     keys[:, 3] = rows[:, 0]
@@ -140,44 +140,44 @@ OWN = ("distinct_collisions", "kinds", "avoidable", "avoidable_kinds", "failing_
 
 @dataclass(frozen=True)
 class RunFigures:
-    """One run in numbers; a pure function of plan and address."""
+    """Figures of one run; a pure function of plan and address."""
 
     individuals: Figures
-    """Over the whole run, elites counted in each generation that kept them, as the paper does."""
+    """Figures of the whole run; an elite counts in each generation that contains it, as in the paper."""
     simulations: Figures
-    """The same, each distinct simulation once."""
+    """Figures of the whole run; each distinct simulation counts once."""
     last_individuals: Figures
-    """Of the last ten generations."""
+    """Figures of the last ten generations."""
     last_simulations: Figures
     distinct_collisions: int
     """Different genomes that collided: the yield."""
     kinds: int
-    """Of its collisions (see `engine.search.insight.kinds`): their variety."""
+    """Number of kinds of its collisions (see `engine.search.insight.kinds`): the variety."""
     avoidable: int
-    """Distinct simulations with a collision that a competent driver avoids …"""
+    """Distinct simulations with a collision that a competent driver avoids."""
     avoidable_kinds: int
-    """… and of how many kinds these are."""
+    """Number of kinds of avoidable collisions."""
     failing_cells: int
-    """Cells with a collision, over the descriptor grids that runs have in common; those of drawn lanes are left out."""
+    """Cells with a collision, over the descriptor grids that all runs have; grids of sampled lanes are excluded."""
     first_collision: float
-    """Distinct simulations up to and with the first that collided; NaN where none did."""
+    """Distinct simulations up to and including the first collision; NaN without one."""
 
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One finished run."""
+    """Record of one finished run."""
 
     address: Address
     figures: RunFigures
     course: Floats
     """(2, fields, generations): `FIELDS` of each generation, by individual and by simulation."""
     seconds: float
-    """What it took; the one thing here that no second run repeats."""
+    """Duration [s]; the only field that is not reproducible."""
 
 
 @dataclass(frozen=True)
 class Finished:
-    """A run that has just ended, on its way into the store."""
+    """A run that has just ended and is not stored yet."""
 
     record: RunRecord
     block: bytes
@@ -185,7 +185,7 @@ class Finished:
 
 
 def finished(address: Address, campaign: Campaign) -> Finished:
-    """What is kept of a campaign that ran to its end."""
+    """Return the record of a campaign that ran to its end."""
     record = RunRecord(address, run_figures(campaign), course(campaign.generations), campaign.elapsed)
     return Finished(record, pack(campaign.evaluations))
 
@@ -207,20 +207,20 @@ def run_figures(campaign: Campaign) -> RunFigures:
 
 
 def first_collision(evaluations: Evaluations) -> float:
-    """How many distinct simulations it took to collide; NaN where it never did."""
+    """Return the number of distinct simulations up to the first collision; NaN without one."""
     hits = np.flatnonzero(evaluations.rollouts.collided[evaluations.simulated].ravel())
     return float(hits[0] + 1) if len(hits) else float("nan")
 
 
 def course(generations: Sequence[GenerationFigures]) -> Floats:
-    """(2, fields, generations)"""
+    """Return (2, fields, generations): `FIELDS` of each generation, by individual and by simulation."""
     pairs = [(figures.by_individual, figures.by_simulation) for figures in generations]
     rows = [[[getattr(figures, name) for name in FIELDS] for figures in pair] for pair in pairs]
     return np.array(rows, dtype=np.float64).reshape(len(rows), 2, len(FIELDS)).transpose(1, 2, 0).copy()
 
 
 def flat(figures: RunFigures) -> dict[str, float]:
-    """Every number by a name of its own, such as `nc`, `simulated_nc`, `last_nc` and `last_simulated_nc`."""
+    """Return every number by a unique name, such as `nc`, `simulated_nc`, `last_nc` and `last_simulated_nc`."""
     groups = {"": "individuals", "simulated_": "simulations", "last_": "last_individuals"}
     groups["last_simulated_"] = "last_simulations"
     row: dict[str, float] = {name: getattr(figures, name) for name in OWN}
@@ -230,7 +230,7 @@ def flat(figures: RunFigures) -> dict[str, float]:
 
 
 def unflat(row: dict[str, Any]) -> RunFigures:
-    """Inverse of `flat`; None is NaN."""
+    """Return the figures of a `flat` row; None is NaN."""
     numbers: dict[str, Any] = {name: float("nan") if value is None else value for name, value in row.items()}
 
     def group(prefix: str) -> Figures:
@@ -263,15 +263,15 @@ class Curve:
 
     @property
     def median(self) -> Floats:
-        """(generations,) over the runs that have the number; NaN where none has."""
+        """Return (generations,) the median over the runs that have the number; NaN if none has."""
         return self.quantile(0.5)
 
     def band(self, low: float = 0.25, high: float = 0.75) -> tuple[Floats, Floats]:
-        """Two quantiles over the runs, (generations,) each."""
+        """Return two quantiles over the runs, (generations,) each."""
         return self.quantile(low), self.quantile(high)
 
     def quantile(self, level: float) -> Floats:
-        """(generations,)"""
+        """Return (generations,) the quantile over the runs; NaN if no run has a number."""
         result = np.full(self.values.shape[1], np.nan)
         known = ~np.isnan(self.values).all(axis=0)
         if known.any():
@@ -287,7 +287,7 @@ def curve_of(
     field: str,
     by_simulation: bool = False,
 ) -> Curve:
-    """The course of a field in one cell, over its finished runs.
+    """Return the course of a field in one cell, over its finished runs.
 
     Raises:
         ValueError: no such field.

@@ -1,4 +1,4 @@
-"""Files beside `study.sqlite`, for pandas and for people; written again whenever the study is reported.
+"""Files next to `study.sqlite`, for pandas and for people; written again whenever the study is reported.
 
 | file            | one row for each                                                                          |
 |-----------------|-------------------------------------------------------------------------------------------|
@@ -10,39 +10,35 @@
 
 import csv
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from io import StringIO
 from typing import Any
 
-from engine.search.store import store_errors
+from engine.paper import STUDIES
 from engine.strict_json import json_text
 from engine.study.comparisons import Comparison
 from engine.study.database import Study
 from engine.study.run_records import FIELDS, RunRecord, flat
-from engine.study.verdict import Findings
+from engine.study.verdict import Findings, own_totals
 
 RUNS, GENERATIONS, TESTS, SUMMARY = "runs.csv", "generations.csv", "tests.csv", "summary.json"
 COURSES = ("", "simulated_")
 """Prefixes of the two halves of a course."""
 
 
-def write_study(study: Study, findings: Findings) -> None:
-    """Write all files of the table above.
-
-    Raises:
-        StoreError: a file cannot be written.
-    """
+def study_files(study: Study, findings: Findings) -> dict[str, bytes]:
+    """Return all files of the table above by name."""
     names = [subject.name for subject in study.plan.subjects]
-    _write_csv(study.folder / RUNS, [_run_row(names, record) for record in study.records])
-    _write_csv(study.folder / GENERATIONS, (row for record in study.records for row in _generation_rows(names, record)))
-    _write_csv(study.folder / TESTS, map(test_row, findings.comparisons))
-    path = study.folder / SUMMARY
-    with store_errors(path):
-        text = json_text(summary(study, findings), indent=2)
-        path.write_text(text + "\n", encoding="utf-8")
+    text = json_text(summary(study, findings), indent=2)
+    return {
+        RUNS: _csv(_run_row(names, record) for record in study.records),
+        GENERATIONS: _csv(row for record in study.records for row in _generation_rows(names, record)),
+        TESTS: _csv(map(test_row, findings.comparisons)),
+        SUMMARY: f"{text}\n".encode(),
+    }
 
 
 def summary(study: Study, findings: Findings) -> dict[str, Any]:
-    """The whole study as one document, without its runs."""
+    """Return the whole study as one document, without its runs."""
     plan = study.plan
     search = plan.subjects[0].config.search
     return {
@@ -61,18 +57,19 @@ def summary(study: Study, findings: Findings) -> dict[str, Any]:
         "tests": [test_row(row) for row in findings.comparisons],
         "random_sampling": [_named(row) for row in findings.rates],
         "beside_the_paper": [_named(row) | {"measure": row.measure.name} for row in findings.beside],
-        "studies": [_named(row) for row in findings.studies],
+        "studies": [_named(row) for row in STUDIES],
+        "this_study": own_totals(plan, study.records),
     }
 
 
 def _named(row: Any) -> dict[str, Any]:
-    """A dataclass with named tuples as dictionaries."""
+    """Return a dataclass as a dictionary, with named tuples as dictionaries."""
     fields = {name: getattr(row, name) for name in row.__dataclass_fields__ if name != "measure"}
     return {name: value._asdict() if hasattr(value, "_asdict") else value for name, value in fields.items()}
 
 
 def test_row(row: Comparison) -> dict[str, Any]:
-    """One comparison as flat columns; `baseline_…` are the baseline's."""
+    """Return one comparison as flat columns; `baseline_…` are the baseline's."""
     numbers: dict[str, Any] = {}
     for prefix, spread in (("", row.spread), ("baseline_", row.baseline_spread)):
         numbers |= {
@@ -124,16 +121,17 @@ def _generation_rows(names: Sequence[str], record: RunRecord) -> Iterator[dict[s
 
 
 def _plain(value: float) -> float | int:
-    """Counts as whole numbers."""
+    """Return a whole number as int, any other number unchanged."""
     return int(value) if value == value and value == int(value) else value
 
 
-def _write_csv(path: Path, rows: Iterable[dict[str, Any]]) -> None:
-    """Missing numbers are empty; others read back to the same bits."""
-    with store_errors(path), path.open("w", encoding="utf-8", newline="") as file:
-        writer: csv.DictWriter[str] | None = None
-        for row in rows:
-            if writer is None:
-                writer = csv.DictWriter(file, row, lineterminator="\n")
-                writer.writeheader()
-            writer.writerow({name: "" if value is None or value != value else value for name, value in row.items()})
+def _csv(rows: Iterable[dict[str, Any]]) -> bytes:
+    """Return rows as CSV; missing numbers are empty, all others read back to the same bits."""
+    file = StringIO(newline="")
+    writer: csv.DictWriter[str] | None = None
+    for row in rows:
+        if writer is None:
+            writer = csv.DictWriter(file, row, lineterminator="\n")
+            writer.writeheader()
+        writer.writerow({name: "" if value is None or value != value else value for name, value in row.items()})
+    return file.getvalue().encode()

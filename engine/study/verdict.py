@@ -1,10 +1,10 @@
-"""Everything that a study says, computed from its records, and its verdict in plain words.
+"""The findings of a study, computed from its records, and its verdict in plain words.
 
-Apart from its comparisons that is two things. Our numbers beside the paper's, scenario by scenario, where a study runs
-its six with its two methods and its budget: the simulators differ (the paper's is Scenic's own), and the paper has one
-run of each; agreement in direction can be expected, agreement in size cannot. And rates of random sampling, where each
-individual is an independent draw, with exact intervals and a test against the paper; no other method has such rates, as
-what it draws depends on what it found before.
+In addition to comparisons there are two findings. The first compares the study's numbers with the paper's, scenario by
+scenario, if the study runs the paper's six scenarios with its two methods and its budget. The simulators differ (the
+paper's is Scenic's own), and the paper has one run of each, so directions should agree, but not sizes. The second are
+rates of random sampling, where each individual is an independent draw, with exact intervals and a test against the
+paper. No other method has such rates, as its draws depend on earlier results.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ from engine.study.comparisons import (
 from engine.study.plan import BASELINE, RUNS, Plan
 from engine.study.run_records import RunRecord
 
-# -- our numbers beside the paper's ------------------------------------------------------------------------------------
+# -- our numbers compared with the paper's -----------------------------------------------------------------------------
 
 METHODS = ("ga", "random")
 CENTIMETRES = 100.0
@@ -38,7 +38,7 @@ CENTIMETRES = 100.0
 
 @dataclass(frozen=True)
 class Beside:
-    """One metric on one scenario: medians over our runs, the paper's one run, both methods."""
+    """One metric on one scenario: medians over the study's runs and the paper's single run, for both methods."""
 
     letter: str
     scenario: str
@@ -58,7 +58,7 @@ class Beside:
 
     @property
     def same_direction(self) -> bool:
-        """Whether both say that the genetic algorithm has more, or both less."""
+        """Return True if both agree on which of the two methods has the larger value."""
         return bool(np.sign(self.ga - self.random) == np.sign(self.paper_ga - self.paper_random))
 
 
@@ -75,12 +75,12 @@ _PRINTED: dict[str, Callable[[Printed, int], float]] = {
     "MDEC, last 10": lambda printed, letter: printed.mdec_last[letter] / CENTIMETRES,
     "NIS, last 10": lambda printed, letter: printed.nis_last[letter],
 }
-"""What the paper prints for each scenario, by the name of our measure."""
+"""The paper's printed numbers for each scenario, by the name of the measure."""
 
 
 def beside_paper(plan: Plan, records: Sequence[RunRecord]) -> tuple[Beside, ...]:
-    """A row for each of the paper's scenarios and metrics that the study repeats; () unless it has both methods and
-    the paper's budget.
+    """Return a row for each of the paper's scenarios and metrics that the study repeats; () unless it has both methods
+    and the paper's budget.
     """
     search = plan.subjects[0].config.search
     budget = search.generations, search.population, search.rollouts
@@ -108,34 +108,63 @@ def _median(records: Sequence[RunRecord], number: int, method: str, measure: Mea
 
 
 def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:
-    """The paper's table of studies with this one as its last row."""
+    """Return the paper's table of studies with this study as its last row."""
     return (*STUDIES, own_row(plan, records))
 
 
-def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
-    """What the finished runs came to. Shares are of individuals, as in the paper; seconds are those of one worker."""
+@dataclass(frozen=True)
+class Totals:
+    """Sums over all finished runs of one method."""
+
+    method: str
+    individuals: int
+    valid: int
+    collisions: int
+
+
+@dataclass(frozen=True)
+class OwnTotals:
+    """Sums over all finished runs of a study."""
+
+    simulations: int
+    seconds_per_simulation: float
+    """Seconds per simulation of one worker; NaN without a simulation."""
+    methods: tuple[Totals, ...]
+    """Totals of each method, the paper's own method first, as in the paper."""
+
+
+def own_totals(plan: Plan, records: Sequence[RunRecord]) -> OwnTotals:
+    """Return the sums over the finished runs."""
     simulations = sum(record.figures.simulations.runs for record in records)
     seconds = sum(record.seconds for record in records)
+    methods = sorted(plan.methods, key=lambda name: name != METHODS[0])
+    return OwnTotals(simulations, _ratio(seconds, simulations), tuple(_totals(method, records) for method in methods))
+
+
+def _totals(method: str, records: Sequence[RunRecord]) -> Totals:
+    runs = [record.figures.individuals for record in records if record.address.method == method]
+    sums = (sum(getattr(figures, field) for figures in runs) for field in ("individuals", "valid", "nc"))
+    return Totals(method, *sums)
+
+
+def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
+    """Return the row of this study in the paper's table. Shares are of individuals, as in the paper."""
+    own = own_totals(plan, records)
+
+    def share(part: int, of: int) -> str:
+        return f"{100.0 * part / of:.1f} %" if of else "none"
+
+    named = [("GA" if each.method == METHODS[0] else each.method, each) for each in own.methods]
     return StudyRow(
         name="this study",
-        cases=f"{simulations:,}",
-        seconds=f"{seconds / simulations:.2g}" if simulations else "none",
-        collisions=_shares(plan, records, "nc", counted=True),
-        valid=_shares(plan, records, "valid", counted=False),
+        cases=f"{own.simulations:,}",
+        seconds=f"{own.seconds_per_simulation:.2g}" if own.simulations else "none",
+        collisions=", ".join(
+            f"{name} {each.collisions:,} ({share(each.collisions, each.individuals)})" for name, each in named
+        ),
+        valid=", ".join(f"{name} {share(each.valid, each.individuals)}" for name, each in named),
         metrics="RL, NC, MD, avoidable collisions, kinds",
     )
-
-
-def _shares(plan: Plan, records: Sequence[RunRecord], field: str, *, counted: bool) -> str:
-    """`GA 3,249 (18.1 %), random 2,482 (13.8 %)`, or the shares alone."""
-    parts: list[str] = []
-    for method in sorted(plan.methods, key=lambda name: name != METHODS[0]):  # the paper names its own first, too
-        runs = [record.figures.individuals for record in records if record.address.method == method]
-        total, of = sum(getattr(figures, field) for figures in runs), sum(figures.individuals for figures in runs)
-        share = f"{100.0 * total / of:.1f} %" if of else "none"
-        name = "GA" if method == "ga" else method
-        parts.append(f"{name} {total:,} ({share})" if counted else f"{name} {share}")
-    return ", ".join(parts)
 
 
 # -- rates of random sampling ------------------------------------------------------------------------------------------
@@ -145,7 +174,7 @@ NOTHING = OddsRatio(float("nan"), float("nan"))
 
 @dataclass(frozen=True)
 class RandomRates:
-    """What a uniformly random genome of a scenario comes to, over all runs."""
+    """Outcome rates of uniformly random genomes of a scenario, over all runs."""
 
     scenario: str
     individuals: int
@@ -154,13 +183,15 @@ class RandomRates:
     """95 %, Clopper and Pearson."""
     collisions: int
     collision_rate: Interval
-    """Of valid individuals, 95 %."""
+    """Collisions among valid individuals, 95 %."""
     against_paper: OddsRatio
-    """Collisions among valid ones: our odds to the paper's; NaN where the scenario is not one of its six."""
+    """Collisions among valid individuals: odds of the study to those of the paper; NaN for a scenario that the paper
+    lacks.
+    """
 
 
 def random_rates(plan: Plan, records: Sequence[RunRecord]) -> tuple[RandomRates, ...]:
-    """One row a scenario; () where the study has no random sampling."""
+    """Return one row per scenario; () if the study has no random sampling."""
     if BASELINE not in plan.methods:
         return ()
     return tuple(_rates(plan, records, number) for number in range(len(plan.subjects)))
@@ -194,7 +225,7 @@ def _against_paper(name: str, collisions: int, valid: int) -> OddsRatio:
 
 @dataclass(frozen=True)
 class Findings:
-    """What the finished runs of a study show."""
+    """Findings from the finished runs of a study."""
 
     comparisons: tuple[Comparison, ...]
     rates: tuple[RandomRates, ...]
@@ -216,7 +247,7 @@ def findings(plan: Plan, records: Sequence[RunRecord]) -> Findings:
 
 
 def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """What may be claimed, and with how much caution."""
+    """Return the claims that the study supports, with their reservations."""
     if not comparisons:
         return ("only one method: there is nothing to compare it with",)
     sentences = [_about(plan, comparisons, method) for method in plan.contenders]
@@ -230,13 +261,13 @@ def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def _about(plan: Plan, comparisons: Sequence[Comparison], method: str) -> str:
-    """One contender, by the outcomes that were named first."""
+    """Return the sentence on one contender, by the primary outcomes."""
     tallies = "; ".join(f"{measure.name} {_tally(method, comparisons, measure)}" for measure in NAMED_FIRST)
     return f"{method} against {plan.baseline}: {tallies}"
 
 
 def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> str:
-    """`more in 5 of 6 scenarios, fewer in 1`, where each count is of differences that are sure and not small."""
+    """Return `more in 5 of 6 scenarios, fewer in 1`, which counts significant differences of at least medium size."""
     rows = [row for row in comparisons if row.method == method and row.measure.name == measure.name]
     more, fewer = sum(row.beats for row in rows), sum(row.loses for row in rows)
     scenarios = f"{len(rows)} scenario{'' if len(rows) == 1 else 's'}"
@@ -254,10 +285,10 @@ RULE = (
     "bootstrap, never narrower than Newcombe's (2006), which has a width even where every run of one is better; a run "
     "without a number, such as one that never collided, ranks last"
 )
-"""What the words of a verdict mean."""
+"""Definitions of the words of a verdict."""
 FAMILIES = (
     "avoidable collisions and their kinds, colliding genomes (yield: they may differ in a single bit) and kinds "
     "(variety) were named first and are one family of tests; RL, MDG, MDEC and NIS are the second; everything else is "
     "exploratory, each way of counting is its own family, and picking one of them afterwards is not corrected for"
 )
-"""Which tests may carry a claim."""
+"""Tests that may support a claim."""

@@ -1,6 +1,6 @@
-"""The world host: scenes one at a time in pymunk, which carries the poses and decides what follows a contact.
+"""The world host: scenes one at a time in pymunk, which carries the poses and computes the motion after a contact.
 
-`simulate(program, scenes, config)` gives scored outcomes; `run(program, scenes, row, config)` one whole story.
+`simulate(program, scenes, config)` gives scored outcomes; `run(program, scenes, row, config)` one complete run.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ __all__ = ["WorldRun", "run", "simulate"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import pymunk and the kernels when they are first asked for, not when the package is named."""
+    """Import pymunk and the kernels on first access, not with the package."""
     if name in __all__:
         from engine.world import pymunk_host
 

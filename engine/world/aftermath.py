@@ -1,13 +1,13 @@
-"""From the ego's contact on: those who touched are free bodies, the others go on behaving until they are struck, too.
+"""Motion after the ego's contact: struck actors are free bodies, all other actors behave until they are struck, too.
 
-Nothing here is scored. A free body's velocity is never set again: it is what impulses and friction make of it. While
-an impact lasts, the wheels of who is in it roll, as in impacts among others; then they are braked until the body
-stands. Who was loose before, from an impact among others, rolls on.
+Nothing here is scored. A free body's velocity is never set again: it follows from impulses and friction. During an
+impact, the wheels of its bodies roll, as in impacts between other actors; then they are braked until the body stands. A
+body that was free before, from an impact between other actors, continues to roll.
 
 All substeps of a step are equally long and end with its sample. In the step of contact they are `FIRST`: within a
-longer one a corner sinks so far into the other outline that pymunk takes another face of it for the one that is struck.
-pymunk starts each substep from the impulses of the one before, scaled by the ratio of their lengths, but books them
-unscaled; so it has to forget them before the substeps become longer.
+longer substep a corner sinks so far into the other outline that pymunk takes the wrong face for the struck face. pymunk
+starts each substep from the impulses of the substep before, scaled by the ratio of their lengths, but records them
+unscaled; so they are discarded before the substeps become longer.
 """
 
 import math
@@ -30,22 +30,22 @@ FIRST = 1e-4
 
 
 class Aftermath(NamedTuple):
-    """What followed a contact; the states themselves are in the run's record."""
+    """Result of the motion after a contact; the states themselves are in the run's record."""
 
     samples: int
     """Recorded samples, from the start of the run."""
     impacts: tuple[Impact, ...]
     rest: dict[int, float]
-    """When each struck actor came to rest for good [s]."""
+    """Time at which each struck actor came to rest for good [s]."""
 
 
 class FreeBodies:
-    """The bodies of one run after its first contact, and who of them is free."""
+    """The bodies of one run after its first contact, with the set of free bodies."""
 
     def __init__(self, actors: tuple[Physique, ...], buildings: Floats, config: Config) -> None:
         self.actors = actors
         """Their bodies come first; those of the buildings follow."""
-        # So many to a step of the simulation, each no longer than the configured length.
+        # Substeps per step of the simulation, each not longer than the configured length.
         self.substeps = max(1, math.ceil(config.simulation.time_step / config.contact.substep - 1e-9))
         self.resistance = config.contact.rolling_resistance
         self.space = new_space(config.contact)
@@ -54,9 +54,9 @@ class FreeBodies:
         self.recorder = Recorder(self.space, self.bodies)
         self.free: set[int] = set()
         self.steer: dict[int, float] = {}
-        """Of bodies on wheels [rad]."""
+        """Steering angles of bodies on wheels [rad]."""
         self.rolls_until: dict[int, float] = {}
-        """When the wheels of a free body are braked [s]."""
+        """Times at which the wheels of free bodies are braked [s]."""
         self.rest: dict[int, float] = {}
         for number, building in enumerate(buildings, len(actors)):
             self.place(number, building)
@@ -73,7 +73,7 @@ class FreeBodies:
             self.steer[actor] = steer
 
     def release(self, actor: int, until: float) -> None:
-        """Hand a body over to physics, whose wheels roll for a time [s]; what is fixed stays where it is."""
+        """Release a body to physics; its wheels roll until a time [s]. A fixed body stays in place."""
         if actor < len(self.actors) and not self.actors[actor].fixed:
             self.free.add(actor)
             self.rolls_until[actor] = until
@@ -116,12 +116,12 @@ class FreeBodies:
 
     @property
     def at_rest(self) -> bool:
-        """Whether every free body stands still."""
+        """Return True if every free body stands."""
         return self.free <= self.rest.keys()
 
 
 def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: Config) -> Aftermath:
-    """Go on from first contact until all that were struck stand still, or for the configured time."""
+    """Continue from first contact until all struck bodies stand, or for the configured time."""
     step, contact, sample = plan.layout.time_step, float(run.end[0]), int(run.status[Status.SAMPLE])
     stage = FreeBodies(actors, plan.road.buildings, config)
     short = max(stage.substeps, math.ceil(step / FIRST - 1e-9))
@@ -142,15 +142,16 @@ def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: C
 
 
 def _others_stand(run: Run, stage: FreeBodies, sample: int) -> bool:
-    """Whether nobody who still behaves is on the move, so that nothing more can happen."""
+    """Return True if no behaving actor moves, so that no further impact is possible."""
     others = [actor for actor in range(len(stage.actors)) if actor not in stage.free]
     states = run.states[sample, others]
     return not np.any((states[:, State.PRESENT] != 0.0) & (np.abs(states[:, State.SPEED]) > STILL))
 
 
 def _set_up(run: Run, stage: FreeBodies, sample: int, part: float, step: float) -> None:
-    """All bodies where they are a part of a step after the last sample before contact; the two that are about to
-    touch get their true velocities and are free.
+    """Place all bodies at a part of a step after the last sample before contact.
+
+    The two that are about to touch get their true velocities and are free.
     """
     actors, before, after = stage.actors, run.states[sample - 1], run.states[sample]
     poses, chords = before[:, :3] + part * (after[:, :3] - before[:, :3]), (after[:, :3] - before[:, :3]) / step
@@ -176,7 +177,7 @@ def _set_up(run: Run, stage: FreeBodies, sample: int, part: float, step: float) 
 
 
 def _record(run: Run, stage: FreeBodies, sample: int, step: float) -> None:
-    """Write the free bodies into the record; the others have been written by the kernels."""
+    """Write the free bodies into the record; the kernels have written all other actors."""
     for actor in stage.free:
         run.actors[actor, Memory.FREE] = HOSTED
         body, row = stage.bodies[actor], run.states[sample, actor]

@@ -20,39 +20,39 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 
 SOLVER_ITERATIONS = 50
-"""Of the contact solver a substep; pymunk's 10 leave a head-on restitution of 0.15 at 0.16."""
+"""Iterations of the contact solver per substep; pymunk's 10 give a head-on restitution of 0.16 for 0.15."""
 
 
 @dataclass(frozen=True)
 class Physique:
-    """What contact physics needs to know of an actor. SI units."""
+    """Properties of an actor for contact physics. SI units."""
 
     kind: ActorKind
     length: float
     width: float
     mass: float
     inertia: float
-    """About the vertical axis through the centre [kg m^2]."""
+    """Moment of inertia about the vertical axis through the centre [kg m^2]."""
     rear_to_center: float
     supports: GroundContact
-    """Where it rubs on the road once it slides, on wheels that are braked."""
+    """Contact with the road while it slides, with braked wheels."""
     fixed: bool
-    """Whether nothing moves it."""
+    """True for an immovable body."""
 
     @property
     def rolls(self) -> bool:
-        """Whether it stays on wheels that roll when nobody drives."""
+        """Return True if it stays on wheels that roll without a driver."""
         return has_axles(int(self.kind))
 
 
 def physiques(kinds: Ints, values: Floats) -> tuple[Physique, ...]:
-    """All actors of one scene, from its row of scene values."""
+    """Return all actors of one scene, from its row of scene values."""
     columns = values[: len(kinds) * len(Column)].reshape(len(kinds), len(Column))
     return tuple(physique(ActorKind(kind), row) for kind, row in zip(kinds, columns.tolist(), strict=True))
 
 
 def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
-    """One actor from its `Column`s. The kind's inertia grows with mass and size as that of a rectangle does."""
+    """Return one actor from its `Column`s. The kind's inertia scales with mass and size as that of a rectangle."""
     length, width, mass = columns[Column.LENGTH], columns[Column.WIDTH], columns[Column.MASS]
     behind, base, friction = (columns[each] for each in (Column.REAR_TO_CENTER, Column.WHEELBASE, Column.FRICTION))
     supports = ground_contact(False, length, width, base, behind, friction, 0.0, 0.0, MODELS[kind].gyration)
@@ -69,16 +69,16 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
 
 
 def wall(length: float, width: float) -> Physique:
-    """A building."""
+    """Return a building."""
     still = ground_contact(False, length, width, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, still, fixed=True)
 
 
 def new_space(config: ContactConfig) -> pymunk.Space:
-    """An empty plane without gravity or damping.
+    """Return an empty plane without gravity or damping.
 
-    Of the two settings, pymunk's own values are wrong for cars: contacts kept for 3 steps replay old impulses, and
-    a slop of 0.1 lets outlines rest 10 cm inside one another.
+    pymunk's own values of two settings are wrong for cars: contacts stored for 3 steps replay old impulses, and a slop
+    of 0.1 lets outlines rest 10 cm inside each other.
     """
     space = pymunk.Space()
     space.collision_persistence = config.collision_persistence
@@ -88,14 +88,14 @@ def new_space(config: ContactConfig) -> pymunk.Space:
 
 
 def carrier(space: pymunk.Space) -> pymunk.Body:
-    """A body without a shape: it carries a pose and touches nothing."""
+    """Add and return a body without a shape: it carries a pose and touches nothing."""
     body = pymunk.Body(1.0, 1.0)
     space.add(body)
     return body
 
 
 def solid(space: pymunk.Space, actor: Physique, config: ContactConfig) -> pymunk.Body:
-    """A body with its outline. pymunk multiplies the coefficients of two shapes, hence the roots."""
+    """Add and return a body with its outline. pymunk multiplies the coefficients of two shapes, hence the roots."""
     body = pymunk.Body(body_type=pymunk.Body.STATIC) if actor.fixed else pymunk.Body(actor.mass, actor.inertia)
     shape = pymunk.Poly.create_box(body, (actor.length, actor.width))
     shape.elasticity = math.sqrt(config.restitution)
@@ -112,13 +112,13 @@ set_velocity = pymunk.Body.__dict__["velocity"].fset
 set_spin = pymunk.Body.__dict__["angular_velocity"].fset
 
 LANDING = 1e-9
-"""How far pymunk may land from where it was sent [m, rad]; it lands within some 1e-13."""
+"""Largest error of pymunk's final pose [m, rad]; the usual error is about 1e-13."""
 
 
 def carry(space: pymunk.Space, bodies: Sequence[pymunk.Body], states: Floats, samples: int, time_step: float) -> None:
-    """Take the bodies through the poses of the first `samples` rows of `states`; then those are pymunk's own poses.
+    """Move the bodies through the poses of the first `samples` rows of `states`, which then become pymunk's own poses.
 
-    Velocities are only written: what pymunk makes of them is read when it has landed.
+    Velocities are only written; the resulting poses are read afterwards.
     """
     driven = states[:samples, :, POSE]
     chords = np.diff(driven, axis=0) / time_step
@@ -148,8 +148,8 @@ def rub(
 ) -> bool:
     """Apply the friction of a time [s] to a free body, as `kernels.impacts.motion` does; return True if it stands.
 
-    Wheels roll with the front ones at the angle `steer`, and with a `resistance`, a share of the weight; without an
-    angle they are braked.
+    With the angle `steer` of the front wheels, wheels roll with a `resistance`, a share of the weight; without it they
+    are braked.
     """
     rolls = steer is not None
     supports = actor.supports._replace(rolls=rolls, steer=steer or 0.0, rolling=resistance * GRAVITY)

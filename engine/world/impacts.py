@@ -1,4 +1,4 @@
-"""Impacts between two bodies, as they are told: what pymunk does in a meeting, and what the kernels kept of others."""
+"""Impacts between two bodies for reports: those of pymunk, and those that the kernels recorded between other actors."""
 
 import math
 from collections.abc import Callable
@@ -11,36 +11,36 @@ from engine.kernels.run_state import Run, Status
 from engine.tables import A_BUILDING, Floats
 
 LEAST_CHANGE = 0.01
-"""Of a velocity, for a touch to be told as an impact [m/s]."""
+"""Least change of a velocity for which a touch is reported as an impact [m/s]."""
 
 
 @dataclass(frozen=True)
 class Impact:
-    """One impact between two actors. Pairs of values belong to the lower actor and to the other."""
+    """One impact between two actors. Pairs of values belong to the lower actor and to the higher actor."""
 
     time: float
-    """When the bodies met [s]."""
+    """Time at which the bodies met [s]."""
     actors: tuple[int, int]
-    """Who met; the other may be `A_BUILDING`."""
+    """Actors of the impact; the second may be `A_BUILDING`."""
     point: tuple[float, float]
-    """Where they met, x, y [m]."""
+    """Point of the impact, x, y [m]."""
     delta_v: tuple[float, float]
-    """Change of each one's velocity, as a magnitude [m/s]; 0 for what is fixed. By all impulses that the body gets from
-    anybody while it is in contact: of one pinched between two others, they largely cancel.
+    """Change of each velocity, as a magnitude [m/s]; 0 for a fixed body. It includes all impulses on the body during
+    its contact, from any body: for a body between two others, they largely cancel.
     """
     direction: tuple[float, float]
     """Direction of each change in the body's frame when they met [rad, anticlockwise from its heading]."""
     closing_speed: float
     """Magnitude of the difference between the centres' velocities when they met [m/s]."""
     impact_angle: float
-    """Heading of the other seen from the lower actor's, in [-pi, pi) [rad]; 0: the same way, pi: head on."""
+    """Heading of the higher actor relative to the lower actor's, in [-pi, pi) [rad]; 0: the same way, pi: head on."""
     clock: tuple[int, int]
-    """Where on each outline: the direction from its centre, as on a dial with 12 straight ahead and 3 to the right."""
+    """Place on each outline as a clock direction from its centre: 12 straight ahead, 3 to the right."""
 
 
 @dataclass
 class Episode:
-    """What a body receives while it is in contact with anybody, so far."""
+    """Impulses on a body during its current contact with any body."""
 
     start: float
     """[s]"""
@@ -51,7 +51,7 @@ class Episode:
 
 @dataclass
 class Meeting:
-    """An impact that may still be going on."""
+    """An impact that may still continue."""
 
     time: float
     last: float
@@ -59,15 +59,15 @@ class Meeting:
     point: tuple[float, float]
     poses: tuple[tuple[float, float, float], tuple[float, float, float]]
     velocity: tuple[float, float]
-    """Of the other body relative to the lower one, before [m/s]."""
+    """Velocity of the higher body relative to the lower body, before the impact [m/s]."""
     episodes: tuple[Episode, Episode]
 
 
 class Recorder:
-    """Notes all impacts of a space. Bodies are known by their order, which is that of the actors.
+    """Records all impacts of a space. Bodies are identified by their order, which is that of the actors.
 
-    pymunk prints an exception raised inside a callback and goes on; so callbacks keep the first one, and `check`
-    raises it after the step.
+    pymunk prints exceptions of callbacks and continues; so callbacks store the first exception, and `check` raises it
+    after the step.
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body]) -> None:
@@ -84,13 +84,15 @@ class Recorder:
         space.on_collision(begin=self._guarded(self._begin), post_solve=self._guarded(self._post_solve))
 
     def check(self) -> None:
-        """Raise what went wrong in a callback of the last step."""
+        """Raise the exception of a callback in the last step."""
         if self._failure is not None:
             raise self._failure
 
     def impacts(self, masses: tuple[float, ...], least_change: float = LEAST_CHANGE) -> tuple[Impact, ...]:
-        """All impacts so far, in the order of time; touches that change no velocity by `least_change` are none. Bodies
-        beyond those that have masses here are buildings.
+        """Return all impacts so far, in the order of time, without touches that change velocities by less than
+        `least_change`.
+
+        Bodies beyond those in `masses` are buildings.
         """
         meetings = [*self._closed, *self._open.values()]
         told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
@@ -106,7 +108,7 @@ class Recorder:
         return call
 
     def _pair(self, arbiter: pymunk.Arbiter) -> tuple[int, int, bool]:
-        """Lower actor, other actor, and whether pymunk has them the other way round."""
+        """Return lower actor, higher actor, and True if pymunk has them in reverse order."""
         one, other = (self._number[body] for body in arbiter.bodies)
         return (one, other, False) if one < other else (other, one, True)
 
@@ -132,7 +134,7 @@ class Recorder:
         )
 
     def _episode(self, body: int) -> Episode:
-        """What the body is going through: a new one if it has touched nobody for a while."""
+        """Return the current episode of a body: a new episode after a while without contact."""
         known = self._current.get(body)
         if known is None or (self.time - known.start > PULSE and self.time - known.last > PAUSE):
             known = self._current[body] = Episode(self.time, self.time)
@@ -142,7 +144,7 @@ class Recorder:
     def _post_solve(self, arbiter: pymunk.Arbiter) -> None:
         low, high, swapped = self._pair(arbiter)
         meeting = self._open[low, high]
-        x, y = arbiter.total_impulse  # what the first of `arbiter.bodies` received
+        x, y = arbiter.total_impulse  # on the first of `arbiter.bodies`
         sign = 1.0 if swapped else -1.0
         meeting.last = self.time
         for body, side in ((low, -sign), (high, sign)):
@@ -177,7 +179,7 @@ def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
 
 
 def impacts_among_others(run: Run) -> tuple[Impact, ...]:
-    """What the kernels kept of impacts before the ego's contact."""
+    """Return the impacts before the ego's contact, as the kernels recorded them."""
     return tuple(_of_blow(blow, len(run.actors)) for blow in run.impacts[: run.status[Status.IMPACTS]])
 
 
@@ -206,11 +208,11 @@ def _of_blow(blow: Floats, actors: int) -> Impact:
 
 
 def clock_position(point: tuple[float, float], pose: tuple[float, float, float]) -> int:
-    """Direction of a point from a body's centre as an hour, 12 straight ahead and 3 to the right."""
+    """Return the direction of a point from a body's centre as an hour, 12 straight ahead and 3 to the right."""
     angle = math.atan2(point[1] - pose[1], point[0] - pose[0]) - pose[2]
     return (round(-angle / (math.pi / 6.0)) - 1) % 12 + 1
 
 
 def _wrap(angle: float) -> float:
-    """The angle brought into [-pi, pi)."""
+    """Return the angle wrapped to [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

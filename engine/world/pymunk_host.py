@@ -1,8 +1,8 @@
-"""The world host: one scene after another. The shared kernels drive, pymunk carries and decides what follows contact.
+"""The world host: one scene after another. The shared kernels drive; pymunk carries the poses and computes contacts.
 
-`simulate` scores, so each scene ends at the ego's first contact; `run` goes on through it and tells the whole story.
-Metrics are those of the poses that pymunk carried, by the one definition of `engine.kernels.pair`. The timeline tells
-who did what when, and why it was over.
+`simulate` scores, so each scene ends at the ego's first contact; `run` continues through it to rest. Metrics are those
+of the poses that pymunk carried, by the definitions of `engine.kernels.pair`. The timeline lists the events of a run
+and the reason of its end.
 """
 
 import math
@@ -31,18 +31,18 @@ from engine.world.impacts import Impact, impacts_among_others
 # -- the timeline of a run ---------------------------------------------------------------------------------------------
 
 PEDAL = 0.01
-"""Brake pedal from which an actor is said to brake."""
+"""Brake pedal from which on an actor brakes."""
 
 
 class EventKind(StrEnum):
-    """What happened. In brackets what `Event.value` holds."""
+    """Kinds of events, with the content of `Event.value` in brackets."""
 
     BRAKE = "brake"
     """An actor touches its brake for the first time [its speed, m/s]."""
     CLOSEST = "closest"
-    """The ego and another are nearest [MD, m]."""
+    """The ego and another actor are nearest [MD, m]."""
     CONTACT = "contact"
-    """The ego's first contact [0]; with a building it is alone."""
+    """The ego's first contact [0]; with a building, the ego is the only actor."""
     IMPACT = "impact"
     """Two bodies met [the larger delta-V, m/s]."""
     REST = "rest"
@@ -55,7 +55,7 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happened."""
+    """One event of a run."""
 
     time: float
     """[s]"""
@@ -67,7 +67,7 @@ class Event:
 def timeline(
     outcomes: Outcomes, trajectory: Trajectory, impacts: tuple[Impact, ...], rest: dict[int, float]
 ) -> tuple[Event, ...]:
-    """All events of one run (row 0 of the outcomes), in the order of time."""
+    """Return all events of one run (row 0 of the outcomes), in the order of time."""
     end = float(outcomes.end_time[0])
     events = [
         *_brakes(trajectory, end),
@@ -81,7 +81,9 @@ def timeline(
 
 
 def _brakes(trajectory: Trajectory, end: float) -> list[Event]:
-    """A pedal recorded at sample k was pressed over the step that ended there."""
+    """Return the first braking of each actor; a pedal recorded at sample k was pressed during the step that ended
+    there.
+    """
     events: list[Event] = []
     for actor in range(trajectory.states.shape[1]):
         pressed = np.flatnonzero(trajectory.states[:, actor, State.BRAKE] > PEDAL)
@@ -129,22 +131,22 @@ DEFAULTS = Config()
 
 @dataclass(frozen=True)
 class WorldRun:
-    """One scene's whole story."""
+    """Complete run of one scene."""
 
     outcomes: Outcomes
-    """One row."""
+    """Outcomes, one row."""
     trajectory: Trajectory
     """Through contact to rest."""
     impacts: tuple[Impact, ...]
-    """Those among others first, from the kernels; then what followed the ego's contact, from pymunk."""
+    """Impacts between other actors first, from the kernels; then those after the ego's contact, from pymunk."""
     events: tuple[Event, ...]
     records: tuple[Recorded, ...]
-    """What the file asks to be recorded, up to contact or the end."""
+    """Records of the file, up to contact or the end."""
     touching: Floats | None = None
     """(actors, len(State)) at the very instant of the ego's contact, between two samples; None without contact."""
 
     def __repr__(self) -> str:
-        """One line, for notebooks."""
+        """Return one line, for notebooks."""
         end = EndReason(int(self.outcomes.end_reason[0])).name.lower().replace("_", " ")
         scored = f"{end} after {float(self.outcomes.end_time[0]):.2f} s"
         return f"WorldRun({scored}; {len(self.trajectory.time)} samples, {len(self.impacts)} impacts)"
@@ -152,7 +154,7 @@ class WorldRun:
 
 @dataclass(frozen=True)
 class Host:
-    """What the scenes of one program share: made once, used for one scene after another."""
+    """Data that all scenes of one program share, created once."""
 
     plan: Plan
     memory: Run
@@ -163,9 +165,9 @@ class Host:
 
 
 def simulate(program: Program, scenes: Scenes, config: Config = DEFAULTS, jobs: int = 1) -> Outcomes:
-    """Score all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1.
+    """Score all valid scenes; rows of invalid scenes have their verdict and NaN / -1.
 
-    Whatever `jobs` is, one core works: a step of pymunk from Python is too short for threads to gain anything.
+    One core works for any `jobs`: a step of pymunk from Python is too short for threads to gain time.
     """
     del jobs
     host = _host(program, scenes, config, extra_samples=0)
@@ -175,7 +177,7 @@ def simulate(program: Program, scenes: Scenes, config: Config = DEFAULTS, jobs: 
 
 
 def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULTS) -> WorldRun:
-    """Run one valid scene to its end and, after contact, until everything struck stands still."""
+    """Run one valid scene to its end and, after contact, until all struck bodies stand."""
     if not scenes.valid[row]:
         raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` tells which are")
     after = math.ceil(config.contact.aftermath / config.simulation.time_step) + 1
@@ -201,7 +203,7 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
 
 
 def _touching(run: Run, sample: int) -> Floats:
-    """Everybody's state at first contact, in the step after a sample: motion in a step is linear."""
+    """Return the states of all actors at first contact, in the step after a sample: motion in a step is linear."""
     before, after = run.states[sample], run.states[sample + 1]
     touching = before + run.end[1] * (after - before)
     touching[:, State.PRESENT] = np.where(after[:, State.PRESENT] != 0.0, before[:, State.PRESENT], 0.0)
@@ -221,7 +223,7 @@ def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) 
 
 
 def _score(host: Host, row: int) -> int:
-    """Run one scene to first contact or its end and fill its row; the number of samples up to then."""
+    """Run one scene to first contact or its end and fill its row; return the number of samples up to then."""
     scenes, record = host.scenes, host.memory
     begin(host.plan, record, int(scenes.variant[row]), scenes.values[row], scenes.keys[row], scenes.actions[row])
     advance(host.plan, record, host.plan.layout.last_sample + 1, True)
@@ -239,5 +241,5 @@ def _score(host: Host, row: int) -> int:
 
 
 def _one(scenes: Scenes, row: int) -> Scenes:
-    """The scenes with nothing but one row."""
+    """Return the scenes with one row only."""
     return Scenes(**{field.name: getattr(scenes, field.name)[row : row + 1] for field in fields(Scenes)})

@@ -1,6 +1,8 @@
 """Environments of Gymnasium and PettingZoo pass the checks that those packages bring for them."""
 
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import gymnasium
 import numpy as np
@@ -59,6 +61,36 @@ def test_pictures_show_who_moves(scenario: cx.Scenario) -> None:
     assert ScenarioEnv(scenario, others={"other": standing}).render() is None
     with pytest.raises(cx.CortexError, match="render_mode is 'human'"):
         ScenarioEnv(scenario, render_mode="human")
+
+
+def test_a_video_has_a_frame_for_each_step(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`RecordVideo` of an episode by the id: a frame at the reset and after each step, as many a second as decisions;
+    in the place of moviepy, which only writes the file.
+    """
+    written: list[tuple[int, int]] = []
+
+    class Clip:
+        def __init__(self, frames: list[np.ndarray], fps: int) -> None:
+            assert {frame.shape for frame in frames} == {(480, 640, 3)}
+            written.append((len(frames), fps))
+
+        def write_videofile(self, path: str, **_: object) -> None:
+            Path(path).touch()
+
+    names = ("moviepy", "moviepy.video", "moviepy.video.io", "moviepy.video.io.ImageSequenceClip")
+    for name in names:
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    monkeypatch.setattr(sys.modules[names[-1]], "ImageSequenceClip", Clip, raising=False)
+    env = gymnasium.make(f"cortex_dsl.gym:{ID}", scenario=str(file), render_mode="rgb_array")
+    video = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda _: True)
+    video.reset(seed=3)
+    steps, ended = 0, False
+    while not ended:
+        _, _, terminated, truncated, _ = video.step(np.zeros(3))
+        steps, ended = steps + 1, terminated or truncated
+    video.close()
+    assert written == [(steps + 1, 10)]
+    assert [path.suffix for path in (tmp_path / "videos").iterdir()] == [".mp4"]
 
 
 def test_ids_are_registered(file: Path) -> None:

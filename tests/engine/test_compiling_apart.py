@@ -23,7 +23,7 @@ ego = new Car at (0 m, 0 m), with speed V
 other = new Car at (0 m, 40 m), with speed V
 """
 LONG = 60.0
-STARTED = 30.0
+STARTED = 300.0
 """Time in which two processes start on a busy machine [s]."""
 
 

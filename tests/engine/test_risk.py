@@ -152,6 +152,21 @@ def test_the_order_of_pairs_changes_nothing(pairs: list[Pair], data: st.DataObje
     assert (chosen == again) or (speeds[chosen] > 0.1, distance[chosen]) == (speeds[again] > 0.1, distance[again])
 
 
+@given(st.lists(PAIRS, min_size=2, max_size=5), st.data(), ANY_PROFILE)
+def test_a_parked_object_decides_only_by_its_score(
+    pairs: list[Pair], data: st.DataObject, profile: RiskProfile
+) -> None:
+    """Parts add up to the score, a further pair never lowers it, and among equal scores a moving partner decides."""
+    speeds = data.draw(st.lists(st.sampled_from((0.0, 3.0)), min_size=len(pairs), max_size=len(pairs)))
+    run = replace(outcomes(tuple(pairs)), other_speed=np.array([speeds]))
+    risk, fewer = assess(run, profile), assess(outcomes(tuple(pairs[:-1])), profile)
+    assert risk.parts[0].sum() == risk.score[0] >= fewer.score[0]
+    assert risk.continuous[0] >= fewer.continuous[0]
+    alone = [assess(outcomes((pair,)), profile).score[0] for pair in pairs]
+    moving = [score for score, speed in zip(alone, speeds, strict=True) if speed > 0.0]
+    assert (speeds[risk.pair[0]] == 0.0) == (max(alone) not in moving)
+
+
 def test_contact_counts_for_the_egos_pair_alone() -> None:
     """The ego's contact with actor 2 is that pair's; one between actors 1 and 2 is nobody's."""
     risk = assess(outcomes((FAR, FAR), (FAR, FAR), contact={0: (0, 2), 1: (1, 2)}))

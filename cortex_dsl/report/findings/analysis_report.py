@@ -34,7 +34,7 @@ from engine.vocabulary import GeneKind
 
 
 JUDGED = (
-    "fail there: failure rate of new runs that meet the condition, drawn from the distributions of the file, with the "
+    "failure rate: that of new runs that meet the condition, drawn from the distributions of the file, with the "
     "95 % interval of Clopper and Pearson; lift: this rate divided by that of all new runs"
 )
 
@@ -56,7 +56,7 @@ def lift_text(cluster: Cluster) -> str:
 
 def condition_text(space: ParamSpace, cluster: Cluster) -> str:
     """`ADV_SPEED > 41.0 km/h and EGO_BRAKE < 0.300`."""
-    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no bounds within which more fail"
+    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no range within which more fail"
 
 
 def _condition(space: ParamSpace, condition: Condition) -> str:
@@ -116,9 +116,7 @@ def lost_text(avoided: Avoided) -> str:
     """`3 of them are lost from the start …`; empty where there are none."""
     if not avoided.lost:
         return ""
-    return (
-        f"{avoided.lost:,} of them are lost from the start: this says something about the scene, not about the driving"
-    )
+    return f"{avoided.lost:,} of them are lost from the start: this is a property of the scene, not of the driving"
 
 
 def struck_text(avoided: Avoided) -> str:
@@ -151,9 +149,7 @@ def fastest_text(analysis: Analysis) -> str:
     if not math.isfinite(analysis.fastest):
         return ""
     fastest = closing_text(analysis.fastest)
-    return (
-        f"the risk has a maximum and hides what is more severe; the fastest contact of the search closed at {fastest}"
-    )
+    return f"the risk is bounded and hides the most severe contacts; the fastest one closed at {fastest}"
 
 
 def margin_text(answer: Avoidability) -> str:

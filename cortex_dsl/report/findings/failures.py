@@ -19,7 +19,7 @@ BLAMES = {
 """Word and style."""
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: not the ego's failure"
 SUCCESSION = "(n + 1) / (N + 2)"
-"""How shares of rare events are computed."""
+"""The estimated share of an event that was not found."""
 ORDER_OF_RISK = "worst first, avoidable ones before others of the same risk"
 ORDER_OF_OBJECTIVE = "avoidable collisions first, then other collisions, then near misses"
 APART = "each partner and kind once before any twice"
@@ -68,12 +68,13 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
     if not came.collisions:
         return
     if came.judged:
-        share = percent(came.share(came.avoidable), 2)
         if came.avoidable:
-            yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
+            share = percent(came.avoidable / came.valid, 2)
+            yield f"avoidable: {share} of valid simulations{_pace(came.avoidable, seconds)}"
         else:
+            share = percent(came.share(0), 2)
             yield f"avoidable: none found; estimated rate {share} of valid simulations, {SUCCESSION}"
-    share = percent(came.collisions / came.valid) if came.valid else ""
+    share = percent(came.collisions / came.valid)
     every = f"{came.collisions:,}{_kinds_text(came)}"
     yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
 

@@ -125,7 +125,7 @@ def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
         if each.valid:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
-                f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
+                f"{each.valid:,} valid simulations; avoidable {percent(each.avoidable / each.valid, 2)} of these, "
                 f"{pace_text(each.rate)} per second"
             )
 

@@ -97,7 +97,7 @@ def places(space: ParamSpace, analysis: Analysis) -> Node:
         for cluster in analysis.clusters
     ]
     note = f"Failures that lie together in the space of params. {JUDGED[0].upper()}{JUDGED[1:]}."
-    head = ("failures", "where", "of them", "fail there", "lift")
+    head = ("failures", "where", "inside", "failure rate", "lift")
     return part("places", "Where failures lie", note, table(head, rows, "kinds"))
 
 
@@ -265,7 +265,8 @@ def _note(found: Sensitivity | None, goal: str) -> Iterator[str]:
     if found is not None:
         yield (
             "Bars: the share of the variance that remains when every other param is known (the total Sobol' index, "
-            f"brackets 95 %), from {found.simulations:,} separate simulations, drawn as the file says. The indices are "
+            f"brackets 95 %), from {found.simulations:,} separate simulations, "
+            "drawn from the distributions of the file. The indices are "
             "of the mean over chance, that is, over lanes, places and everything else that a scene draws; the last row "
             "is the variance that remains when every param is known. Risk and collision: given a valid run, which "
             f"{percent(found.valid_share)} of the simulations were. "

@@ -15,6 +15,7 @@ from shlex import join
 from string import Template
 from typing import Any, TypeAlias
 
+from engine.checksums import NO_CHECKSUM, with_checksum
 from engine.search.store import without_folders
 from engine.strict_json import json_text
 
@@ -122,16 +123,26 @@ def _clean(text: str) -> str:
 # -- a page from its parts ---------------------------------------------------------------------------------------------
 
 
-def page(title: str, body: Node, data: Mapping[str, Any] | None = None, scripts: Sequence[str] = ()) -> str:
-    """The whole text of a page; `data` are blocks by the names under which `scripts` find them."""
+def page(
+    title: str,
+    body: Node,
+    data: Mapping[str, Any] | None = None,
+    scripts: Sequence[str] = (),
+    journal: str = "",
+) -> str:
+    """Return the whole text of a page; `data` are blocks by the names under which `scripts` find them, `journal` is the
+    last link of the journal from which the page is made (`engine.checksums`).
+    """
     parts = {
+        "checksum": NO_CHECKSUM,
+        "journal": journal,
         "title": render(element("title", title)),
         "style": render(stylesheet()),
         "body": render(body),
         "data": render([data_block(name, content) for name, content in (data or {}).items()]),
         "script": render([script(text(name)) for name in scripts]),
     }
-    return Template(text("page.html")).substitute(parts)
+    return with_checksum(Template(text("page.html")).substitute(parts)).decode()
 
 
 def stylesheet() -> Element:

@@ -77,7 +77,7 @@ def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
 
 def render_page(found: RunPage) -> str:
     """The page as text."""
-    manifest = found.record.manifest
+    record, manifest = found.record, found.record.manifest
     parts = [part for part in _parts(found) if isinstance(part, Element)]
     names = {part.attributes["id"] for part in parts}
     body = [
@@ -89,7 +89,7 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(replay) for replay in found.replays],
         "evaluations": plain(where_it_fails.dots(found.record)),
     }
-    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS), record.link)
 
 
 def content(found: RunPage) -> dict[str, Any]:

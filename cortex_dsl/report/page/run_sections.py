@@ -140,7 +140,8 @@ def _partners(record: Record) -> str:
 # -- how probable a collision is: estimates that lie beside the journal, or how to get one -----------------------------
 
 NOTE = (
-    "Given a valid run, when every param is drawn as the file says. The results of a search say nothing about this: "
+    "Given a valid run, when every param is drawn from its distribution in the file. "
+    "The results of a search say nothing about this: "
     f"it samples where it has found danger. Also, {EXPOSURE}; "
     f"{SAMPLE_TIME}."
 )

@@ -41,7 +41,7 @@ def study_page(study: Study) -> str:
         element("main", _hero(study, found), parts, _footer(study)),
     ]
     data = {"study": plain(study_content(study, found))}
-    return page(_title(study), body, data, ("page.js",))
+    return page(_title(study), body, data, ("page.js",), "".join(study.seals[-1:]))
 
 
 def _title(study: Study) -> str:

@@ -94,7 +94,7 @@ def _worst(analysis: Analysis) -> list[RenderableType]:
     ]
     if not rows:
         return []
-    head = right("#"), right("risk"), right("closing"), left("of the worst"), right("perceived"), right("contact")
+    head = right("#"), right("risk"), right("closing"), left("verdict"), right("perceived"), right("contact")
     return [columns(*head, left("", wrap=True), rows=rows, header=True), Text(fastest_text(analysis), "quiet"), Text()]
 
 
@@ -137,7 +137,7 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
     parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
     if analysis.sensitivity is not None:
-        note = f"{analysis.sensitivity.simulations:,} further simulations, drawn as the file says"
+        note = f"{analysis.sensitivity.simulations:,} further simulations, drawn from the distributions of the file"
         parts.append(section("Which params matter", _sensitivity(analysis.sensitivity), note))
     if analysis.avoided.driven:
         parts.append(section("Would a competent driver have avoided it?", avoidance_view(analysis)))
@@ -164,16 +164,16 @@ def _summary(program: Program, analysis: Analysis) -> list[RenderableType]:
     if math.isfinite(analysis.spread.pairwise):
         lines.append(
             Text(
-                f"two collisions differ by {percent(analysis.spread.pairwise, 0)} of a range on average, "
-                f"the nearest by {percent(analysis.spread.nearest)} (less, the more are found; here "
-                f"{analysis.spread.count:,})",
+                f"difference between two collisions, as a share of the range of a param: "
+                f"{percent(analysis.spread.pairwise, 0)} on average, {percent(analysis.spread.nearest)} to the nearest "
+                f"(of {analysis.spread.count:,}; more collisions lie nearer)",
                 "quiet",
             )
         )
     if analysis.system:
         names = ", ".join(analysis.system)
         lines.append(
-            Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze fixes them)")
+            Text.assemble(("the search varied params of the system: ", "warn"), names, " (--freeze fixes them)")
         )
     return lines
 
@@ -218,7 +218,7 @@ def _clusters(space: ParamSpace, analysis: Analysis) -> RenderableType:
         )
         for cluster in analysis.clusters
     ]
-    head = right("failures"), left("where", wrap=True), right("of them"), right("fail there"), right("lift")
+    head = right("failures"), left("where", wrap=True), right("inside"), right("failure rate"), right("lift")
     return Group(columns(*head, rows=rows, header=True), Text(), Text(JUDGED, "quiet"))
 
 

@@ -313,29 +313,29 @@ def _summary(claims: Sequence[Claim]) -> Iterator[Text]:
     """What the paper says and what we infer are counted apart: an assumption that fails is one cause, not many."""
     own = said(claims)
     wrong = sum(not claim.holds for claim in own)
-    tail = " statements of the paper do not follow from its own numbers"
+    tail = " statements of the paper contradict its own numbers"
     yield Text.assemble((f"{wrong} of {len(own)}", "bad"), tail)
-    yield Text("apart from them, what follows if (an assumption of cortexc's; if it fails, one cause):", "quiet")
+    yield Text("Further checks rest on an assumption; a wrong assumption explains all its failures:", "quiet")
     for assumption, rows in by_assumption(claims).items():
         failing = sum(not claim.holds for claim in rows)
-        yield Text(
-            f"  {assumption}: {failing} of {len(rows)} {'row does' if len(rows) == 1 else 'rows do'} not", "quiet"
-        )
+        yield Text(f"  {assumption}: {counted(failing, 'failure')} in {counted(len(rows), 'check')}", "quiet")
 
 
 def _table(claims: Sequence[Claim]) -> RenderableType:
     rows = [
         (
-            Text("holds" if claim.holds else "does not", "good" if claim.holds else "bad"),
+            Text("holds" if claim.holds else "fails", "good" if claim.holds else "bad"),
             Text.assemble(claim.says, (_remark(claim), "quiet")),
             Text(claim.printed),
             Text(claim.found, "" if claim.holds else "warn"),
         )
         for claim in claims
     ]
-    return columns(left(), left("says", wrap=True), left("printed"), left("found", wrap=True), rows=rows, header=True)
+    return columns(
+        left(), left("statement", wrap=True), left("printed"), left("computed", wrap=True), rows=rows, header=True
+    )
 
 
 def _remark(claim: Claim) -> str:
-    remarks = [claim.remark, f"inferred, if {claim.assumption}" if claim.inferred else ""]
+    remarks = [claim.remark, f"assumption: {claim.assumption}" if claim.inferred else ""]
     return "".join(f"; {text}" for text in remarks if text)

@@ -35,7 +35,7 @@ from cortex_dsl.semantics.acting.foreseeing import (
     stopping_distance,
     throttle,
 )
-from cortex_dsl.semantics.acting.job import SPEED_GAIN, STOPPING, Job
+from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job, speed_to_stop
 from cortex_dsl.semantics.evaluation.geometry import current_pose, is_present, others, size_of, state
 from cortex_dsl.semantics.evaluation.seeing import unhidden
 from cortex_dsl.semantics.model.values import Actor
@@ -50,7 +50,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     path_pose,
     path_project,
     sin,
-    sqrt,
     where,
 )
 from engine.frozen import frozen
@@ -205,18 +204,21 @@ def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
 
 
 def _is_free_behind(job: Job) -> Term:
-    """Whether nobody is where one would back up to, or will be there soon."""
+    """Whether nobody is where one would back up to, or will be there soon.
+
+    The room begins at the rear end of the actor: whoever is beside it or ahead is not in it, which needs no comparison
+    of places along its heading, whose sign is rounding for one exactly abreast.
+    """
     ev, here = job.ev, current_pose(job.ev, job.actor)
-    back, width = 0.5 * BEHIND, size_of(job.actor, "width")
+    back = 0.5 * (size_of(job.actor, "length") + BEHIND)
     x, y = here.x - back * cos(here.heading), here.y - back * sin(here.heading)
-    room = ev.algebra.pack(x, y, here.heading, size_of(job.actor, "length") + BEHIND, width)
+    room = ev.algebra.pack(x, y, here.heading, ev.algebra.literal(BEHIND), size_of(job.actor, "width"))
     blocked = []
     for other in others(ev, job.actor):
         there, size = current_pose(ev, other), (size_of(other, "length"), size_of(other, "width"))
-        behind = (there.x - here.x) * cos(here.heading) + (there.y - here.y) * sin(here.heading) < 0.0
         outlines = [ev.algebra.pack(*place, there.heading, *size) for place in _places(job, other, WHILE)]
         near = ev.algebra.any_of([box_distance(room, outline) < ROOM for outline in outlines])
-        blocked.append(is_present(ev, other) & behind & near)
+        blocked.append(is_present(ev, other) & near)
     return ~ev.algebra.any_of(blocked)
 
 
@@ -277,5 +279,4 @@ def _swing(other: Actor) -> Term:
 
 def _approach(job: Job, room: Term) -> Term:
     """Speed from which a planned stop ends within so much room [m/s]."""
-    left = maximum(room - STOP_PREVIEW * job.speed(), 0.0)
-    return sqrt(2.0 * STOPPING * left)
+    return speed_to_stop(room - STOP_PREVIEW * job.speed())

@@ -39,6 +39,18 @@ STOP_MARGIN = 0.5
 Inline = Callable[[BehaviourCall], ir.Block]
 
 
+def speed_to_stop(room: Term) -> Term:
+    """Return the target speed [m/s] of a planned stop within `room` [m]; 0 where there is no room.
+
+    v = sqrt(2 b d), the speed from which a deceleration of b comes to rest within d, but at most `SPEED_GAIN` d. The
+    slope of the root, b / v, has no bound: read `STOP_PREVIEW` ahead by a controller that acts once a step, it would
+    make the controller overshoot below 0.5 m/s, so that a car would jerk to its stop, and rounding would grow tenfold
+    with each step.
+    """
+    left = maximum(room, 0.0)
+    return minimum(sqrt(2.0 * STOPPING * left), SPEED_GAIN * left)
+
+
 @frozen
 class Job:
     """One library behaviour to be run: its call, the actor, and the evaluator of the moment."""
@@ -145,12 +157,8 @@ class Job:
         return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local(), offset)
 
     def stopping(self, speed: Term, stop: Term, room: Term) -> Term:
-        """The target speed, lowered while `stop` holds so that the front halts `room` metres from here.
-
-        v = sqrt(2 b d), the speed from which a deceleration of b comes to rest within d.
-        """
-        left = room - (STOP_PREVIEW * self.speed() + STOP_MARGIN)
-        allowed = sqrt(2.0 * STOPPING * maximum(left, 0.0))
+        """The target speed, lowered while `stop` holds so that the front halts `room` metres from here."""
+        allowed = speed_to_stop(room - (STOP_PREVIEW * self.speed() + STOP_MARGIN))
         return where(stop, minimum(speed, allowed), speed)
 
     def forever(self, act: ir.Act) -> ir.Act:

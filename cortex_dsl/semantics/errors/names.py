@@ -1,12 +1,13 @@
 """SCN2xx: names."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.errors.problems import Problem, hint, warning
+from cortex_dsl.semantics.errors.problems import Problem, hint, note, warning
 
 UNKNOWN_NAME = Problem(
     "SCN201",
     "nothing is called `{name}` here",
-    cure="{suggestion}",
+    "a name is built in or defined above; upper and lower case differ",
+    "{suggestion}",
     page=Page(
         "unknown name",
         "A name must be built in, or defined above this line. Upper and lower case differ.",
@@ -41,7 +42,8 @@ UNKNOWN_ATTRIBUTE = Problem(
 UNKNOWN_PROPERTY = Problem(
     "SCN204",
     "{kind} has no property `{name}`",
-    cure="{suggestion}",
+    "`with` sets a property of the class; another name would have no effect",
+    "{suggestion}",
     page=Page(
         "unknown property",
         "`with` sets one of the properties that the class has. A misspelt one would otherwise change nothing.",
@@ -194,6 +196,19 @@ DEAD_GENE = warning(
         "ego = new Car on road\n",
         "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
         "ego = new Car on road, with behavior Drive()\n",
+    ),
+)
+UNREAD_PROPERTY = note(
+    "SCN226",
+    "not read: {names}",
+    "{reason}",
+    "remove them, or keep them for Scenic: `# allow SCN226` ends this note",
+    page=Page(
+        "property that is not read",
+        "Some properties of Scenic's objects have no effect on a run. They are accepted, so that scripts need no "
+        "change, and are named here with the number of places.",
+        "ego = new Car on road, with render False\n",
+        "ego = new Car on road\n",
     ),
 )
 UNUSED_NAME = hint(

@@ -163,8 +163,8 @@ PROPERTY_TWICE = Problem(
 NOT_CONNECTED = Problem(
     "SCN417",
     "lane {number} of the trajectory does not start where the one before it ends",
-    "`{before}` leads to {follows}, not to `{after}`",
-    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`, or ask for a route: `a.routeTo(b)`",
+    "{gap}",
+    "{cure}",
     page=Page(
         "trajectory with a gap",
         "Each lane of a trajectory starts where the one before it ends.",

@@ -124,9 +124,9 @@ MAP_UNREAD = note(
     cure="rely on nothing that these parts of the file state",
     page=Page(
         "parts of a map file that are not read",
-        "A road file states more than a simulation uses: road marks, slopes, surfaces, objects. Each kind of element, "
-        "and of attributes of one element, that is not read is listed with its count and its first line in the file. "
-        "Names, dates and data of other programs are not listed.",
+        "A road file states more than a simulation uses: slopes, surfaces, objects. Each kind of element, and of "
+        "attributes of one element, that is not read is listed with its count and its first line in the file. "
+        "Names, dates, road marks and data of other programs change no result and are not listed.",
         shown="while the map is read",
     ),
 )

@@ -6,7 +6,8 @@ from cortex_dsl.semantics.errors.problems import Problem, warning
 DIMENSION_MISMATCH = Problem(
     "SCN301",
     "{what} must be {expected}, but this is {actual}",
-    cure="{cure}",
+    "a number with a unit has the dimension of the unit; a number without one takes the SI unit",
+    "{cure}",
     page=Page(
         "wrong dimension",
         "Every argument and property has a dimension: a speed, a length, an angle. A number with a unit must have that "

@@ -1,5 +1,6 @@
 """Trajectories: lists of lanes that follow one another, joined into one path."""
 
+import math
 from itertools import pairwise
 
 from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
@@ -53,11 +54,28 @@ def trajectory(value: Value, span: Span) -> Trajectory:
     paths = lanes[0].network.paths
     for number, (before, after) in enumerate(pairwise(lanes), 2):
         if not paths.continues(before.path, after.path):
-            follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
-            raise NOT_CONNECTED.mistake(span, number=number, before=before.name, after=after.name, follows=follows)
+            gap, cure = _gap(before, after)
+            raise NOT_CONNECTED.mistake(span, number=number, gap=gap, cure=cure)
     return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
 
 
+def _gap(before: Lane, after: Lane) -> tuple[str, str]:
+    """Return why a lane does not go on to another one, and the cure."""
+    if after not in before.successors:
+        follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
+        return f"`{before.name}` leads to {follows}, not to `{after.name}`", _ONE_MANEUVER
+    paths = before.network.paths
+    end, start = paths.pose(before.path, before.length), paths.pose(after.path, 0.0)
+    turn = abs(math.degrees(math.remainder(end.heading - start.heading, math.tau)))
+    way = math.hypot(end.x - start.x, end.y - start.y)
+    linked = f"the map links `{before.name}` to `{after.name}`"
+    where = f"which begins {way:.2g} m from its end and is turned by {turn:.2g} degrees against it"
+    return f"{linked}, {where}", "correct the file of the map there, or take a trajectory that does not lead over it"
+
+
+_ONE_MANEUVER = (
+    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`, or ask for a route: `a.routeTo(b)`"
+)
 _AS_IN = "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
 _SPEED_FIRST = "are the arguments in the wrong order? As in `FollowTrajectoryBehavior(target_speed, trajectory)`"
 

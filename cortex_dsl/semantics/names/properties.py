@@ -97,6 +97,8 @@ IGNORED: Mapping[str, str] = {
     "rolename": "objects have the name of their variable",
     "physics": "every object takes part",
     "height": "the world is flat",
+    "render": "no picture is made of a scene",
+    **dict.fromkeys(("viewRayDensity", "viewRayCount", "viewRayDistanceScaling"), "sight is computed without rays"),
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""
 
@@ -105,7 +107,8 @@ _SPEED, _PLACE = "write `with speed V`; it goes the way it heads", "say where it
 SCENIC_ONLY: Mapping[str, str] = {
     **dict.fromkeys(("yaw", "orientation", "parentOrientation"), _FACING),
     **dict.fromkeys(("pitch", "roll", "baseOffset", "elevation", "onSurface", "cameraOffset"), _FLAT),
-    **dict.fromkeys(("mutator", "mutationScale", "positionStdDev", "headingStdDev", "orientationStdDev"), _NOISE),
+    **dict.fromkeys(("mutator", "mutationEnabled", "mutationScale"), _NOISE),
+    **dict.fromkeys(("positionStdDev", "headingStdDev", "orientationStdDev"), _NOISE),
     **dict.fromkeys(("velocity", "angularVelocity", "angularSpeed"), _SPEED),
     **dict.fromkeys(("onDirection", "contactTolerance", "sideComponentThresholds"), _PLACE),
     "viewAngles": "write `with viewAngle 90 deg`",

@@ -96,9 +96,15 @@ def _unexpected(context: ErrorContext) -> Diagnostic:
     return errors.UNEXPECTED.at(
         context.found.span,
         f"expected {expected}, found {found}" if expected else f"{found} is unexpected here",
-        f"expected {expected}" if expected else "unexpected",
-        reason=f"`{context.found.text}` is a reserved word" if context.found.text in RESERVED else "",
+        reason=_reason(context.found),
+        cure=f"write {expected} here" if expected else "remove it, or begin a new line with it",
     )
+
+
+def _reason(found: Word) -> str:
+    if found.text in RESERVED:
+        return f"`{found.text}` is a reserved word"
+    return "a statement ends with its line, outside of brackets" if found.kind == "end" else "the line fits up to here"
 
 
 def _one_of(words: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""CommonRoad: a scenario for planners (`<stem>.cr.xml`), and what our ego did as its solution (`<stem>.solution.xml`).
+"""CommonRoad: a scenario for planners (`<stem>.cr.xml`), and the ego's motion as its solution (`<stem>.solution.xml`).
 
 Format: XML 2020a, Althoff et al., "CommonRoad: Composable benchmarks for motion planning on roads", IV 2017, with its
 published schema; names of vehicles, models and costs as commonroad-io reads them.

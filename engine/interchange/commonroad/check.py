@@ -1,4 +1,4 @@
-"""An exported CommonRoad scenario looked at again: ids, references, and who is there. Motion is not read back."""
+"""Check of an exported CommonRoad scenario: ids, references, and actors. Motion is not read back."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ OTHERS, BUILDINGS = ("dynamicObstacle", "staticObstacle"), ("environmentObstacle
 def check_commonroad(
     case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions
 ) -> Iterator[Finding]:
-    """Ids are unique, references lead somewhere, and the ego has a problem to solve."""
+    """Yield findings unless ids are unique, references are valid, and the ego has a planning problem."""
     for name in (each for each in names if each.endswith(".cr.xml")):
         tree = read_tree(folder / name)
         ids = [element.get("id", "") for element in tree.root.iter() if element.get("id")]

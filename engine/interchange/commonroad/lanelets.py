@@ -1,7 +1,7 @@
-"""Our lanes as lanelets: two bounds of equally many points, with the lanes beside it.
+"""Lanes as lanelets: two bounds with equal numbers of points, and the adjacent lanes.
 
-Points that several bounds share are the same to the last bit: along a neighbour, and from a lane to its successors.
-Lanes of a file have the borders of that file, and neighbours where one border is all along the other.
+Points that several bounds share are equal to the last bit: along a neighbour, and from a lane to its successors. Lanes
+of a map file have the borders of that file, and are neighbours if they share a whole border.
 """
 
 from collections import defaultdict
@@ -15,11 +15,11 @@ from engine.road.network import Lane, Network
 from engine.tables import Floats
 
 SAME = 1e-6
-"""Points of bounds closer than this are one [m]; as `PathBook` joins paths."""
+"""Largest distance between points of bounds that become one point [m]; as in `PathBook`."""
 
 
 ONE_BORDER = 0.1
-"""Borders of two lanes of a file whose ends are nearer are one [m]."""
+"""Largest distance between the ends of two lanes' borders in a file that count as one border [m]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Lanelet:
 
 
 def lanelets(network: Network) -> tuple[Lanelet, ...]:
-    """All lanes, connecting ones too, in the order of `network.lanes`."""
+    """Return all lanes, connecting lanes included, in the order of `network.lanes`."""
     rows, shared = _rows(network), _SharedPoints()
     if network.bounds:
         beside_left, beside_right = (_beside_in_file(network, side) for side in (0, 1))
@@ -61,11 +61,11 @@ def lanelets(network: Network) -> tuple[Lanelet, ...]:
     return tuple(map(lanelet, network.lanes))
 
 
-# -- who lies beside whom
+# -- neighbours
 
 
 def _rows(network: Network) -> list[tuple[Lane, ...]]:
-    """Lanes of one direction side by side, from the kerb to the middle; each lane is in a row."""
+    """Return rows of parallel lanes of one direction, from the kerb to the middle; each lane is in one row."""
     rows = [group.lanes for road in network.roads for group in road.groups]
     turns: dict[tuple[int, str, str, int], list[Lane]] = defaultdict(list)
     for maneuver in network.maneuvers:
@@ -77,7 +77,7 @@ def _rows(network: Network) -> list[tuple[Lane, ...]]:
 
 
 def _neighbours(network: Network, rows: list[tuple[Lane, ...]]) -> tuple[dict[int, Beside], dict[int, Beside]]:
-    """Per lane the one towards the middle of the road, and the one towards its kerb."""
+    """Return per lane its neighbour towards the middle of the road, and its neighbour towards the kerb."""
     inwards: dict[int, Beside] = {}
     outwards: dict[int, Beside] = {}
     for row in rows:
@@ -90,7 +90,7 @@ def _neighbours(network: Network, rows: list[tuple[Lane, ...]]) -> tuple[dict[in
 
 
 def _beside_in_file(network: Network, side: int) -> dict[int, Beside]:
-    """Per lane of a file the one on its left (side 0) or right (1), where both have that border all along."""
+    """Return per lane of a file its neighbour on the left (side 0) or right (1), if both share the whole border."""
     found: dict[int, Beside] = {}
     for lane, others in (network.links.beside or {}).items():
         other = others[side]
@@ -108,12 +108,12 @@ def _beside_in_file(network: Network, side: int) -> dict[int, Beside]:
 
 
 def _chords(row: tuple[Lane, ...]) -> int:
-    """Equal chords that each lane of a row is cut into: enough for the widest of its arcs."""
+    """Return the number of equal chords for each lane of a row, enough for the widest of its arcs."""
     return max(len(lane.network.paths.stations(lane.path, CHORD_TOLERANCE)) - 1 for lane in row)
 
 
 def _bound(lane: Lane, side: float, chords: int, shared: "_SharedPoints") -> Floats:
-    """The left (side 1) or right (side -1) bound."""
+    """Return the left (side 1) or right (side -1) bound."""
     paths, shift = lane.network.paths, side * 0.5 * lane.width
     poses = [paths.pose(lane.path, lane.length * (i / chords)) for i in range(chords + 1)]
     return np.array(
@@ -122,7 +122,7 @@ def _bound(lane: Lane, side: float, chords: int, shared: "_SharedPoints") -> Flo
 
 
 class _SharedPoints:
-    """Points of all bounds: one that was there before, up to rounding, comes back as it was."""
+    """Points of all bounds: a point near an earlier point, up to rounding, is replaced by it."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[int, int], tuple[float, float]] = {}

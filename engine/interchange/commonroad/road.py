@@ -29,7 +29,7 @@ def add_point(parent: Element, x: float, y: float) -> None:
 
 
 def add_exact(parent: Element, values: Mapping[str, float]) -> None:
-    """A child with an exact value for each name."""
+    """Add a child with an exact value for each name."""
     for tag, value in values.items():
         add_text(child(parent, tag), "exact", decimal(value))
 
@@ -59,7 +59,7 @@ SUCCESSORS = {
 
 @dataclass(frozen=True)
 class Ids:
-    """One number for each thing of a file: lanelets first, then intersections, lights, actors, the ego's problem."""
+    """Unique numbers of a file's elements: lanelets, then intersections, lights, actors, and the ego's problem."""
 
     network: Network
 
@@ -76,19 +76,21 @@ class Ids:
         return self.incoming(len(self.network.intersections), 0) + self.network.arms * site + arm
 
     def actor(self, index: int) -> int:
-        """The ego, actor 0, is the planning problem."""
+        """Return the number of an actor; the ego, actor 0, is the planning problem."""
         return self.light(len(self.network.intersections), 0) + index
 
 
 def arms_of(intersection: Intersection) -> Mapping[int, Leg]:
-    """Its arms by which traffic comes in, by number: clockwise, of a grid from the north, where a T has none."""
+    """Return the arms with incoming lanes, by number: clockwise, on a grid from the north; a T has no arm of one
+    number.
+    """
     legs = intersection.legs
     numbers = [ARMS.index(leg.name) if leg.name in ARMS else place for place, leg in enumerate(legs)]
     return {number: leg for number, leg in zip(numbers, legs, strict=True) if leg.incoming_lanes}
 
 
 def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) -> None:
-    """All lanelets, then all lights of a fixed plan, then all intersections, as the schema orders them."""
+    """Add all lanelets, then all lights of a fixed plan, then all intersections, in the order of the schema."""
     network = ids.network
     lights = {} if signals is None else _lights(ids)
     for lanelet in lanelets(network):
@@ -131,7 +133,7 @@ def _add_bound(lanelet: Element, tag: str, points: Floats, marking: str) -> None
 
 
 def _markings(lanelet: Lanelet) -> tuple[str, str]:
-    """Of the left and the right bound; there are none within an intersection."""
+    """Return the markings of the left and the right bound; within an intersection there are none."""
     if lanelet.lane.role is LaneRole.CONNECTING:
         return "no_marking", "no_marking"
     return _marking(lanelet.beside_left), _marking(lanelet.beside_right)
@@ -174,7 +176,7 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
         for tag, kind in SUCCESSORS.items():
             ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
             _add_references(incoming, tag, ways)
-        # The name suggests the reverse, but commonroad-io reads it so: the incoming road on this one's left.
+        # Despite its name, commonroad-io reads `isLeftOf` as the incoming road on the left of this incoming road.
         on_the_left = (arm + 1) % max(len(ARMS), len(intersection.legs))
         if on_the_left in arms:
             child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))
@@ -184,7 +186,7 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
 
 
 def _lights(ids: Ids) -> dict[int, int]:
-    """The light at the end of each incoming lane that has one."""
+    """Return the light at the end of each incoming lane that has a light."""
     lit = lit_arms(ids.network)
     return {
         lane.id: ids.light(intersection.id, arm)
@@ -197,18 +199,18 @@ def _lights(ids: Ids) -> dict[int, int]:
 
 @dataclass(frozen=True)
 class Cycle:
-    """What a light shows, over and over, in whole steps."""
+    """Cyclic plan of a light in whole steps."""
 
     colours: tuple[tuple[str, int], ...]
     """Each with its duration, 1 or more."""
     offset: int
-    """Step at which the first of them begins."""
+    """Step at which the first colour begins."""
     is_exact: bool
-    """Whether no change had to be moved to a whole step."""
+    """True if all changes are on whole steps."""
 
 
 def cycle(signals: SignalTimes, phase: int, step: float) -> Cycle:
-    """The plan of the lights of one phase, each change at the nearest step."""
+    """Return the plan of the lights of one phase, with each change at the nearest step."""
     begin = signals.begins(phase)
     times = [0.0, signals.green, signals.green + signals.yellow, signals.cycle]
     exact = [time / step for time in times]
@@ -234,7 +236,7 @@ def _add_light(root: Element, number: int, leg: Leg, shown: Cycle) -> None:
 
 
 def _kerb_side(leg: Leg) -> tuple[float, float]:
-    """The end of an arm's stop line at the kerb."""
+    """Return the end of an arm's stop line at the kerb [m]."""
     lane = leg.incoming_lanes[0]
     pose = lane.network.paths.pose(lane.path, lane.length)
     shift = (0.5 if lane.network.left_hand else -0.5) * lane.width

@@ -1,4 +1,4 @@
-"""A recording as CommonRoad counts time: whole steps from 0, everyone somewhere at each of them until they leave."""
+"""A recording in CommonRoad's time: whole steps from 0, where each actor has a state at every step until it leaves."""
 
 import math
 from dataclasses import dataclass, replace
@@ -20,30 +20,30 @@ SHORT = 1e-3
 HALVINGS = 20
 PLACE = [State.X, State.Y, State.HEADING]
 ASIDE = 50.0
-"""How far west of the road absent actors wait [m], and how far apart from one another."""
+"""Distance west of the road at which absent actors wait, and distance between them [m]."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """One actor at each step from 0 to its last; all arrays (steps,). SI units, angles [rad]."""
+    """States of one actor at each step from 0 to its last; all arrays (steps,). SI units, angles [rad]."""
 
     actor: RecordedActor
     index: int
-    """In its recording."""
+    """Index of the actor in its recording."""
     x: Floats
-    """Centre of the outline, as `y`."""
+    """Centre of the outline, as is `y`."""
     y: Floats
     heading: Floats
-    """Within two turns of zero."""
+    """Heading within (-2 tau, 2 tau)."""
     speed: Floats
     """Longitudinal speed of the rear axle."""
     steer: Floats
     acceleration: Floats
     yaw_rate: Floats
     slip: Floats
-    """Angle from the heading to the way that the centre moves."""
+    """Angle from the heading to the direction of motion of the centre."""
     waits: bool
-    """Whether it stands aside at some steps, because it is not there."""
+    """True if the actor waits off the road at some steps, because it is absent."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -55,7 +55,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Timeline:
-    """Step 0 is the first at which the ego is there."""
+    """Recording in whole steps; step 0 is the first step with the ego."""
 
     recording: Recording
     start: float
@@ -63,31 +63,31 @@ class Timeline:
     steps: int
     ego: Course
     others: tuple[Course, ...]
-    """All actors that are there at some step."""
+    """All actors that are present at a step."""
 
     @property
     def buildings(self) -> Floats:
-        """As `Recording.buildings`."""
+        """Return the buildings as `Recording.buildings`."""
         return _buildings(self.recording)
 
     @property
     def signals(self) -> SignalTimes | None:
-        """The plan of the lights as it runs from step 0 on."""
+        """Return the plan of the lights from step 0 on."""
         signals = self.recording.signals
         return None if signals is None else replace(signals, offset=signals.offset + self.start)
 
     @property
     def contact_step(self) -> float | None:
-        """When first contact is, in steps."""
+        """Return the time of first contact, in steps."""
         contact = self.recording.contact
         return None if contact is None else (contact.time - self.start) / self.recording.step
 
 
 def timeline(recording: Recording) -> Timeline:
-    """The whole steps of a recording.
+    """Return the whole steps of a recording.
 
     Raises:
-        InterchangeError: steps are missing, a state is not a number, or the ego is there at fewer than two steps.
+        InterchangeError: steps are missing, a state is not a number, or the ego is present at fewer than two steps.
     """
     whole = _through_contact(recording)
     stretches = whole.stretches(0)
@@ -106,10 +106,10 @@ def timeline(recording: Recording) -> Timeline:
 
 
 def _through_contact(recording: Recording) -> Recording:
-    """Whole steps, one of them after contact; there the two stand where they would without it, their outlines overlap;
-    or the ego, which then overlaps a building.
+    """Return the whole steps, at least one of them after contact, where the outlines of both partners overlap.
 
-    CommonRoad looks for collisions at whole steps, and contact physics has most outlines apart again by then.
+    At that step they continue as without contact; the partner may be a building. CommonRoad detects collisions at whole
+    steps, and contact physics has most outlines apart again by then.
     """
     whole, contact = recording.on_steps(), recording.contact
     if contact is None:
@@ -131,8 +131,10 @@ def _through_contact(recording: Recording) -> Recording:
 
 
 def _overlapping(recording: Recording, contact: Contact, touching: Floats, way: Floats) -> Floats:
-    """States of the two that touch, or of the one that touches a building, moved on along their way until outlines
-    overlap: two that graze would have passed at its end.
+    """Return states of the two actors that touch, or of the ego at a building, moved along their ways until outlines
+    overlap.
+
+    The way is halved until they do, as two actors that graze have passed each other at its end.
     """
     walls = [Box(*row) for row in _buildings(recording).tolist()]
     for halvings in range(HALVINGS):
@@ -155,7 +157,7 @@ def _box(actor: RecordedActor, state: Floats) -> Box:
 
 
 def _track(recording: Recording, states: Floats, index: int) -> Course:
-    """An actor up to the last step at which it is there; until then it waits aside where it is not."""
+    """Return an actor up to the last step at which it is present; while it is absent it waits off the road."""
     actor = recording.actors[index]
     there = states[:, index, State.PRESENT] != 0.0
     end = int(np.flatnonzero(there)[-1]) + 1
@@ -180,7 +182,7 @@ def _track(recording: Recording, states: Floats, index: int) -> Course:
 
 
 def _aside(recording: Recording, index: int) -> tuple[float, float]:
-    """A place west of the road, another one for each actor."""
+    """Return a place west of the road, different for each actor."""
     assert recording.road is not None
     kerbs = np.vstack(outline(build_network(recording.road)).kerbs)
     west, south = kerbs.min(axis=0).tolist()
@@ -188,13 +190,15 @@ def _aside(recording: Recording, index: int) -> tuple[float, float]:
 
 
 def _yaw_rate(heading: Floats, there: Floats, step: float) -> Floats:
-    """Rates of the step that begins at each sample, the last two equal; 0 where an actor comes or is absent."""
+    """Return the yaw rates of the steps that begin at each sample, the last two equal; 0 where an actor appears or is
+    absent.
+    """
     turns = np.where(np.logical_and(there[1:], there[:-1]), np.diff(heading), 0.0) / step
     return np.append(turns, turns[-1:] if len(turns) else [0.0])
 
 
 def _near_zero(heading: Floats) -> Floats:
-    """Headings that still run on, as near to zero as they can be; wrapped where they leave two turns."""
+    """Return continuous headings shifted as near to zero as possible; wrapped where they leave two turns."""
     near: Floats = heading - math.tau * np.round(float(heading[0]) / math.tau)
     wrapped = np.remainder(near + math.pi, math.tau) - math.pi
     return np.where(np.abs(near) < math.tau, near, wrapped)

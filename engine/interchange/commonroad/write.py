@@ -1,4 +1,4 @@
-"""The scenario (head, road, actors, the ego's planning problem), and what the ego did as the solution of that problem.
+"""The scenario (head, road, actors, the ego's planning problem), and the ego's motion as the solution of that problem.
 
 The solution is a trajectory of the kinematic single-track model. Its states hold the vehicle's centre, but the speed of
 its rear axle, as commonroad-io's vehicle dynamics take them.
@@ -34,18 +34,18 @@ from engine.vocabulary import ActorKind
 
 MODEL = "KS"
 COST = "JB1"
-"""A solution must name a cost; it says nothing of how the ego drove."""
+"""Cost function that a solution must name; it has no influence on the motion."""
 VEHICLES: Mapping[int, tuple[float, float]] = MappingProxyType(
     {1: (4.298, 1.674), 2: (4.508, 1.610), 3: (4.569, 1.844), 4: (5.1, 2.55)}
 )
-"""Length and width [m] of the vehicles that solutions know: Ford Escort, BMW 320i, VW Vanagon, a tractor unit.
+"""Length and width [m] of the vehicles of solutions: Ford Escort, BMW 320i, VW Vanagon, a tractor unit.
 
 Source: CommonRoad vehicle models (Althoff, Würsching), parameters of vehicles 1 to 4.
 """
 
 
 def nearest_vehicle(actor: RecordedActor) -> int:
-    """The vehicle whose outline is nearest to an actor's."""
+    """Return the number of the vehicle with the outline nearest to an actor's."""
     return min(VEHICLES, key=lambda each: math.dist(VEHICLES[each], (actor.length, actor.width)))
 
 
@@ -54,7 +54,7 @@ def has_size_of(vehicle: int, actor: RecordedActor) -> bool:
 
 
 def solution(line: Timeline, problem: int, name: str) -> Element:
-    """The document for a planning problem of a benchmark."""
+    """Return the solution document for a planning problem of a benchmark."""
     vehicle = nearest_vehicle(line.ego.actor)
     benchmark = f"{MODEL}{vehicle}:{COST}:{name}:2020a"
     root = Element("CommonRoadSolution", {"benchmark_id": benchmark, "date": line.recording.provenance.date[:19]})
@@ -82,7 +82,7 @@ def _add_vehicle_state(trajectory: Element, ego: Course, step: int) -> None:
 
 
 def remarks(line: Timeline) -> tuple[str, ...]:
-    """Each as one sentence that names it."""
+    """Return one sentence for each property of a recording that CommonRoad cannot express, or expresses differently."""
     return (*_contact(line), *_times(line), *_signals(line), *_ego(line), *_buildings(line), *_always())
 
 
@@ -153,16 +153,16 @@ def _always() -> Iterator[str]:
 # -- the scenario ------------------------------------------------------------------------------------------------------
 
 UNKNOWN_PLACE = {"geoNameId": "-999", "gpsLatitude": "999", "gpsLongitude": "999"}
-"""What commonroad-io writes where nothing is known of a place."""
+"""Values of commonroad-io for an unknown place."""
 TURN = np.radians(45.0)
-"""More than this is a turn, for the scenario's tags [rad]."""
+"""Least change of heading that counts as a turn in the scenario's tags [rad]."""
 
 
 def write_commonroad(recording: Recording, stem: str) -> Export:
-    """`<stem>.cr.xml` and `<stem>.solution.xml`: everyone at whole steps, the ego as problem and solution.
+    """Write `<stem>.cr.xml` and `<stem>.solution.xml`: all actors at whole steps, the ego as problem and solution.
 
     Raises:
-        InterchangeError: the road is not known, steps are missing, or the ego is hardly there.
+        InterchangeError: the road is unknown, steps are missing, or the ego is present at fewer than two steps.
     """
     if recording.road is None:
         raise InterchangeError(
@@ -180,7 +180,7 @@ def write_commonroad(recording: Recording, stem: str) -> Export:
 
 
 def benchmark_id(name: str, stem: str) -> str:
-    """CommonRoad's name of a scenario: country (Zamunda, for roads that are nowhere), map, number, kind of prediction.
+    """Return CommonRoad's name of a scenario: country (Zamunda, for roads without a place), map, number, prediction.
 
     The map is the recording's name, its number the last one in the file's.
     """
@@ -200,7 +200,7 @@ def _scenario(line: Timeline, ids: Ids, name: str) -> Element:
     for tag in _tags(line, ids.network):
         child(tags, tag)
     add_road(root, ids, line.signals, recording.step)
-    for track in sorted(line.others, key=_is_dynamic):  # static ones first, as the schema has them
+    for track in sorted(line.others, key=_is_dynamic):  # static obstacles first, as in the schema
         _add_actor(root, ids.actor(track.index), track)
     for index, row in enumerate(line.buildings.tolist(), len(recording.actors)):
         _add_building(root, ids.actor(index), Box(*row))
@@ -224,7 +224,7 @@ def _head(recording: Recording, name: str) -> dict[str, str]:
 
 
 def _tags(line: Timeline, network: Network) -> Iterator[str]:
-    """In the order of the schema's list."""
+    """Yield the tags in the order of the schema's list."""
     turned = float(line.ego.heading[-1] - line.ego.heading[0])
     if network.intersections:
         yield "urban"
@@ -236,7 +236,7 @@ def _tags(line: Timeline, network: Network) -> Iterator[str]:
         "single_lane" if all(len(group.lanes) == 1 for road in network.roads for group in road.groups) else "multi_lane"
     )
     yield "simulated"
-    # Contact may spin a vehicle, which is no turn.
+    # A rotation by contact is not a turn.
     if line.recording.contact is None and abs(turned) > TURN:
         yield "turn_left" if turned > 0.0 else "turn_right"
 
@@ -261,7 +261,7 @@ def _add_actor(root: Element, id: int, track: Course) -> None:  # noqa: A002 -- 
 
 
 def _add_state(parent: Element, tag: str, track: Course, step: int) -> None:
-    """Where an actor is and how it moves at one step; what is asked of a beginning is given of all."""
+    """Add an actor's pose and motion at one step; every state has the elements required of the first."""
     state = child(parent, tag)
     add_point(child(state, "position"), float(track.x[step]), float(track.y[step]))
     add_exact(
@@ -281,14 +281,14 @@ def _add_state(parent: Element, tag: str, track: Course, step: int) -> None:
 
 
 def _add_building(root: Element, id: int, block: Box) -> None:  # noqa: A002 -- the attribute's name
-    """The schema has the type `building` for obstacles of the environment alone."""
+    """Add a building; the schema allows the type `building` for obstacles of the environment only."""
     element = child(root, "environmentObstacle", id=id)
     add_text(element, "type", "building")
     _add_box(child(element, "shape"), block)
 
 
 def _add_box(parent: Element, box: Box) -> None:
-    """A rectangle with its place."""
+    """Add a rectangle with its place."""
     rectangle = add_rectangle(parent, box.length, box.width)
     add_text(rectangle, "orientation", decimal(box.heading))
     center = child(rectangle, "center")
@@ -300,7 +300,7 @@ def _add_box(parent: Element, box: Box) -> None:
 
 
 def _add_problem(root: Element, id: int, ego: Course) -> None:  # noqa: A002 -- the attribute's name
-    """To be where the ego ended, then: an area of its own size around its last place."""
+    """Add the ego's problem: its last place at its last time, as an area of its own size."""
     problem = child(root, "planningProblem", id=id)
     _add_state(problem, "initialState", ego, 0)
     goal = child(problem, "goalState")

@@ -1,7 +1,7 @@
-"""Exported files played by esmini, where its library is: what it saw, and how true that is to the run.
+"""Playback of exported files by esmini, if its library is available, and comparison with the run.
 
-The library is loaded in a process of its own (`child.py`) with limits of time and memory. Its user names it; it is
-never looked for, neither in the working folder nor where a file says.
+The library is loaded in a separate process (`child.py`) with limits of time and memory. The user names it; it is never
+searched for, neither in the working folder nor at a path in a file.
 """
 
 import json
@@ -23,21 +23,22 @@ from engine.interchange.recording import Recording
 from engine.tables import Floats
 
 VARIABLE = "CORTEXC_ESMINI"
-"""The variable that names the library, where `--esmini` does not."""
+"""Environment variable that names the library if `--esmini` does not."""
 LIBRARIES = ("libesminiLib.so", "libesminiLib.dylib", "esminiLib.dll")
 CHILD = Path(__file__).with_name("child.py")
 PATIENCE = 60.0
-"""For one file [s]."""
+"""Time limit for one file [s]."""
 MEMORY = 4_000_000_000
-"""For its process [bytes]."""
+"""Memory limit of its process [bytes]."""
 HOW_TO = f"name the library of a built esmini by --esmini PATH, or by its whole path in {VARIABLE}"
 
 
 def esmini_library(named: Path | None) -> Path:
-    """Where esmini's library is: what is named, or else what the variable names; a folder may hold it, or its `bin`.
+    """Return the path of esmini's library: the named path, else that of the variable; a folder may contain it, or its
+    `bin`.
 
     Raises:
-        InterchangeError: nothing is named, or it is not there.
+        InterchangeError: no path is given, or the library is not there.
     """
     text = os.environ.get(VARIABLE, "") if named is None else str(named)
     if not text:
@@ -54,14 +55,14 @@ def esmini_library(named: Path | None) -> Path:
 
 @dataclass(frozen=True)
 class Played:
-    """What esmini saw of a file."""
+    """Playback of a file by esmini."""
 
     instants: Floats
     """(instants,) [s]."""
     poses: Floats
-    """(instants, actors, 3): middle of the outline and heading; nan for who is not there."""
+    """(instants, actors, 3) Centre of the outline [m] and heading [rad]; NaN for an absent actor."""
     collisions: Mapping[frozenset[str], float]
-    """When two entities were first seen to collide [s]."""
+    """First time at which two entities collide [s]."""
 
 
 def play(
@@ -72,11 +73,12 @@ def play(
     instants: Floats,
     trajectory_filter: str = "0",
 ) -> Played:
-    """Play the file of that name; the others are those that it needs. `trajectory_filter`: esmini merges vertices that
-    are nearer than so much [m].
+    """Play the named file, with the other files that it needs.
+
+    `trajectory_filter`: distance [m] below which esmini merges vertices.
 
     Raises:
-        InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is no esmini.
+        InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is not esmini.
     """
     names = entity_names(recording)
     with TemporaryDirectory() as folder:
@@ -100,7 +102,7 @@ def play(
 
 
 def answer_of(job: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
-    """What `child.py` answers to a job; it works in this folder.
+    """Return the answer of `child.py` to a job; it works in this folder.
 
     Raises:
         InterchangeError: as `play`.
@@ -128,7 +130,7 @@ BY_HAND = "play the file with esmini itself, and look into its log"
 
 
 def _reason(answer: Mapping[str, Any], code: int, said: bytes) -> str:
-    """Why there is nothing to tell."""
+    """Return the reason for a missing answer."""
     if "missing" in answer or "foreign" in answer:
         return f"this is not a library of esmini: {quoted(str(answer.get('missing', answer.get('foreign'))))}"
     if "memory" in answer:
@@ -144,7 +146,9 @@ def _reason(answer: Mapping[str, Any], code: int, said: bytes) -> str:
 
 
 def _refuse_other_layout(sizes: Mapping[str, Sequence[float]], recording: Recording, names: Sequence[str]) -> None:
-    """Raises InterchangeError where the library has other fields than esmini 3.6.0, so that nothing can be believed."""
+    """Raise InterchangeError if the fields of the library's states differ from esmini 3.6.0, so that values are
+    unreliable.
+    """
     for name, actor in zip(names, recording.actors, strict=True):
         if name in sizes and not np.allclose(sizes[name], (actor.length, actor.width), atol=1e-3):
             raise InterchangeError(

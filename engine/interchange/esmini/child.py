@@ -1,7 +1,7 @@
-"""esmini in a process of its own: a script, not imported by cortexc, that plays one file and writes what it saw.
+"""esmini in a separate process: a script, not imported by cortexc, that plays one file and writes the states.
 
 `python child.py RESULT`, with the job as JSON on stdin. Limits of memory and processor time are set before the library
-is loaded, so that an esmini that runs wild ends alone. Only documented calls of esminiLib.hpp are used.
+is loaded, so that a defective esmini cannot affect its parent. Only documented calls of esminiLib.hpp are used.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 
 class ObjectState(ctypes.Structure):
-    """`SE_ScenarioObjectState` of esmini 3.6.0, and room for what later ones add."""
+    """`SE_ScenarioObjectState` of esmini 3.6.0, with space for fields of later versions."""
 
     _fields_: ClassVar = [
         *((name, c_int) for name in ("id", "model_id", "ctrl_type")),
@@ -33,7 +33,7 @@ class ObjectState(ctypes.Structure):
 
 
 def limit(memory: int, seconds: int) -> None:
-    """Bound this process [bytes], [s]; where the system cannot, the parent's patience remains."""
+    """Limit memory [bytes] and processor time [s] of this process; otherwise only the parent's timeout applies."""
     with suppress(ImportError):
         import resource
 
@@ -43,7 +43,7 @@ def limit(memory: int, seconds: int) -> None:
 
 
 def opened(path: str) -> Any:
-    """The library, with the types of what is called."""
+    """Return the library, with the types of the functions that are called."""
     library = ctypes.CDLL(path)
     library.SE_Init.argtypes = [c_char_p, c_int, c_int, c_int, c_int]
     library.SE_StepDT.argtypes = [c_double]
@@ -58,7 +58,7 @@ def opened(path: str) -> Any:
 
 
 def started(library: Any, job: dict[str, Any]) -> bool:
-    """Whether it opens the file of a job."""
+    """Return True if the library opens the file of a job."""
     library.SE_LogToConsole(False)
     library.SE_SetLogFilePath(b"esmini.log")
     library.SE_SetOptionValue(b"traj_filter", job.get("filter", "0").encode())
@@ -67,8 +67,10 @@ def started(library: Any, job: dict[str, Any]) -> bool:
 
 
 def record(library: Any, job: dict[str, Any]) -> dict[str, Any]:
-    """Step evenly until the scenario stops, and note who is where: time, name, middle of the outline, heading, speed,
-    length, width, type and category. Ghosts, by which esmini looks ahead, are none of them.
+    """Step evenly until the scenario stops, and record the actors.
+
+    Per actor: time, name, centre of the outline, heading, speed, length, width, type and category. Ghosts, which esmini
+    uses to look ahead, are omitted.
     """
     if not started(library, job):
         return {"refused": True}
@@ -89,7 +91,7 @@ def record(library: Any, job: dict[str, Any]) -> dict[str, Any]:
 
 
 def play(library: Any, job: dict[str, Any]) -> dict[str, Any]:
-    """Step from instant to instant, and note poses of outlines' middles and who collides with whom."""
+    """Step from instant to instant, and record the poses of outlines' centres, and collisions."""
     if not started(library, job):
         return {"refused": True}
     names = job["names"]
@@ -135,7 +137,7 @@ def _collisions(library: Any, ids: dict[str, int]) -> list[tuple[str, str]]:
 
 
 def main() -> None:
-    """Answer the job on stdin in the file that is named."""
+    """Write the answer to the job on stdin into the named file."""
     job = json.load(sys.stdin)
     limit(job["memory"], job["seconds"])
     try:

@@ -1,6 +1,6 @@
-"""The certificate of fidelity beside an export: contact, partner and deviation, as esmini played it.
+"""The certificate of fidelity of an export: contact, partner and deviation, as esmini plays it.
 
-In trajectory mode a player only has to follow; in maneuver mode it drives by itself, and is asked for less.
+In trajectory mode a player only follows; in maneuver mode it drives by itself, so tolerances are larger.
 """
 
 import math
@@ -22,24 +22,24 @@ from engine.vocabulary import State
 
 SUFFIX = ".fidelity.json"
 VERSION = 1
-"""Of the certificate."""
+"""Version of the certificate."""
 WITHIN: Mapping[str, float] = {"trajectory": 0.02, "maneuver": 0.1}
-"""By mode, how far esmini's collision may lie from ours [s]."""
+"""Largest difference by mode between the contact times of esmini and of the run [s]."""
 FINE: Mapping[str, float] = {"trajectory": 0.001, "maneuver": 0.005}
-"""By mode, esmini's step where contact is looked for [s]."""
+"""Step of esmini by mode where contact is detected [s]."""
 AROUND = 0.5
-"""How far before and after contact that is done in trajectory mode, and how long after it in maneuver mode [s]."""
+"""Time before and after contact with that step in trajectory mode, and after it in maneuver mode [s]."""
 OFF = 0.01
 """Deviation of a replay that is a finding [m]."""
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What a file came to when it was played."""
+    """Result of the playback of a file."""
 
     file: str
     content: Mapping[str, Any]
-    """As JSON."""
+    """Content as JSON."""
     findings: tuple[Finding, ...]
 
     @property
@@ -48,7 +48,7 @@ class Certificate:
 
     @property
     def line(self) -> str:
-        """In words."""
+        """Return the result in words."""
         if (problem := self.content["problem"]) is not None:
             return f"not played: {problem}"
         theirs, off = self.content["contact"]["played"], self.content["deviation"]
@@ -74,7 +74,7 @@ def certified(library: Path, case: RecordedCase, files: Mapping[str, bytes], opt
 
 
 def _instants(recording: Recording, mode: str) -> Floats:
-    """All samples, and between them steps fine enough for contact to be seen in time."""
+    """Return all samples, and between them steps fine enough to detect contact in time."""
     fine, contact = FINE[mode], recording.contact
     begin = 0.0 if mode == "maneuver" else math.inf if contact is None else contact.time - AROUND
     end = float(recording.time[-1]) if contact is None else contact.time + AROUND
@@ -107,7 +107,7 @@ def _content(name: str, options: ExportOptions, recording: Recording, played: Pl
 
 
 def _contact_of(recording: Recording) -> dict[str, Any] | None:
-    """When the ego touches whom; a building is nobody that esmini knows."""
+    """Return time and partner of the ego's contact; None for a building, which is no entity of esmini."""
     contact = recording.contact
     if contact is None or len(contact.actors) < 2:
         return None
@@ -127,7 +127,9 @@ def _agree(ours: Mapping[str, Any] | None, theirs: Mapping[str, Any] | None, wit
 
 
 def _deviation(recording: Recording, played: Played) -> dict[str, Any]:
-    """The largest of any actor at the samples up to contact, where both have it there [m], [rad], [s]."""
+    """Return the largest deviation of an actor at the samples up to contact, where both have it present [m], [rad],
+    [s].
+    """
     scored = recording.scored_samples()
     ours, times = recording.states[:scored], recording.time[:scored]
     used = np.searchsorted(played.instants, times - SAME_INSTANT)

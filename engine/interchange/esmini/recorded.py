@@ -1,4 +1,4 @@
-"""An `.xosc` that only a simulator can work out: esmini plays it, and what it saw is read as any recording is."""
+"""Reader of an `.xosc` that requires a simulator: esmini plays it, and its states are read as a recording."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,25 +14,25 @@ from engine.interchange.tables.track import Tracks
 from engine.vocabulary import ActorKind
 
 STEP = 0.05
-"""From one sample to the next, unless another is asked for [s]."""
+"""Default time between samples [s]."""
 LONGEST = 600.0
-"""A scenario without an end is recorded for so long [s]."""
+"""Maximum duration of a recording [s], for scenarios without an end."""
 VEHICLE, PEDESTRIAN = 1, 2
-"""Types of esmini's objects; others are things. Source: esmini 3.6.0, `Entities.hpp`, as the next."""
+"""Types of esmini's objects; all others are things. Source: esmini 3.6.0, `Entities.hpp`, as for `CATEGORIES`."""
 CATEGORIES = (
     *(ActorKind.CAR, ActorKind.CAR),
     *(ActorKind.TRUCK, ActorKind.TRUCK, ActorKind.TRUCK),
     *(ActorKind.BUS, ActorKind.MOTORCYCLE, ActorKind.BICYCLE, ActorKind.BUS, ActorKind.BUS),
 )
-"""Of vehicles: car and van; truck, semitrailer and trailer; bus, motorbike, bicycle, train, tram."""
+"""Kinds of vehicle categories: car and van; truck, semitrailer, trailer; bus, motorbike, bicycle, train, tram."""
 PLAYED = replace(LAYOUT, name="esmini", kinds={kind.name.lower(): kind for kind in ActorKind})
 
 
 def play_and_record(library: Path, path: Path, step: float | None = None) -> Tracks:
-    """Who was where when, in steps [s], until the scenario stops or for ten minutes.
+    """Return the motion of all actors, in steps [s], until the scenario stops or for ten minutes.
 
     Raises:
-        InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is no esmini.
+        InterchangeError: esmini does not open it, crashes, takes too long, too much memory, or is not esmini.
     """
     with TemporaryDirectory() as folder:
         job = {"library": str(library), "file": str(path.resolve()), "step": step or STEP, "until": LONGEST}

@@ -1,3 +1,3 @@
-"""What simulators and data sets write otherwise than as a table with a row for each actor and time: a file a format,
-each a function from a path to `Tracks`.
+"""Readers of simulator and data set files that are not a table with a row per actor and time: one file per format, with
+a function from a path to `Tracks`.
 """

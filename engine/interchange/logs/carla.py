@@ -1,8 +1,8 @@
-"""CARLA's recorder as text: what `client.show_recorder_file_info(FILE, True)` returns, saved in a file.
+"""CARLA's recorder as text: the result of `client.show_recorder_file_info(FILE, True)`, saved in a file.
 
 Source: CARLA's documentation, "Recorder", and its plugin's `CarlaRecorderQuery.cpp`: locations and boxes are
-centimetres of Unreal Engine, rotations are (roll, pitch, yaw) in degrees, y points right of x, velocities are m/s.
-Boxes and velocities are there only in recordings with additional data.
+centimetres of Unreal Engine, rotations are (roll, pitch, yaw) in degrees, y points right of x, velocities are m/s. Only
+recordings with additional data have boxes and velocities.
 """
 
 import math
@@ -22,13 +22,13 @@ from engine.vocabulary import ActorKind
 MOST_BYTES = 1_000_000_000
 CENTIMETRE = 0.01
 VEHICLE, WALKER = "1", "2"
-"""Types of actors in the recorder; others are lights, signs and sensors."""
+"""Types of actors in the recorder; all others are lights, signs and sensors."""
 CARS = {car.name for car in BLUEPRINTS[ActorKind.CAR]}
 BODIES = {
     kind: tuple(each.name.rpartition(".")[2] for each in BLUEPRINTS[kind] if each.name not in CARS)
     for kind in (ActorKind.BICYCLE, ActorKind.BUS, ActorKind.TRUCK)
 }
-"""Words in the names of blueprints that are no cars."""
+"""Words in the names of blueprints other than cars."""
 LAYOUT = Layout(
     name="CARLA's recorder",
     known_by=(),
@@ -48,19 +48,19 @@ VELOCITY = re.compile(rf"  Id: (\d+) linear_velocity: {_VECTOR}")
 BOX = re.compile(rf"  Id: (\d+) origin: {_VECTOR} extension: {_VECTOR}")
 BOXES, POSITIONS, ACTORS = SECTIONS = " Actor bounding boxes:", " Positions:", " Dynamic actors:"
 SECTION_END = re.compile(r" \d.*")
-"""What a line of another kind says of one actor, behind the name of its kind."""
+"""Line that ends a section."""
 
 
 @dataclass
 class _Actor:
-    """One that was created."""
+    """Actor that was created."""
 
     blueprint: str
     is_walker: bool
     attributes: dict[str, str] = field(default_factory=dict[str, str])
     origin: tuple[float, float] = (0.0, 0.0)
     size: tuple[float, float] = (0.0, 0.0)
-    """0 where no box was recorded."""
+    """Size [m]; 0 without a recorded box."""
 
     @property
     def kind(self) -> ActorKind:
@@ -79,23 +79,27 @@ class _Actor:
 
 @dataclass
 class _Log:
-    """What was read so far."""
+    """Data read so far."""
 
     actors: dict[str, _Actor] = field(default_factory=dict[str, _Actor])
-    poses: list[tuple[int, float, str, tuple[float, float, float]]] = field(default_factory=list)
-    """Line, time, actor, (x, y, yaw)."""
+    poses: list[tuple[int, float, str, tuple[float, float, float, float]]] = field(default_factory=list)
+    """Line, time, actor, (x, y, z, yaw)."""
     velocities: dict[tuple[float, str], tuple[float, float]] = field(default_factory=dict)
     unread: Unread = field(default_factory=Unread)
 
 
 def read_recorder(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, no such text, or without positions."""
+    """Return the tracks of a recorder's text.
+
+    Raises:
+        InterchangeError: unreadable, not such a text, or without positions.
+    """
     log = _read(path)
     if not log.poses:
         cure = "ask for everything: client.show_recorder_file_info(FILE, True)"
         raise InterchangeError("it contains no positions of vehicles or walkers", cure, path.name)
     whole = all((time, actor) in log.velocities for _, time, actor, _ in log.poses)
-    keys = ("time", "actor", "x", "y", "heading", "length", "width", "type", "role")
+    keys = ("time", "actor", "x", "y", "z", "heading", "length", "width", "type", "role")
     tracks = tracks_of_rows(path, LAYOUT, (*keys, "vel_x", "vel_y") if whole else keys, _rows(log))
     return replace(tracks, remarks=(*tracks.remarks, *log.unread.notes()))
 
@@ -131,14 +135,15 @@ def _gather(log: _Log, lines: Iterator[str], name: str) -> None:
 
 
 def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
-    """One line of a list."""
+    """Add the values of one line of a list."""
     pattern = {POSITIONS: POSE, ACTORS: VELOCITY, BOXES: BOX}.get(section)
     found = pattern.match(line) if pattern is not None else None
     if found is None or (actor := log.actors.get(found.group(1))) is None:
         return
     numbers = [float(text) for text in found.groups()[1:]]
     if section == POSITIONS:
-        pose = (numbers[0] * CENTIMETRE, numbers[1] * CENTIMETRE, math.radians(numbers[5]))
+        x, y, z = (number * CENTIMETRE for number in numbers[:3])
+        pose = (x, y, z, math.radians(numbers[5]))
         log.poses.append((number, time, found.group(1), pose))
     elif section == ACTORS:
         log.velocities[time, found.group(1)] = (numbers[0], numbers[1])
@@ -148,7 +153,7 @@ def _add(log: _Log, section: str, line: str, number: int, time: float) -> None:
 
 
 def _rows(log: _Log) -> Iterator[Row]:
-    for line, time, name, (x, y, yaw) in log.poses:
+    for line, time, name, (x, y, z, yaw) in log.poses:
         actor = log.actors[name]
         cos, sin = math.cos(yaw), math.sin(yaw)
         vel_x, vel_y = log.velocities.get((time, name), (0.0, 0.0))
@@ -159,6 +164,7 @@ def _rows(log: _Log) -> Iterator[Row]:
                 "actor": name,
                 "x": x + actor.origin[0] * cos - actor.origin[1] * sin,
                 "y": y + actor.origin[0] * sin + actor.origin[1] * cos,
+                "z": z,
                 "heading": yaw,
                 "vel_x": vel_x,
                 "vel_y": vel_y,

@@ -1,8 +1,8 @@
-"""A CommonRoad scenario: obstacles with their trajectories, buildings as walls, and the ego as its solution, where that
-lies beside it.
+"""A CommonRoad scenario: obstacles with their trajectories, buildings as walls, and the ego as its solution, if a
+solution is next to it.
 
 Source: CommonRoad, "XML format 2020a" (and 2018b, whose obstacles have a role): positions are centres of rectangles,
-times count steps of the file's `timeStepSize`, angles are radians. States that are intervals say no motion.
+times count steps of the file's `timeStepSize`, angles are radians. States that are intervals contain no motion.
 """
 
 from collections.abc import Iterator, Mapping
@@ -33,7 +33,7 @@ READ: Mapping[str, None] = dict.fromkeys(
         *("velocity", "exact", "intervalStart", "intervalEnd"),
     )
 )
-"""Elements; their attributes are numbers of obstacles, and the scenario's descriptions."""
+"""Elements that are read; attributes are numbers of obstacles, and descriptions of the scenario."""
 LAYOUT = Layout(
     name="CommonRoad",
     known_by=(),
@@ -53,7 +53,12 @@ LAYOUT = Layout(
 
 
 def read_commonroad(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, no scenario, an outline that is no rectangle, a state that is no number."""
+    """Return the tracks of a scenario.
+
+    Raises:
+        InterchangeError: unreadable, not a scenario, an outline that is not a rectangle, or a state that is not a
+            number.
+    """
     root = read_xml(path, "commonRoad", LIMITS, texts=True)
     step = root.number("timeStepSize", low=1e-6)
     last = _last(root)
@@ -63,7 +68,7 @@ def read_commonroad(path: Path) -> Tracks:
 
 
 def _with_buildings(tracks: Tracks, root: Node) -> Tracks:
-    """Of what stands beside the road, buildings that are rectangles are walls; the rest is left out with a remark."""
+    """Return the tracks with rectangular buildings as walls; a remark names the other obstacles of the environment."""
     walls: list[tuple[float, ...]] = []
     left: list[str] = []
     for node in root.every("environmentObstacle"):
@@ -78,10 +83,10 @@ def _with_buildings(tracks: Tracks, root: Node) -> Tracks:
 
 
 def _wall(box: Node) -> tuple[float, ...]:
-    """Its row of `Recording.buildings`.
+    """Return its row of `Recording.buildings`.
 
     Raises:
-        InterchangeError: a value is missing or no number, or a size is none of a building.
+        InterchangeError: a value is missing or not a number, or a size is outside the limits of a building.
     """
     heading, center = box.find("orientation"), box.find("center")
     place = (center.need(axis).content_number() if center else 0.0 for axis in ("x", "y"))
@@ -93,7 +98,7 @@ def _wall(box: Node) -> tuple[float, ...]:
 
 
 def _last(root: Node) -> int:
-    """The last step of anybody, at which who stands is still there."""
+    """Return the last step of all actors; a standing actor is present until then."""
     times = [node.find("exact") for node in root.walk() if node.tag == "time"]
     return max((int(node.content_number()) for node in times if node is not None), default=0)
 
@@ -132,7 +137,7 @@ def _trajectory(node: Node) -> list[Node]:
 
 
 def _exact(state: Node, name: str, default: float | None = None) -> float:
-    """A value of a state.
+    """Return a value of a state.
 
     Raises:
         InterchangeError: it is missing, or an interval.
@@ -144,7 +149,7 @@ def _exact(state: Node, name: str, default: float | None = None) -> float:
 
 
 def _ego(path: Path, step: float) -> Iterator[Row]:
-    """The ego's rows; none where there is no solution."""
+    """Yield the ego's rows; none without a solution."""
     ends = next(end for end in SCENARIO if path.name.endswith(end))
     beside = path.with_name(path.name.removesuffix(ends) + SOLUTION)
     if not beside.is_file():
@@ -175,7 +180,7 @@ def _ego(path: Path, step: float) -> Iterator[Row]:
 
 
 def _size(root: Node) -> tuple[float, float]:
-    """Of the vehicle that the benchmark's name says: `KS2:…` is that of number 2."""
+    """Return length and width [m] of the vehicle in the benchmark's name: `KS2:…` is that of number 2."""
     said = root.text("benchmark_id").partition(":")[0][-1:]
     if not said.isdigit() or int(said) not in VEHICLES:
         numbers = ", ".join(map(str, VEHICLES))

@@ -1,7 +1,7 @@
-"""esmini's `--csv_logger FILE.csv`: one row a time step, a block of columns for each entity.
+"""esmini's `--csv_logger FILE.csv`: one row per time step, a block of columns for each entity.
 
 Source: esmini's user guide, "Logging", and the columns that it writes: `#1 World_Position_X [m]` is the middle of the
-rear axle of the first entity, `#1 bb_x [m]` how far ahead of it the middle of its box lies.
+rear axle of the first entity, `#1 bb_x [m]` the distance of its box's centre ahead of it.
 """
 
 import csv
@@ -25,7 +25,7 @@ LAYOUT = Layout(
     point=Point.CENTER,
     said="positions are rear axles; they become centres with the logged boxes; kinds are not logged",
 )
-KEYS = ("time", "actor", "x", "y", "heading", "speed", "length", "width")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "length", "width")
 NAME = "Entitity_Name [-]"
 NUMBERS = {
     "x": "World_Position_X [m]",
@@ -37,13 +37,18 @@ NUMBERS = {
     "ahead": "bb_x [m]",
     "aside": "bb_y [m]",
 }
+HEIGHT = "World_Position_Z [m]"
 BLOCK = re.compile(r"#(\d{1,6}) (.+)")
 MOST_PREAMBLE = 100
 """Lines above the column names."""
 
 
 def read_esmini_log(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, or a column is missing or holds no number."""
+    """Return the tracks of a log.
+
+    Raises:
+        InterchangeError: unreadable, or a column is missing or has a cell that is not a number.
+    """
     try:
         with reading(path), path.open(encoding="utf-8-sig", newline="") as file:
             unread = Unread()
@@ -59,7 +64,7 @@ def _rows(lines: CsvRows, name: str, unread: Unread) -> Iterator[Row]:
     time, blocks = _columns(lines, name)
     for block in blocks:
         for column, index in block.items():
-            if column not in (NAME, *NUMBERS.values()):
+            if column not in (NAME, HEIGHT, *NUMBERS.values()):
                 unread.add(column, f"{name}, line {lines.line_num}, column {index + 1}")
     for cells in lines:
         if len(cells) <= time or not cells[time].strip():
@@ -72,7 +77,7 @@ def _rows(lines: CsvRows, name: str, unread: Unread) -> Iterator[Row]:
 
 
 def _columns(lines: CsvRows, name: str) -> tuple[int, list[Mapping[str, int]]]:
-    """Where the time stands, and each block's columns."""
+    """Return the column of the time, and the columns of each block."""
     names: list[str] = []
     for cells in lines:
         names = [cell.strip() for cell in cells]
@@ -100,7 +105,8 @@ def _row(cells: Sequence[str], block: Mapping[str, int], time: float, place: str
     ahead, aside = values.pop("ahead"), values.pop("aside")
     values["x"] += ahead * cos - aside * sin
     values["y"] += ahead * sin + aside * cos
-    return {"time": time, "actor": cells[block[NAME]].strip(), **values}
+    height = _number(cells, block[HEIGHT], place) if HEIGHT in block else 0.0
+    return {"time": time, "actor": cells[block[NAME]].strip(), "z": height, **values}
 
 
 def _number(cells: Sequence[str], index: int, place: str) -> float:

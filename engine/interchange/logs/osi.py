@@ -1,8 +1,8 @@
-"""A trace of ASAM OSI: messages `GroundTruth`, one after the other, each behind its length, or those of an MCAP.
+"""A trace of ASAM OSI: a sequence of messages `GroundTruth`, each after its length, or those of an MCAP.
 
 Source: ASAM Open Simulation Interface 3.7, `osi_groundtruth.proto`, `osi_object.proto`, `osi_common.proto`, and "OSI
 trace files" (a length is an unsigned number of 32 bits, its lowest byte first); Protocol Buffers, "Encoding". Only the
-few fields that say motion are decoded, so that no package is needed for them. Positions and velocities are those of the
+few fields of motion are decoded, so that no package is needed for them. Positions and velocities are those of the
 boxes' centres, in metres, radians and m/s.
 """
 
@@ -21,8 +21,8 @@ from engine.interchange.unread import Unread
 from engine.vocabulary import ActorKind
 
 LONGEST = 100_000_000
-"""Bytes of one message."""
-KEYS = ("time", "actor", "x", "y", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
+"""Maximum length of one message [bytes]."""
+KEYS = ("time", "actor", "x", "y", "z", "heading", "vel_x", "vel_y", "length", "width", "type", "role")
 LAYOUT = Layout(
     name="OSI",
     known_by=(),
@@ -53,22 +53,39 @@ OTHERS = {
     19: "logical_lane",
     20: "proj_frame_offset",
 }
-"""Names of its other fields."""
+"""Names of the fields that are not read."""
+OF_OBJECT = {
+    4: "assigned_lane_id",
+    5: "vehicle_attributes",
+    6: "",
+    7: "model_reference",
+    8: "future_trajectory",
+    9: "moving_object_classification",
+    10: "source_reference",
+}
+OF_CLASSIFICATION = {2: "light_state", 3: "has_trailer", 4: "trailer_id"}
+OF_BASE = {5: "acceleration", 6: "orientation_rate", 7: "orientation_acceleration", 8: "base_polygon"}
+OF_ORIENTATION = {1: "roll", 2: "pitch"}
+"""Names of the fields of a moving object that are not read; the field without a name, its kind and role, is read."""
 Message = dict[int, list[int | float | bytes]]
 """Values by field number."""
 
 
 def read_osi(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, no such trace, cut off, or without moving objects."""
+    """Return the tracks of a trace.
+
+    Raises:
+        InterchangeError: unreadable, not such a trace, truncated, or without moving objects.
+    """
     with reading(path), path.open("rb") as file:
         return tracks_of_messages(path, _messages(file, path.name))
 
 
 def tracks_of_messages(path: Path, messages: Iterable[bytes]) -> Tracks:
-    """The motion that messages `GroundTruth` tell, in their order.
+    """Return the tracks of messages `GroundTruth`, in their order.
 
     Raises:
-        InterchangeError: one cannot be decoded, or nobody moves.
+        InterchangeError: a message cannot be decoded, or there is no motion.
     """
     unread = Unread()
     tracks = tracks_of_rows(path, LAYOUT, KEYS, _rows(messages, path.name, unread))
@@ -94,14 +111,14 @@ def _rows(messages: Iterable[bytes], name: str, unread: Unread) -> Iterator[Row]
             truth = fields(content)
             for each in truth.keys() - {VERSION, STAMP, HOST, MOVING}:
                 unread.add(OTHERS.get(each, f"field {each}"), f"{name}, message {number}")
-            yield from ((number, row) for row in _moving(truth))
+            yield from ((number, row) for row in _moving(truth, unread, f"{name}, message {number}"))
         except (ValueError, struct.error, OverflowError):
             cure = "name a trace of GroundTruth, in protobuf's binary form"
             raise InterchangeError("the message cannot be decoded", cure, f"{name}, message {number}") from None
 
 
-def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
-    """Everybody who moves, at the time of a `GroundTruth`."""
+def _moving(truth: Message, unread: Unread, place: str) -> Iterator[dict[str, float | str]]:
+    """Yield all moving objects, at the time of a `GroundTruth`; fields that are not read are added to `unread`."""
     stamp = _inner(truth, STAMP)
     time = _whole(stamp, 1) + _whole(stamp, 2) / 1e9
     host = _whole(_inner(truth, HOST), 1, UNSET)
@@ -109,6 +126,10 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
         thing = fields(_bytes(content))
         own, base, kind = _whole(_inner(thing, 1), 1), _inner(thing, 2), _inner(thing, 6)
         size, at, turned, velocity = (_inner(base, field) for field in (1, 2, 3, 4))
+        for holder, names in ((thing, OF_OBJECT), (kind, OF_CLASSIFICATION), (base, OF_BASE), (turned, OF_ORIENTATION)):
+            for field in holder.keys() & names.keys():
+                if names[field] and _says_something(holder[field]):
+                    unread.add(f"moving_object.{names[field]}", place)
         code = Code(_whole(thing, 3), _whole(kind, 5, UNSET), _whole(kind, 1, UNSET))
         found = kind_of(code)
         yield {
@@ -116,6 +137,7 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
             "actor": str(own),
             "x": _real(at, 1),
             "y": _real(at, 2),
+            "z": _real(at, 3),
             "heading": _real(turned, 3),
             "vel_x": _real(velocity, 1),
             "vel_y": _real(velocity, 2),
@@ -126,14 +148,26 @@ def _moving(truth: Message) -> Iterator[dict[str, float | str]]:
         }
 
 
+def _says_something(values: list[int | float | bytes]) -> bool:
+    """Return False for zeros, and for messages of nothing else."""
+    return any(_is_stated(value) if isinstance(value, bytes) else value for value in values)
+
+
+def _is_stated(content: bytes) -> bool:
+    try:
+        return any(map(_says_something, fields(content).values()))
+    except (ValueError, struct.error):
+        return True  # a text
+
+
 # -- Protocol Buffers --------------------------------------------------------------------------------------------------
 
 
 def fields(content: bytes) -> Message:
-    """The fields of a message.
+    """Return the fields of a message.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the content is not a message.
     """
     found: Message = {}
     at = 0
@@ -157,7 +191,7 @@ def fields(content: bytes) -> Message:
 
 
 def _varint(content: bytes, at: int) -> tuple[int, int]:
-    """A whole number, seven bits a byte, and where it ends."""
+    """Return a whole number, seven bits per byte, and the position after it."""
     value = 0
     for shift in range(0, 70, 7):
         if at >= len(content):
@@ -170,7 +204,7 @@ def _varint(content: bytes, at: int) -> tuple[int, int]:
 
 
 def _inner(message: Message, field: int) -> Message:
-    """The message in a field; an empty one where there is none."""
+    """Return the message in a field; an empty message without the field."""
     return fields(_bytes(message[field][-1])) if field in message else {}
 
 

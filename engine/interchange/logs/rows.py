@@ -1,4 +1,4 @@
-"""Rows of a log, gathered one by one, as the tracks that a table of them would give: checked and believed likewise."""
+"""Conversion of a log's rows into tracks, with the checks and assumptions for tables."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,11 +13,11 @@ from engine.interchange.tables.track import Tracks
 from engine.interchange.tables.tracks import tracks_of
 
 Row = tuple[int, Mapping[str, float | str]]
-"""The line at which it stands, and its values by meaning (see `tables.columns.PLAIN`), SI units."""
+"""Line number of a row, and its values by meaning (see `tables.columns.PLAIN`), SI units."""
 
 
 def tracks_of_rows(path: Path, layout: Layout, keys: tuple[str, ...], rows: Iterable[Row]) -> Tracks:
-    """`keys`: the meanings that every row has.
+    """Return the tracks of rows; every row has the meanings `keys`.
 
     Raises:
         InterchangeError: no rows, too many, or no motion.

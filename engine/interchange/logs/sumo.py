@@ -1,7 +1,7 @@
-"""SUMO's floating car data, `--fcd-output FILE.xml`: who is where in each time step.
+"""SUMO's floating car data, `--fcd-output FILE.xml`: the states of all actors in each time step.
 
 Source: SUMO's documentation, "FCD output": x and y are the front bumper's middle [m], `angle` counts clockwise from
-north [degrees], `speed` [m/s]. Sizes are not in it; those of SUMO's vehicle classes are taken.
+north [degrees], `speed` [m/s]. Sizes are not in it; those of SUMO's vehicle classes are used.
 """
 
 import math
@@ -18,7 +18,7 @@ from engine.interchange.xml import Limits, Node, read_xml
 from engine.vocabulary import ActorKind
 
 LIMITS = Limits(megabytes=300.0, elements=3_000_000, all_attributes=36_000_000)
-KEYS = ("time", "actor", "x", "y", "heading", "speed", "type")
+KEYS = ("time", "actor", "x", "y", "z", "heading", "speed", "type")
 LAYOUT = Layout(
     name="SUMO's FCD output",
     known_by=(),
@@ -29,15 +29,19 @@ LAYOUT = Layout(
     kinds={"person": ActorKind.PEDESTRIAN, "container": ActorKind.OBSTACLE},
     sizes=SUMO_SIZES,
 )
-_ACTOR = ("id", "x", "y", "angle", "speed", "type")
+_ACTOR = ("id", "x", "y", "z", "angle", "speed", "type")
 READ = {"fcd-export": None, "timestep": ("time",), **dict.fromkeys(("vehicle", "person", "container"), _ACTOR)}
-"""Elements and their attributes."""
+"""Elements that are read, with their attributes."""
 GEO_EXTENT = 1.0
-"""Degrees that no network spans; what spans less, and is driven faster than that in a second, is no metres."""
+"""Degrees: every network spans less. Positions that span less, with a speed above it, are not metres."""
 
 
 def read_fcd(path: Path) -> Tracks:
-    """Raises InterchangeError: unreadable, no FCD output, or positions in degrees of longitude and latitude."""
+    """Return the tracks of an FCD output.
+
+    Raises:
+        InterchangeError: unreadable, not an FCD output, or positions in degrees of longitude and latitude.
+    """
     root = read_xml(path, "fcd-export", LIMITS)
     rows = list(_rows(root))
     _refuse_degrees(path, rows)
@@ -58,6 +62,7 @@ def _rows(root: Node) -> Iterator[Row]:
                     "actor": node.text("id"),
                     "x": node.number("x"),
                     "y": node.number("y"),
+                    "z": node.number("z", 0.0),
                     "heading": math.radians(node.number("angle")),
                     "speed": node.number("speed"),
                     "type": node.tag if node.tag in LAYOUT.kinds else node.text("type", ""),
@@ -66,7 +71,7 @@ def _rows(root: Node) -> Iterator[Row]:
 
 
 def _refuse_degrees(path: Path, rows: list[Row]) -> None:
-    """Longitude and latitude hardly change while somebody drives."""
+    """Raise InterchangeError if positions hardly change during fast motion: they are longitude and latitude."""
     spans = [_span(rows, "x"), _span(rows, "y")]
     fast = any(float(row["speed"]) > GEO_EXTENT for _, row in rows)
     long = _span(rows, "time") > 10.0

@@ -15,11 +15,11 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 Messages = Mapping[str, Sequence[tuple[int, Any]]]
-"""By topic, times [ns] and contents."""
+"""Times [ns] and contents by topic."""
 
 
 def check_mcap(case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """Boxes and numbers are the run, to a millimetre."""
+    """Yield findings unless boxes and numbers equal the run, to a millimetre."""
     broken = needed("mcap.exceptions", "MCAP needs", "export").McapError
     recording = case.replay.from_zero()
     for name in (each for each in names if each.endswith(".mcap")):
@@ -65,7 +65,7 @@ def _boxes(recording: Recording, sample: int, message: Any, place: str) -> Itera
 
 
 def _off(cube: Any, actor: RecordedActor, state: Floats) -> float:
-    """The largest difference of place, heading and size between a box and what it stands for."""
+    """Return the largest difference of place, heading and size between a box and its actor."""
     at, turned, size = cube["pose"]["position"], cube["pose"]["orientation"], cube["size"]
     heading = 2.0 * math.atan2(turned["z"], turned["w"])
     differences = (

@@ -1,6 +1,7 @@
-"""MCAP files: ours, whose boxes are at `/actors`, speeds at `/numbers`, and kinds in the metadata; and those of OSI.
+"""Reader of MCAP files: those of cortexc, with boxes at `/actors`, speeds at `/numbers` and kinds in the metadata; and
+those of OSI.
 
-Of OSI's messages, as ASAM's traces of several channels and omega-prime hold them, motion is read, and a road. Source:
+From OSI's messages, as in ASAM's traces of several channels and in omega-prime, motion is read, and a road. Source:
 ASAM Open Simulation Interface 3.7, "OSI trace file formats" (a channel's schema is `osi3.` and the name of its message,
 in protobuf), and `osi_mapasamopendrive.proto` of omega-prime 0.3.7 (field 1 a reference, 2 the OpenDRIVE).
 """
@@ -28,19 +29,23 @@ TRUTH, MAP = "osi3.GroundTruth", "MapAsamOpenDrive"
 REFERENCE, OPENDRIVE = 1, 2
 """Fields of a map."""
 DAMAGED = (ValueError, LookupError, TypeError, AttributeError, OverflowError, RuntimeError, EOFError, struct.error)
-"""What else a reader raises of bytes that are no MCAP; a RuntimeError is that of lz4."""
+"""Exceptions of a reader for bytes that are not an MCAP; lz4 raises RuntimeError."""
 Made = TypeVar("Made")
 Sample = tuple[float, ...]
-"""Time [s], x, y, heading, speed, length, width, 1 while loose after an impact."""
+"""Time [s], x, y, heading, speed, length, width, and 1 while the actor slides after an impact."""
 
 
 def read_mcap(path: Path) -> Tracks:
-    """Raises InterchangeError: mcap is not installed; damaged, or of another tool."""
+    """Return the tracks of an MCAP.
+
+    Raises:
+        InterchangeError: mcap is not installed; the file is damaged, or of another tool.
+    """
     return _opened(path, lambda reader: _tracks(reader, path))
 
 
 def road_of_mcap(path: Path) -> tuple[str, bytes] | None:
-    """Reference and OpenDRIVE of the road that an MCAP of OSI's messages holds; None where there is none.
+    """Return reference and OpenDRIVE of the road in an MCAP of OSI's messages; None without a road.
 
     Raises:
         InterchangeError: as `read_mcap`.
@@ -109,7 +114,7 @@ def _own_tracks(reader: Any, name: str) -> Tracks:
 
 
 def _refuse_others(schema: Any, name: str) -> None:
-    """Messages of other tools need the definitions of those; of OSI's, `GroundTruth` alone says who is where."""
+    """Raise InterchangeError for messages of other tools, which need their definitions; only `GroundTruth` is read."""
     if schema is not None and schema.encoding != "jsonschema":
         cure = "record a channel of `osi3.GroundTruth`, with the index at its end, or take a table"
         raise InterchangeError(f"its messages are {quoted(schema.name)[1:-1]}, which needs its own reader", cure, name)
@@ -145,7 +150,7 @@ def _track(name: str, samples: list[Sample], said: Mapping[str, Any]) -> TableTr
 
 
 def topics_of_truth(reader: Any) -> list[str]:
-    """Topics of messages `GroundTruth`; none where the file has no index."""
+    """Return the topics of messages `GroundTruth`; [] if the file has no index."""
     summary = reader.get_summary()
     if summary is None:
         return []
@@ -154,7 +159,7 @@ def topics_of_truth(reader: Any) -> list[str]:
 
 
 def truths(reader: Any, topic: str, most: int, name: str) -> Iterator[bytes]:
-    """The messages of a topic, by the times at which they were logged.
+    """Yield the messages of a topic, by the times at which they were logged.
 
     Raises:
         InterchangeError: there are more than `most`.
@@ -166,7 +171,7 @@ def truths(reader: Any, topic: str, most: int, name: str) -> Iterator[bytes]:
 
 
 def road_in(reader: Any) -> tuple[str, bytes] | None:
-    """Reference and OpenDRIVE of the first map; None where there is none.
+    """Return reference and OpenDRIVE of the first map; None without a map.
 
     Raises:
         ValueError: it cannot be decoded.
@@ -184,7 +189,7 @@ def road_in(reader: Any) -> tuple[str, bytes] | None:
 
 
 def told_of(topics: list[str]) -> tuple[str, ...]:
-    """What a reader should know who has several."""
+    """Return the remark on the channels that are not read; () with one channel."""
     others = ", ".join(quoted(topic) for topic in topics[1:4])
     return (f"of its channels of GroundTruth {quoted(topics[0])} is read, and not {others}",) if others else ()
 

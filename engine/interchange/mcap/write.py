@@ -1,8 +1,8 @@
-"""MCAP for Foxglove, Lichtblick and rerun: who is where as `foxglove.SceneUpdate`, and the numbers of each sample.
+"""MCAP for Foxglove, Lichtblick and rerun: the scene as `foxglove.SceneUpdate`, and the numbers of each sample.
 
 Topics: `/road` once at the start, `/actors` and `/numbers` at each sample; JSON, one frame, times from the recording's
-start. Field names and numbers of kinds are those of
-Foxglove's published message schemas. Bytes are not compressed: the same case is the same file.
+start. Field names and numbers of kinds are those of Foxglove's published message schemas. Bytes are not compressed, so
+equal cases give equal files.
 """
 
 import math
@@ -24,7 +24,7 @@ from engine.strict_json import json_text
 from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
-# -- scenes: boxes for those who take part, lines for the road, in one frame -------------------------------------------
+# -- scenes: boxes of participants, lines of the road, in one frame ----------------------------------------------------
 
 FRAME = "map"
 EGO, OTHERS, THINGS = (0.95, 0.45, 0.1), (0.25, 0.45, 0.75), (0.5, 0.5, 0.5)
@@ -33,7 +33,7 @@ KERB, MARKING, STOP = (0.55, 0.55, 0.55), (0.85, 0.85, 0.85), (1.0, 1.0, 1.0)
 LINE_STRIP = 0
 """Foxglove's number of lines from point to point."""
 DELETE_ID = 0
-"""Foxglove's number for the end of one entity."""
+"""Foxglove's number for the deletion of one entity."""
 Message = dict[str, Any]
 
 
@@ -42,7 +42,7 @@ def _scene(entities: list[Message], deletions: list[Message] | None = None) -> M
 
 
 def actors_scene(recording: Recording, sample: int, instant: int) -> Message:
-    """All who are there, and the end of those who were there one sample before."""
+    """Return the boxes of all present actors, and deletions of those that were present one sample before."""
     there = recording.there
     gone = there[max(sample - 1, 0)] & ~there[sample]
     entities = [
@@ -69,7 +69,7 @@ def _cube(actor: RecordedActor, state: Floats, is_ego: bool) -> Message:
 
 
 def road_scene(spec: MapSpec) -> Message:
-    """All lines of a road, to stay."""
+    """Return all lines of a road, without an end of display."""
     drawn = outline(build_network(spec))
     lines = [
         *(_line(line, KERB, 0.15) for line in drawn.kerbs),
@@ -96,7 +96,7 @@ def _line(points: Floats, colour: tuple[float, float, float], thickness: float) 
 def _entity(
     name: str, instant: int, *, cubes: list[Message] | None = None, lines: list[Message] | None = None
 ) -> Message:
-    """Something to be seen until it is replaced or deleted."""
+    """Return an entity that is displayed until it is replaced or deleted."""
     shapes = {"arrows": [], "cubes": cubes or [], "spheres": [], "cylinders": [], "lines": lines or []}
     return {
         "timestamp": _stamp(instant),
@@ -121,7 +121,7 @@ def _colour(rgb: tuple[float, float, float]) -> dict[str, float]:
     return {**dict(zip("rgb", rgb, strict=True)), "a": 1.0}
 
 
-# -- what the messages hold, as JSON Schema; only fields that ever hold anything
+# -- contents of the messages, as JSON Schema; only fields with values
 
 
 def _object(**properties: Mapping[str, Any]) -> dict[str, Any]:
@@ -162,7 +162,7 @@ SCENE_UPDATE = _object(
 # -- the file ----------------------------------------------------------------------------------------------------------
 
 ACTORS = "actors"
-"""The metadata that say what each actor is."""
+"""Name of the metadata with the kind of each actor."""
 NUMBERS = {
     "speed": State.SPEED,
     "acceleration": State.ACCELERATION,
@@ -172,14 +172,14 @@ NUMBERS = {
 }
 
 SLIDES = "slides"
-"""A number of who is loose after an impact."""
+"""Number of an actor that slides after an impact."""
 
 
 def write_mcap(recording: Recording, stem: str) -> Export:
-    """`<stem>.mcap`.
+    """Write `<stem>.mcap`.
 
     Raises:
-        InterchangeError: the package mcap is not installed, nothing was recorded, or a state is not a finite number.
+        InterchangeError: the package mcap is not installed, the recording is empty, or a state is not a finite number.
     """
     recording.refuse_broken()
     writer, out = _writer()
@@ -203,7 +203,7 @@ def _remarks(recording: Recording) -> Iterator[str]:
 
 
 def _write(writer: Any, recording: Recording) -> None:
-    """The whole file, message by message in the order of time."""
+    """Write the whole file, message by message in the order of time."""
     writer.start(profile="", library="cortexc")
     writer.add_metadata("recording", _facts(recording))
     writer.add_metadata(ACTORS, {actor.name: _what(actor, i == 0) for i, actor in enumerate(recording.actors)})
@@ -241,7 +241,7 @@ def _facts(recording: Recording) -> dict[str, str]:
 
 
 def _what(actor: RecordedActor, is_ego: bool) -> str:
-    """What a box does not say of an actor, so that it can be read back."""
+    """Return the facts of an actor that its box does not contain, so that it can be read back."""
     facts = {"kind": actor.kind.name.lower(), "rear_to_center": actor.rear_to_center, "ego": is_ego}
     return json_text(facts, separators=(",", ":"))
 
@@ -250,8 +250,9 @@ def _what(actor: RecordedActor, is_ego: bool) -> str:
 
 
 def _gaps(recording: Recording) -> dict[int, tuple[Floats, Floats]]:
-    """Per other actor: distance between its outline and the ego's, and how fast their centres close in; NaN where not
-    both are there. Speeds of closing are differences between neighbouring samples.
+    """Return per other actor the distance between its outline and the ego's [m], and their closing speed [m/s].
+
+    NaN unless both are present. Closing speeds are differences of centre distances between neighbouring samples.
     """
     return {
         other: (_distances(recording, other), _closing(recording, other)) for other in range(1, len(recording.actors))
@@ -278,7 +279,7 @@ def _closing(recording: Recording, other: int) -> Floats:
 
 
 def _numbers(recording: Recording, sample: int, gaps: dict[int, tuple[Floats, Floats]]) -> Message:
-    """Of all who are there, by name."""
+    """Return the numbers of all present actors, by name."""
     message: Message = {}
     there = recording.there[sample]
     for i, actor in enumerate(recording.actors):

@@ -1,4 +1,4 @@
-"""Our roads as ASAM OpenDRIVE 1.7: every arm, every link between junctions and every turn of a lane is a road there.
+"""Export of roads as ASAM OpenDRIVE 1.7: every arm, every link between junctions and every turn of a lane is a road.
 
 Sources: ASAM OpenDRIVE 1.7.0, User Guide and schema (2021).
 """

@@ -1,4 +1,4 @@
-"""An exported road looked at again: ids are unique, links lead somewhere, and lanes lie where ours lie."""
+"""Check of an exported road: ids are unique, links are valid, and lanes are at the places of the network's lanes."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,13 +15,13 @@ from engine.road import build_network
 NEAR = 1e-3
 """[m]"""
 BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Parts of a lane at which its middle is looked at."""
+"""Parts of a lane at which its middle is checked."""
 
 
 def check_opendrive(
     case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions
 ) -> Iterator[Finding]:
-    """Ids are unique, links lead somewhere, and lanes lie where ours lie."""
+    """Yield findings unless ids are unique, links are valid, and lanes are at the places of the network's lanes."""
     for name in (each for each in names if each.endswith(".xodr")):
         tree = read_tree(folder / name)
         roads = [each.get("id", "") for each in tree.root.iter("road")]
@@ -35,7 +35,7 @@ def check_opendrive(
 
 
 def twice(ids: Iterable[str]) -> list[str]:
-    """Those that are there more than once."""
+    """Return the ids that occur more than once."""
     return [each for each, count in Counter(ids).items() if count > 1]
 
 

@@ -1,9 +1,9 @@
-"""Where things lie in OpenDRIVE: which road and lane there each of our lanes is. Metres and radians.
+"""Places in OpenDRIVE: the road and lane of each lane of a network. Metres and radians.
 
 A road outside the junctions has its two directions to either side of its reference line, which runs in the middle and
 with the traffic of its first lane. A turn is a road of one lane with the reference line on the lane's own centre. On
-straight roads and turns arc length along our lane is arc length along the reference line, or what is left of it; a lane
-that curves beside its reference line is longer or shorter, primitive by primitive.
+straight roads and turns, arc length along a lane equals arc length along the reference line, or the remaining length; a
+curved lane at an offset from its reference line is longer or shorter, primitive by primitive.
 """
 
 import math
@@ -24,11 +24,11 @@ from engine.road.opendrive.surfaces import places
 from engine.road.paths import PathBook
 
 SOMEWHERE = "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
-"""A <geoReference>: where on Earth a player that asks lays a road that lies nowhere, its origin at 0 N, 0 E."""
+"""A <geoReference> for roads without a place on Earth: their origin is at 0 N, 0 E."""
 
 
 class RoadPlace(NamedTuple):
-    """A place as others say it: road, lane, arc length along the road's reference line [m]."""
+    """A place in OpenDRIVE: road, lane, arc length along the road's reference line [m]."""
 
     road: str
     lane: int
@@ -37,28 +37,28 @@ class RoadPlace(NamedTuple):
 
 @dataclass(frozen=True)
 class LanePlace:
-    """One of our lanes in OpenDRIVE's terms."""
+    """One lane of the network in OpenDRIVE's terms."""
 
     road: str
     lane: int
     """Positive to the left of the reference line, negative to its right, counted from the middle."""
     forward: bool
-    """Whether traffic runs the way that s grows."""
+    """True if traffic runs in the direction of growing s."""
     length: float
     """[m]"""
 
     knots: tuple[tuple[float, float], ...] = ()
-    """Where both run as arcs of other lengths: arc lengths along the lane and on the road, at the ends of each [m]."""
+    """Pairs of arc lengths along the lane and on the road [m], at the ends of arcs of different lengths."""
 
     numbers: tuple[tuple[float, int], ...] = ()
-    """Of a lane of a file: from where along it [m] on it has which number."""
+    """Pairs, for a lane of a file, of the arc length along it [m] and its number from there on."""
 
     def number(self, along: float) -> int:
-        """The number of a lane at a point `along` it [m]."""
+        """Return the number of a lane at a point `along` it [m]."""
         return next((number for begin, number in reversed(self.numbers) if begin <= along), self.lane)
 
     def s(self, along: float) -> float:
-        """Arc length on the road, of a point `along` the lane [m]."""
+        """Return the arc length on the road [m] of a point `along` the lane [m]."""
         if self.knots:
             lane, road = zip(*self.knots, strict=True)
             return float(np.interp(along, lane, road))
@@ -78,7 +78,7 @@ class Carriageway:
 
     @property
     def forward(self) -> tuple[Lane, ...]:
-        """Lanes that run the way that s grows, from the kerb to the middle."""
+        """Return the lanes in the direction of growing s, from the kerb to the middle."""
         return self.road.forward.lanes
 
     @property
@@ -95,13 +95,13 @@ class Carriageway:
 
     @property
     def junctions(self) -> tuple[Intersection | None, Intersection | None]:
-        """At its start and at its end; None at the border of the network."""
+        """Return the junctions at its start and at its end; None at the border of the network."""
         ways = ((self.backward, self.forward), (self.forward, self.backward))
         start, end = (_leads_to(leaving) or _comes_from(entering) for leaving, entering in ways)
         return start, end
 
     def place(self, lane: Lane) -> LanePlace:
-        """One of its lanes, numbered from the middle outwards."""
+        """Return the place of one of its lanes, numbered from the middle outwards."""
         side = 1 if lane.network.left_hand else -1
         beside = self.forward if lane.forward else self.backward
         from_middle = len(beside) + 1 - lane.number
@@ -132,11 +132,11 @@ class RoadMap:
 
     @cached_property
     def roads(self) -> tuple[Carriageway, ...]:
-        """All roads outside the junctions, in the order of their lanes."""
+        """Return all roads outside the junctions, in the order of their lanes."""
         return tuple(Carriageway(str(number), road) for number, road in enumerate(self.network.roads, 1))
 
     def turn_id(self, maneuver: Maneuver) -> str:
-        """The road that runs through the junction along a maneuver."""
+        """Return the id of the road through the junction along a maneuver."""
         return str(len(self.roads) + 1 + maneuver.id)
 
     def junction_id(self, intersection: int) -> str:
@@ -144,7 +144,7 @@ class RoadMap:
 
     @cached_property
     def places(self) -> tuple[LanePlace, ...]:
-        """By lane id."""
+        """Return the places by lane id."""
         if isinstance(self.network.spec, MapFile):
             return _in_file(self.network.spec)
         places: dict[int, LanePlace] = {}
@@ -157,18 +157,18 @@ class RoadMap:
         return tuple(places[lane.id] for lane in self.network.lanes)
 
     def place(self, lane: int, s: float) -> RoadPlace:
-        """Where a point `s` along one of our lanes [m] lies; `lane` is its id."""
+        """Return the place of a point `s` along a lane of the network [m]; `lane` is its id."""
         there = self.places[lane]
         return RoadPlace(there.road, there.number(s), there.s(s))
 
     @property
     def side(self) -> int:
-        """Sign of the lanes that run the way that s grows."""
+        """Return the sign of the lanes in the direction of growing s."""
         return 1 if self.network.left_hand else -1
 
 
 def _in_file(spec: MapFile) -> tuple[LanePlace, ...]:
-    """The lanes of a file are called in it as they are."""
+    """Return the places of a file's lanes, under their names in the file."""
     plan = plan_of(spec.path, spec.digest)
     return tuple(_file_place(plan.links, each) for each in plan.lanes)
 
@@ -187,7 +187,7 @@ def _file_place(links: Links, each: LanePlan) -> LanePlace:
 
 
 def _file_knots(links: Links, each: LanePlan) -> tuple[tuple[float, float], ...]:
-    """Where its reference line bends otherwise, or a lane widens, arc lengths are held together every few metres."""
+    """Return pairs of arc lengths along a lane and on its road, every few metres where the lane curves or widens."""
     stretches, _ = lane_stretches(links, each.lane)
     at = [(row, s) for row in stretches for s in ([row.start] if row.is_plain else places(row))]
     at.append((stretches[-1], stretches[-1].end))
@@ -201,7 +201,7 @@ def _file_knots(links: Links, each: LanePlan) -> tuple[tuple[float, float], ...]
 
 
 def road_map(spec: MapSpec) -> RoadMap:
-    """The road of a specification with its names in OpenDRIVE.
+    """Return the road of a specification with its names in OpenDRIVE.
 
     Raises:
         RoadError: no road fits the specification.
@@ -210,7 +210,7 @@ def road_map(spec: MapSpec) -> RoadMap:
 
 
 class Beside(NamedTuple):
-    """A building beside a road: its number, s and t of its centre [m], heading against the road's [rad], sizes [m]."""
+    """A building near a road: number, s and t of its centre [m], heading relative to the road's [rad], sizes [m]."""
 
     number: int
     s: float
@@ -221,11 +221,11 @@ class Beside(NamedTuple):
 
 
 def buildings_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
-    """The buildings, each with the first road whose length passes its centre, by the id of the road."""
+    """Return the buildings by the id of the first road whose length passes their centre."""
     found: dict[str, list[Beside]] = {road.id: [] for road in roads.roads}
     for number, (x, y, heading, length, width) in enumerate(roads.network.buildings.tolist()):
         for road in roads.roads:
-            line = road.road.middle[0]  # makers that have buildings have straight roads
+            line = road.road.middle[0]  # makers with buildings have straight roads
             cos, sin = round(math.cos(line.heading)), round(math.sin(line.heading))
             s, t = (x - line.x) * cos + (y - line.y) * sin, (y - line.y) * cos - (x - line.x) * sin
             if 0.0 <= s <= line.length:

@@ -1,4 +1,4 @@
-"""`write_opendrive`: our road as a document, with its roads, junctions and traffic lights."""
+"""Writer of OpenDRIVE: `write_opendrive` returns a road as a document, with roads, junctions and traffic lights."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from engine.tables import ROAD_REGION
 # -- reference lines and cross sections of roads -----------------------------------------------------------------------
 
 WIDE = {"b": 0, "c": 0, "d": 0}
-"""Of a width that does not change along the road."""
+"""Coefficients of a width that does not change along the road."""
 
 
 def add_plan(road: Element, primitives: Sequence[Primitive]) -> None:
-    """The reference line: lines and arcs."""
+    """Add the reference line: lines and arcs."""
     plan, s = child(road, "planView"), 0.0
     for line in primitives:
         geometry = child(plan, "geometry", s=s, x=line.x, y=line.y, hdg=line.heading, length=line.length)
@@ -29,7 +29,7 @@ def add_plan(road: Element, primitives: Sequence[Primitive]) -> None:
 
 
 def add_offset(lanes: Element, offset: float) -> None:
-    """How far left of the reference line lane 0 runs [m]."""
+    """Add the offset of lane 0 to the left of the reference line [m]."""
     child(lanes, "laneOffset", s=0, a=offset, **WIDE)
 
 
@@ -38,7 +38,7 @@ def add_lane(group: Element, lane: int) -> Element:
 
 
 def add_link(parent: Element, ends: Mapping[str, int]) -> None:
-    """The lanes that a lane goes on to, by `predecessor` and `successor`."""
+    """Add the lanes into which a lane continues, by `predecessor` and `successor`."""
     link = child(parent, "link")
     for end, lane in ends.items():
         child(link, end, id=lane)
@@ -49,7 +49,7 @@ def add_width(lane: Element, width: float) -> None:
 
 
 def add_mark(lane: Element, kind: str, lane_change: str) -> None:
-    """The line at a lane's outer border, of lane 0 in the middle of the road."""
+    """Add the line at a lane's outer border; for lane 0 in the middle of the road."""
     child(lane, "roadMark", sOffset=0, type=kind, weight="standard", color="standard", laneChange=lane_change)
 
 
@@ -78,11 +78,11 @@ def rule(roads: RoadMap) -> str:
 
 
 STOREYS = 10.0
-"""Height of a building [m]; nothing here depends on it, but viewers draw nothing that has none."""
+"""Height of a building [m]; it has no influence here, but viewers omit objects without a height."""
 
 
 def add_buildings(road: Element, places: Sequence[Beside]) -> None:
-    """Objects beside a road."""
+    """Add the buildings near a road as objects."""
     objects = child(road, "objects") if places else road
     for place in places:
         number = place.number + 1
@@ -95,7 +95,7 @@ def add_buildings(road: Element, places: Sequence[Beside]) -> None:
 
 
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
-    """The junctions at a road's ends; at the border of the network there is none."""
+    """Add the junctions at a road's ends; at the border of the network there is none."""
     link = child(element, "link")
     for end, junction in (("predecessor", road.junctions[0]), ("successor", road.junctions[1])):
         if junction is not None:
@@ -103,7 +103,7 @@ def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
 
 
 def add_speed_limit(road: Element, lane: Lane) -> None:
-    """What signs allow on all of its lanes."""
+    """Add the speed limit of all its lanes."""
     if lane.speed_limit is not None:
         child(child(road, "type", s=0, type="unknown"), "speed", max=lane.speed_limit, unit="m/s")
 
@@ -121,7 +121,7 @@ def _add_lane(group: Element, number: int, lane: Lane) -> None:
 
 
 def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
-    """The road along a maneuver. Its reference line is the lane's own centre, so that both have the same length."""
+    """Add the road along a maneuver. Its reference line is the lane's own centre, so both have the same length."""
     lane = maneuver.connecting_lane
     there = roads.places[lane.id]
     element = child(
@@ -143,7 +143,7 @@ def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
 
 
 def _add_end(link: Element, end: str, roads: RoadMap, lane: Lane, *, at_end: bool) -> None:
-    """The road before or behind, and which of its ends meets this one; `at_end`: whether the lane's end does."""
+    """Add the road before or after this road, and its end that meets this road; `at_end`: the end of the lane does."""
     place = roads.places[lane.id]
     contact = "end" if place.forward == at_end else "start"
     child(link, end, elementType="road", elementId=place.road, contactPoint=contact)
@@ -163,7 +163,7 @@ def _add_lanes(lanes: Element, roads: RoadMap, maneuver: Maneuver) -> None:
 
 
 def add_junction(document: Element, roads: RoadMap, junction: Intersection) -> Element:
-    """One connection for each maneuver, numbered from 0."""
+    """Add one connection for each maneuver, numbered from 0."""
     element = child(document, "junction", id=roads.junction_id(junction.id), name=junction.name)
     for number, maneuver in enumerate(junction.maneuvers):
         start = roads.places[maneuver.start]
@@ -182,21 +182,21 @@ def add_junction(document: Element, roads: RoadMap, junction: Intersection) -> E
 # -- traffic lights: one for each arm, at the kerb by its stop line; those of a phase under one controller -------------
 
 BESIDE = 0.5
-"""From the kerb to a light's mast [m]."""
+"""Distance of a light's mast from the kerb [m]."""
 ABOVE = 2.5
-"""From the ground to a light's housing [m]: Manual on Uniform Traffic Control Devices (2009), section 4D.15."""
+"""Height of a light's housing above the ground [m]: Manual on Uniform Traffic Control Devices (2009), section 4D.15."""
 TRAFFIC_LIGHT = {"country": "OpenDRIVE", "type": "1000001", "subtype": "-1"}
 """Red, yellow, green, as OpenDRIVE numbers signals that belong to no country."""
 
 
 @dataclass(frozen=True)
 class SignalGroup:
-    """Lights of one junction that always show the same; a controller in OpenDRIVE."""
+    """Lights of one junction with equal states; a controller in OpenDRIVE."""
 
     phase: int
     """0 or 1, as `SignalTimes` counts."""
     intersection: int
-    """Index in our network."""
+    """Index of the intersection in the network."""
     controller: str
     """Id of the controller, which OpenSCENARIO's TrafficSignalController names."""
     name: str
@@ -205,9 +205,9 @@ class SignalGroup:
 
 
 def signal_groups(spec: MapSpec) -> tuple[SignalGroup, ...]:
-    """All groups of a road with lights: two for each junction, in the order of junctions and phases.
+    """Return all groups of a road with lights: two for each junction, in the order of junctions and phases.
 
-    The file of a map knows nothing of our lights.
+    () for a map file, which does not contain the lights of cortexc.
     """
     return () if isinstance(spec, MapFile) else groups_of(road_map(spec))
 
@@ -228,12 +228,12 @@ def _group(junction: Intersection, phase: int) -> SignalGroup:
 
 
 def _signal_id(junction: Intersection, arm: int) -> str:
-    """Lights of a junction are numbered by its arms, as in the language."""
+    """Return the number of a junction's light, by its arm as in the language."""
     return str(junction.id * len(ARMS) + arm + 1)
 
 
 def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:
-    """The lights at the ends of a road, where its lanes lead into junctions."""
+    """Add the lights at the ends of a road, where its lanes lead into junctions."""
     signals = child(element, "signals")
     for lanes in (road.forward, road.backward):
         junction = lanes[0].intersection if lanes else None
@@ -262,7 +262,7 @@ def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes:
 
 
 def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
-    """The light of a turn, on the turn's own road: some readers, Scenic among them, ask there whether it has one.
+    """Add a reference to a turn's light on the turn's road: some readers, such as Scenic, look for it there.
 
     Only in right-hand traffic: those readers know no other, and netconvert takes left-hand roads for right-hand ones,
     misses the turns and then warns of their lights.
@@ -288,7 +288,7 @@ def _arm(junction: Intersection, lane: Lane) -> int:
 
 
 def add_controllers(document: Element, roads: RoadMap) -> None:
-    """The controllers of all junctions."""
+    """Add the controllers of all junctions."""
     for group in groups_of(roads):
         controller = child(document, "controller", id=group.controller, name=group.name, sequence=group.phase)
         for signal in group.signals:
@@ -296,7 +296,7 @@ def add_controllers(document: Element, roads: RoadMap) -> None:
 
 
 def add_controllers_of(element: Element, junction: Intersection) -> None:
-    """Which controllers a junction has."""
+    """Add the references of a junction to its controllers."""
     for phase in range(PHASES):
         child(element, "controller", id=_group(junction, phase).controller, type="0", sequence=phase)
 
@@ -309,12 +309,12 @@ REVISION = {"revMajor": 1, "revMinor": 7}
 def write_opendrive(
     spec: MapSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE, place: str = ""
 ) -> str:
-    """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan (their times stand in
-    OpenSCENARIO); `place` is the text of its <geoReference>.
+    """Return the road of a specification as OpenDRIVE 1.7, with lights if there is a plan (OpenSCENARIO has their
+    times); `place` is the text of its <geoReference>.
 
     Raises:
         RoadError: no road fits the specification.
-        InterchangeError: a name holds a character that XML cannot.
+        InterchangeError: a name contains a character that XML does not allow.
     """
     roads = road_map(spec)
     document = Element("OpenDRIVE")

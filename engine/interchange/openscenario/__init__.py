@@ -1,6 +1,6 @@
 """ASAM OpenSCENARIO XML 1.0 to 1.3: a recording as a scenario for other players.
 
-versions (what differs) -> document (shared parts) -> write (an exact replay) | maneuvers (what actors intend); read,
+versions (differences) -> document (shared parts) -> write (an exact replay) | maneuvers (intentions of actors); read,
 check.
 """
 

@@ -1,8 +1,8 @@
-"""A replay for CARLA's ScenarioRunner, with the controller beside it that moves everybody exactly as recorded.
+"""A replay for CARLA's ScenarioRunner, with a controller file that moves all actors exactly as recorded.
 
-ScenarioRunner reads OpenSCENARIO 1.0, and takes the name of a vehicle for a blueprint of CARLA. Without a controller of
-ours it snaps trajectories to the middle of lanes. It spawns everybody at the start, and who comes in as one more: so
-here all are there from the start, and who is not yet or no longer in the case is kept under the road.
+ScenarioRunner reads OpenSCENARIO 1.0, and takes the name of a vehicle for a blueprint of CARLA. Without this controller
+it snaps trajectories to the middle of lanes. It spawns all actors at the start, and an actor that appears later as a
+second one. So all actors are spawned at the start, and an absent actor is placed under the road.
 
 Source: ScenarioRunner 0.9.16, `srunner/tools/openscenario_parser.py`, `srunner/scenariomanager/actorcontrols`.
 """
@@ -40,7 +40,7 @@ from engine.vocabulary import ActorKind, State
 
 
 class Blueprint(NamedTuple):
-    """A body that CARLA has, by its bounding box [m]."""
+    """A vehicle or person of CARLA, by its bounding box [m]."""
 
     name: str
     length: float
@@ -106,13 +106,13 @@ BLUEPRINTS: Mapping[ActorKind, tuple[Blueprint, ...]] = MappingProxyType(
         ),
     }
 )
-"""By kind. Sizes are those of CARLA 0.9.16, to a centimetre."""
+"""Blueprints by kind. Sizes are those of CARLA 0.9.16, to a centimetre."""
 FITS = 0.1
-"""A blueprint whose length or width is further off than this is told [m]."""
+"""Difference of length or width [m] from which on a remark names the blueprint."""
 
 
 def blueprint_of(actor: RecordedActor) -> Blueprint:
-    """The one of its kind whose outline is nearest; of two equally near the first."""
+    """Return the blueprint of the actor's kind with the nearest outline; the first of two equally near ones."""
     return min(BLUEPRINTS[actor.kind], key=lambda each: _off(each, actor))
 
 
@@ -123,12 +123,12 @@ def _off(blueprint: Blueprint, actor: RecordedActor) -> float:
 # -- motion: everybody is there all the time, and under the road while it is not in the case ---------------------------
 
 DEEP = 50.0
-"""How far under the road those are kept who are not in the case [m]; each next one by `ROOM` more."""
+"""Depth under the road of an absent actor [m]; each further actor is `ROOM` deeper."""
 ROOM = 5.0
 
 
 def kept_parts(recording: Recording, actor: int) -> list[Stretch]:
-    """The stretches of an actor from the beginning to the end, those under the road among them."""
+    """Return the stretches of an actor from the beginning to the end, including those under the road."""
     parts, deep, end = stretches(recording, actor), DEEP + ROOM * actor, float(recording.time[-1])
     kept: list[Stretch] = []
     if parts[0].starts_late:
@@ -141,7 +141,7 @@ def kept_parts(recording: Recording, actor: int) -> list[Stretch]:
 
 
 def _under_the_road(part: Stretch, sample: int, begin: float, end: float, deep: float) -> Stretch:
-    """At rest below the pose of one sample."""
+    """Return a stretch at rest below the pose of one sample."""
     poses = np.repeat(part.poses[[sample]], 2, axis=0)
     return replace(part, time=np.array([begin, end]), poses=poses, below=deep)
 
@@ -153,7 +153,7 @@ PEDALS = ("Throttle", "Brake", "Clutch", "ParkingBrake")
 
 
 def add_storyboard(root: Element, recording: Recording, names: Sequence[str], version: Version) -> None:
-    """Who begins where, who moves how, and by whose hand."""
+    """Add the initial places, the motion and the controllers of all actors."""
     storyboard = child(root, "Storyboard")
     actions = child(child(storyboard, "Init"), "Actions")
     add_environment(actions, recording, version)
@@ -179,14 +179,14 @@ def _add_parts(act: Element, name: str, parts: Sequence[Stretch], version: Versi
 
 
 def _with_two_vertices(part: Stretch) -> Stretch:
-    """A polyline has two at least: who is there for one sample stands there for a moment more."""
+    """Return the stretch with at least two vertices, as a polyline requires; a single sample lasts a moment."""
     if len(part.vertices()[0]) > 1:
         return part
     return replace(part, time=part.time[0] + np.array([0.0, 1e-3]), poses=np.repeat(part.poses[:1], 2, axis=0))
 
 
 def _add_controller(private: Element, actor: RecordedActor, name: str) -> None:
-    """The private action that hands an entity to the module beside the file."""
+    """Add the private action that assigns the controller module to an entity."""
     holder = child(child(private, "PrivateAction"), "ControllerAction")
     controller = child(child(holder, "AssignControllerAction"), "Controller", name=f"{name}_controller")
     properties = child(controller, "Properties")
@@ -203,10 +203,10 @@ def _add_controller(private: Element, actor: RecordedActor, name: str) -> None:
 
 
 def write_for_carla(recording: Recording, stem: str, options: ExportOptions, road_file: str) -> Export:
-    """`<stem>.xosc` and the controller that it names; see `write_trajectories`.
+    """Write `<stem>.xosc` and the controller that it names; see `write_trajectories`.
 
     Raises:
-        InterchangeError: the recording is empty or broken, or the ego takes no part.
+        InterchangeError: the recording is empty or broken, or the ego is never present.
     """
     begun = begin_replay(recording, options, road_file, plain_name(stem), lambda actor: blueprint_of(actor).name)
     add_storyboard(begun.root, begun.shown, begun.names, begun.version)
@@ -215,7 +215,7 @@ def write_for_carla(recording: Recording, stem: str, options: ExportOptions, roa
 
 
 def controller_text() -> str:
-    """The controller, as it stands beside the scenario."""
+    """Return the source text of the controller."""
     return (files("engine.interchange.openscenario") / MODULE).read_text(encoding="utf-8")
 
 

@@ -1,7 +1,6 @@
-"""The rules of OpenSCENARIO that its schema does not hold, or that readers are known to trip over.
+"""Check of OpenSCENARIO's rules that its schema does not contain, or whose violation is known to confuse readers.
 
-docs/how-to/cases-elsewhere.md describes them. A replay is read back by our own reader as well, and compared with the
-run.
+docs/how-to/cases-elsewhere.md describes them. A replay is also read back and compared with the run.
 """
 
 from collections import Counter
@@ -20,10 +19,10 @@ from engine.interchange.recording import RecordedCase
 def check_openscenario(
     case: RecordedCase, folder: Path, names: Sequence[str], options: ExportOptions
 ) -> Iterator[Finding]:
-    """The rules of OpenSCENARIO; a replay is the run, to a millimetre."""
+    """Yield violations of OpenSCENARIO's rules, and differences between a replay and its run above a millimetre."""
     for name in (each for each in names if each.endswith(".xosc")):
         yield from scenario_rules(folder, name)
-        if options.mode != "trajectory":  # maneuvers are for a simulator to play
+        if options.mode != "trajectory":  # maneuvers require a simulator
             continue
         try:
             read = read_openscenario(folder / name).recording
@@ -35,7 +34,7 @@ def check_openscenario(
 
 
 def _as_written(case: RecordedCase, options: ExportOptions) -> RecordedCase:
-    """The case as far as its replay is motion of the run."""
+    """Return the part of the case whose replay is motion of the run."""
     after, contact = options.after_contact or "through", case.recording.contact
     if contact is None or after == "physics":
         return case
@@ -58,7 +57,7 @@ def scenario_rules(folder: Path, name: str) -> Iterator[Finding]:
 
 
 def _values(tree: Tree) -> Iterator[Finding]:
-    """Something is drawn or set by a file of parameter values."""
+    """Yield findings unless a file of parameter values contains values."""
     for tag in ("ValueSetDistribution", "ParameterValueSet", "Stochastic"):
         for element in tree.root.iter(tag):
             if not len(element):
@@ -66,7 +65,7 @@ def _values(tree: Tree) -> Iterator[Finding]:
 
 
 def _named_once(tree: Tree) -> Iterator[Finding]:
-    """No two elements of one kind beside each other have the same name."""
+    """Yield findings for sibling elements of one kind with equal names."""
     for element in tree.root.iter():
         names = Counter((child.tag, child.get("name")) for child in element if child.get("name"))
         for (tag, name), count in names.items():
@@ -84,7 +83,7 @@ def _entities(tree: Tree) -> Iterator[Finding]:
 
 
 def _referenced(tree: Tree, folder: Path, tag: str) -> Iterator[Finding]:
-    """A file that is named is there."""
+    """Yield findings for files that are named but missing."""
     for element in tree.root.iter(tag):
         path = element.get("filepath", "")
         if not (folder / path).is_file():
@@ -92,14 +91,14 @@ def _referenced(tree: Tree, folder: Path, tag: str) -> Iterator[Finding]:
 
 
 def _timing(tree: Tree) -> Iterator[Finding]:
-    """A replay keeps its times: esmini passes over those of a trajectory without <Timing> (esmini 642, 121)."""
+    """Yield findings for trajectories without <Timing>: esmini ignores their times (esmini 642, 121)."""
     for element in tree.root.iter("FollowTrajectoryAction"):
         if element.find("TimeReference/Timing") is None:
             yield tree.finding(element, "a trajectory without <Timing>, whose times are passed over", "give it one")
 
 
 def _ends(tree: Tree) -> Iterator[Finding]:
-    """There is an end, and the start does not come a step late."""
+    """Yield findings unless there is an end, and the start is not a step late."""
     stop = tree.root.find("Storyboard/StopTrigger")
     if stop is None or not len(stop):
         yield tree.finding(tree.root, "it never ends: there is no StopTrigger with a condition", "give it one")
@@ -110,6 +109,6 @@ def _ends(tree: Tree) -> Iterator[Finding]:
 
 
 def _version(tree: Tree) -> str:
-    """Of OpenSCENARIO, `1.2`."""
+    """Return the version of OpenSCENARIO: `1.2`."""
     header = tree.find("FileHeader")
     return "" if header is None else f"{header.get('revMajor')}.{header.get('revMinor')}"

@@ -1,8 +1,8 @@
-"""The parts of a scenario that do not depend on how its motion is said: head, parameters, road, times, places, and who
-takes part, written inline: no catalogs and no 3D models, which another machine may not have.
+"""The parts of a scenario that do not depend on the form of its motion: head, parameters, road, times, places, and
+entities, written inline, without catalogs and 3D models, which a different machine may not have.
 
 The reference point of a vehicle is the middle of its rear axle on the ground (ASAM OpenSCENARIO XML, User Guide, on
-coordinate systems), so the centre of its bounding box lies ahead of it.
+coordinate systems), so the centre of its bounding box is ahead of it.
 """
 
 import re
@@ -25,14 +25,14 @@ from engine.vocabulary import State
 
 
 def plain_name(text: str) -> str:
-    """A name without marks, spaces and signs; `$` and `::` would mean something to readers."""
+    """Return a name without accents, spaces and signs; `$` and `::` have a meaning for readers."""
     letters = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9]+", "_", letters).strip("_") or "unnamed"
     return f"_{name}" if name[0].isdigit() else name
 
 
 def unique_names(texts: Iterable[str]) -> tuple[str, ...]:
-    """Plain names in the same order; one that is taken already gets the first free number from 2 on."""
+    """Return plain names in the same order; a repeated name gets the first free number from 2 on."""
     taken: dict[str, None] = {}
     for text in texts:
         name = plain_name(text)
@@ -42,38 +42,38 @@ def unique_names(texts: Iterable[str]) -> tuple[str, ...]:
 
 
 def entity_names(recording: Recording) -> tuple[str, ...]:
-    """What each actor of a recording is called in its files."""
+    """Return the names of a recording's actors in its files."""
     return unique_names(actor.name for actor in recording.actors)
 
 
 def literal(text: str) -> str:
-    """A text that refers to no parameter: readers take a `$` anywhere for a reference, so it becomes its wide form."""
+    """Return the text with full-width `$`, as readers take a `$` anywhere for a reference to a parameter."""
     return text.replace("$", "\N{FULLWIDTH DOLLAR SIGN}")
 
 
 # -- head, parameters, road, times, places -----------------------------------------------------------------------------
 
 LONGEST_DESCRIPTION = 500
-"""Characters; what is longer stands in the parameters alone."""
+"""Maximum number of characters; a longer description is in the parameters only."""
 AT_ONCE: Mapping[str, str] = {"dynamicsShape": "step", "value": "0", "dynamicsDimension": "time"}
-"""How a speed is taken on that is there without any time."""
+"""Dynamics of an immediate change of speed."""
 
 
 @dataclass(frozen=True)
 class ParameterDeclaration:
-    """One that a file declares: its name is made plain and unique, values of type `double` are numbers."""
+    """A parameter of a file: its name is made plain and unique, values of type `double` are numbers."""
 
     name: str
     value: str
     kind: str = "string"
     low: float = float("-inf")
-    """Bounds within which it may be varied, where the version can say them."""
+    """Lower bound for variation, if the version can express it; `high`: upper bound."""
     high: float = float("inf")
 
 
 @dataclass(frozen=True)
 class Document:
-    """A scenario up to its `RoadNetwork`; what follows is added to the root."""
+    """A scenario up to its `RoadNetwork`; further parts are added to the root."""
 
     root: Element
     network: Element
@@ -87,7 +87,7 @@ def new_document(
     *,
     title: str = "",
 ) -> Document:
-    """A scenario with its head; `parameters` stand before those of provenance, `title` in place of its description."""
+    """Return a scenario with its head; `parameters` precede those of provenance, `title` replaces its description."""
     root = Element("OpenSCENARIO")
     header(root, recording.provenance, version, title)
     declarations = child(root, "ParameterDeclarations")
@@ -113,7 +113,7 @@ def _declare(declarations: Element, name: str, parameter: ParameterDeclaration, 
 
 
 def header(root: Element, provenance: Provenance, version: Version, title: str = "") -> Element:
-    """Who wrote it, when, and what is to be seen."""
+    """Add the header: author, date and description."""
     return child(
         root,
         "FileHeader",
@@ -126,7 +126,7 @@ def header(root: Element, provenance: Provenance, version: Version, title: str =
 
 
 def date_and_time(text: str) -> str:
-    """As XML wants it; a date that is none, such as a foreign file may have had, becomes that of no date."""
+    """Return a date in XML's format; an invalid date, as in a foreign file, becomes the default date."""
     try:
         return datetime.fromisoformat(text).isoformat()
     except ValueError:
@@ -134,14 +134,14 @@ def date_and_time(text: str) -> str:
 
 
 def description(provenance: Provenance) -> str:
-    """Title and facts in one line."""
+    """Return title and facts in one line."""
     facts = "; ".join(f"{name}: {value}" for name, value in provenance.facts.items())
     text = " - ".join(part for part in (provenance.title, facts) if part) or "scenario"
     return text if len(text) <= LONGEST_DESCRIPTION else text[: LONGEST_DESCRIPTION - 3] + "..."
 
 
 def provenance_parameters(recording: Recording) -> tuple[ParameterDeclaration, ...]:
-    """The genome by the names of its params, the facts and what is known of first contact as `cortexc_...`."""
+    """Return the genome by the names of its params, and the facts and first contact as `cortexc_...`."""
     provenance = recording.provenance
     genome = (ParameterDeclaration(name, value, value_kind(value)) for name, value in provenance.genome.items())
     facts = (ParameterDeclaration(f"{FILE_PREFIX}{name}", value) for name, value in provenance.facts.items())
@@ -149,7 +149,7 @@ def provenance_parameters(recording: Recording) -> tuple[ParameterDeclaration, .
 
 
 def _contact_parameters(recording: Recording) -> tuple[ParameterDeclaration, ...]:
-    """When, and between whom in the order of the file."""
+    """Return time and partners of contact, in the order of the file."""
     if recording.contact is None:
         return ()
     return (
@@ -159,7 +159,7 @@ def _contact_parameters(recording: Recording) -> tuple[ParameterDeclaration, ...
 
 
 def value_kind(text: str) -> str:
-    """`double` for a finite number, else `string`: `41.5 km/h` keeps its unit."""
+    """Return `double` for a finite number, else `string`: `41.5 km/h` keeps its unit."""
     try:
         return "double" if abs(float(text)) < float("inf") and text.strip("+-.eE0123456789") == "" else "string"
     except ValueError:
@@ -167,7 +167,7 @@ def value_kind(text: str) -> str:
 
 
 def time_trigger(parent: Element, tag: str, name: str, seconds: float, version: Version) -> Element:
-    """A `StartTrigger` or `StopTrigger` that holds from an instant on [s]; the edge `none` misses no instant."""
+    """Add a `StartTrigger` or `StopTrigger` that holds from an instant on [s]; the edge `none` misses no instant."""
     trigger = child(parent, tag)
     condition = child(child(trigger, "ConditionGroup"), "Condition", name=name, delay=0, conditionEdge="none")
     by_value = child(condition, "ByValueCondition")
@@ -176,42 +176,42 @@ def time_trigger(parent: Element, tag: str, name: str, seconds: float, version: 
 
 
 def stop_trigger(storyboard: Element, seconds: float, version: Version) -> Element:
-    """The end of the scenario, the last child of its `Storyboard`."""
+    """Add the end of the scenario, the last child of its `Storyboard`."""
     return time_trigger(storyboard, "StopTrigger", "end_of_recording", seconds, version)
 
 
 def world_position(parent: Element, pose: Sequence[float], below: float = 0.0) -> Element:
-    """`pose` is x, y, heading of the reference point, see `Recording.rear_axle`, so far `below` the road [m]."""
+    """Add a position; `pose` is x, y, heading of the reference point (`Recording.rear_axle`), `below` the road [m]."""
     x, y, heading = (float(value) for value in pose)
     z = {"z": -below} if below else {}
     return child(child(parent, "Position"), "WorldPosition", x=x, y=y, **z, h=heading)
 
 
 def teleport(parent: Element, pose: Sequence[float], below: float = 0.0) -> Element:
-    """A private action that puts an entity at a pose of its reference point."""
+    """Add a private action that puts an entity at a pose of its reference point."""
     return world_position(child(child(parent, "PrivateAction"), "TeleportAction"), pose, below)
 
 
 def start_speed(parent: Element, speed: float, version: Version) -> Element:
-    """A private action that gives an entity a speed [m/s] at once."""
+    """Add a private action that gives an entity a speed [m/s] at once."""
     speed = speed if version.reverse_speed else max(speed, 0.0)
     return speed_action(child(parent, "PrivateAction"), AT_ONCE, number(speed))
 
 
 def speed_action(private_action: Element, dynamics: Mapping[str, str], speed: str) -> Element:
-    """Go to a speed [m/s], by those attributes of its dynamics."""
+    """Add a change to a speed [m/s], with these attributes of its dynamics."""
     action = child(child(private_action, "LongitudinalAction"), "SpeedAction")
     child(action, "SpeedActionDynamics", **dynamics)
     return child(child(action, "SpeedActionTarget"), "AbsoluteTargetSpeed", value=speed)
 
 
-# -- who takes part ----------------------------------------------------------------------------------------------------
+# -- participants ------------------------------------------------------------------------------------------------------
 
 UNBOUNDED_SPEED = 100.0
-"""`maxSpeed` of what no speed bounds [m/s]; a run that is faster has its own top speed instead."""
+"""`maxSpeed` of an actor without a speed limit [m/s]; a faster run has its own top speed instead."""
 CATEGORY = {"Vehicle": "vehicleCategory", "Pedestrian": "pedestrianCategory", "MiscObject": "miscObjectCategory"}
 WALKER = "walker.pedestrian.0001"
-"""The model that 1.0 wants of every pedestrian: the name CARLA has for its first."""
+"""Model that 1.0 requires for every pedestrian: the name of CARLA's first."""
 
 
 def add_entities(
@@ -222,7 +222,7 @@ def add_entities(
     properties: Sequence[Mapping[str, str]] = (),
     models: Sequence[str] = (),
 ) -> Element:
-    """All actors under the names of `names.entity_names`, with more properties and a player's `models` if wanted."""
+    """Add all actors under the names of `entity_names`, with more properties and a player's `models` if given."""
     entities = child(root, "Entities")
     for index, actor in enumerate(recording.actors):
         scenario_object = child(entities, "ScenarioObject", name=names[index])
@@ -278,7 +278,7 @@ def _axles(parent: Element, actor: RecordedActor, shape: Kind) -> None:
 
 
 def _carried(actor: RecordedActor, version: Version) -> tuple[str, ...]:
-    """Fields that the element of this kind has no place for."""
+    """Return the fields for which the element of this kind has no place."""
     if KINDS[actor.kind].tag != "Vehicle":
         return FIELDS[1:]
     mass = () if version.vehicle_mass else ("mass",)
@@ -286,7 +286,7 @@ def _carried(actor: RecordedActor, version: Version) -> tuple[str, ...]:
 
 
 def _own_properties(actor: RecordedActor, *, ego: bool, carried: Sequence[str]) -> dict[str, str]:
-    """`type` marks the ego for ScenarioRunner; `plineInterpolation` says how esmini turns between vertices."""
+    """Return the properties; `type` marks the ego for ScenarioRunner, `plineInterpolation` is for esmini."""
     return {
         "type": "ego_vehicle" if ego else "simulation",
         "plineInterpolation": "segment",

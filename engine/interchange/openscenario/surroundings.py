@@ -1,7 +1,6 @@
 """The weather of a recording as the `EnvironmentAction` of a scenario: grip as a factor, sight as the range of fog.
 
-Version 1.0 wants a whole environment: a time of day, a sun and whether it rains. What the recording does not say is a
-clear noon there.
+Version 1.0 requires a whole environment: a time of day, a sun and precipitation. Without data it is a clear noon.
 """
 
 from collections.abc import Iterator
@@ -11,12 +10,12 @@ from engine.interchange.recording import Recording, Surroundings
 from engine.interchange.xml_writing import Element, child
 
 CLEAR = 100_000.0
-"""`visualRange` without fog [m], where one must be written."""
+"""`visualRange` without fog [m], for versions that require it."""
 NOON = "2020-06-21T12:00:00"
 
 
 def add_environment(actions: Element, recording: Recording, version: Version) -> None:
-    """Write the weather as the first of the actions of `Init`; nothing where the recording says nothing of it."""
+    """Write the weather as the first of the actions of `Init`; nothing if the recording has none."""
     said = recording.surroundings
     if said is None or said.friction is said.sight is None:
         return
@@ -42,7 +41,7 @@ def _add_weather(environment: Element, said: Surroundings, version: Version) -> 
 
 
 def remarks_on_environment(recording: Recording) -> Iterator[str]:
-    """What of the weather has no place in OpenSCENARIO."""
+    """Yield a remark for each property of the weather that OpenSCENARIO cannot express."""
     said = recording.surroundings
     if said is not None and said.light is not None:
         yield f"OpenSCENARIO has no place for `light` of the environment, {said.light:g}: it is left out"

@@ -1,4 +1,4 @@
-"""What differs between the versions of OpenSCENARIO XML, as far as it concerns what is written here.
+"""Differences between the versions of OpenSCENARIO XML that affect the writers.
 
 Source: the schemas of OpenSCENARIO 1.0.0, 1.1.0, 1.2.0 and 1.3.0 (ASAM e.V.).
 """
@@ -10,46 +10,46 @@ from types import MappingProxyType
 from engine.interchange.contract import ExportOptions
 
 BEFORE = 0.001
-"""How long before its instant a "greater than" condition is set [s]: above readers' tolerance, below any step."""
+"""Time by which a "greater than" condition precedes its instant [s]: above readers' tolerance, below any step."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Version:
-    """One version, by what a writer must know of it."""
+    """One version, by the properties that a writer needs."""
 
     name: str
     minor: int
     priority: str
-    """Of an event that takes over from others: 1.2 renamed it."""
+    """Priority of an event that replaces active events: 1.2 renamed it."""
     rule: str
-    """Of a condition that holds from a value on: 1.0 knows no "greater or equal"."""
+    """Rule of a condition that holds from a value on: 1.0 has no "greater or equal"."""
     integer: str
-    """The type of a parameter that is a whole number: 1.2 renamed it."""
+    """Type of a parameter that is a whole number: 1.2 renamed it."""
     straight_distance: str
-    """The type of a distance as the crow flies."""
+    """Type of a straight distance."""
     distance_attributes: Mapping[str, str]
-    """How a condition on a distance or a time to collision says that it is taken as the crow flies."""
+    """Attributes of a condition that make its distance or time to collision straight."""
     trajectory_in_reference: bool
-    """Whether a trajectory stands in a `TrajectoryRef`."""
+    """True if a trajectory is in a `TrajectoryRef`."""
     vehicle_mass: bool
-    """Whether a vehicle has a mass."""
+    """True if a vehicle has a mass."""
     pedestrian_model: bool
-    """Whether a pedestrian must name a model."""
+    """True if a pedestrian must name a model."""
     reverse_speed: bool
-    """Whether a start with negative speed can be said: ScenarioRunner, which insists on 1.0, refuses it."""
+    """True if an initial speed may be negative: ScenarioRunner, which requires 1.0, rejects it."""
     late_entities: bool
-    """Whether an entity that comes later is nowhere before: ScenarioRunner, which needs 1.0, places every entity."""
+    """True if an entity may appear later: ScenarioRunner, which requires 1.0, places every entity at the start."""
     has_expressions: bool
-    """Whether an attribute may be a formula, not a bare parameter only."""
+    """True if an attribute may be a formula, not only a bare parameter."""
     has_constraints: bool
-    """Whether a parameter may say its range."""
+    """True if a parameter may state its range."""
     whole_environment: bool
-    """Whether an environment must say everything: time of day, sun, fog, rain and road."""
+    """True if an environment must state time of day, sun, fog, rain and road."""
     has_distributions: bool
-    """Whether there are files of parameter values."""
+    """True if files of parameter values exist."""
 
     def time_value(self, seconds: float) -> float:
-        """What to compare with for a condition to hold from an instant on [s]."""
+        """Return the value to compare with for a condition that holds from an instant on [s]."""
         return seconds if self.rule == "greaterOrEqual" else seconds - BEFORE
 
 
@@ -92,9 +92,9 @@ _THIRD = replace(_SECOND, name="1.2", minor=2, priority="override", integer="int
 _FOURTH = replace(_THIRD, name="1.3", minor=3)
 
 VERSIONS: Mapping[str, Version] = MappingProxyType({each.name: each for each in (_FIRST, _SECOND, _THIRD, _FOURTH)})
-"""By name; each says what it changes of the one before. The names are those of `engine.interchange.contract`."""
+"""Versions by name, each as a change of the one before. The names are those of `engine.interchange.contract`."""
 
 
 def version_of(options: ExportOptions) -> Version:
-    """The version that is asked for."""
+    """Return the requested version."""
     return VERSIONS[options.osc]

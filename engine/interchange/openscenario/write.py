@@ -1,7 +1,7 @@
 """Trajectory mode: a case as an `.xosc` that replays it exactly.
 
-Each stretch of an actor's motion is a timed polyline; the storyboard says where all begin, and for each actor when it
-comes, how it moves and when it goes.
+Each stretch of an actor's motion is a timed polyline; the storyboard contains all starts, and for each actor its
+appearance, motion and departure.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -36,38 +36,38 @@ from engine.vocabulary import State
 
 @dataclass(frozen=True)
 class Stretch:
-    """A time in which an actor is there without a break."""
+    """A time span in which an actor is present without a break."""
 
     time: Floats
     """(samples,) [s]."""
     poses: Floats
     """(samples, 3): x, y, heading of the reference point."""
     starts_late: bool
-    """Whether the actor was not there from the beginning."""
+    """True if the actor is absent at the beginning."""
     gone: float | None
     """The first sample without it [s]; None if it stays to the end."""
     below: float = 0.0
-    """How far under the road [m]: where a player keeps those who are not there."""
+    """Depth under the road [m], where a player places absent actors."""
 
     @property
     def moves(self) -> bool:
-        """A stretch at one pose needs no trajectory."""
+        """Return True if the pose changes; a stretch at one pose needs no trajectory."""
         return bool((self.poses != self.poses[0]).any())
 
     def vertices(self) -> tuple[Floats, Floats]:
-        """Times and poses without those in the middle of a standstill, which say nothing and make readers spin."""
+        """Return times and poses without those inside a standstill, which carry no motion and make readers spin."""
         same = (self.poses[1:] == self.poses[:-1]).all(axis=1)
         standing = np.concatenate([[False], same]) & np.concatenate([same, [False]])
         return self.time[~standing], self.poses[~standing]
 
     def shortest_way(self) -> float:
-        """From one vertex to the next [m]; infinite for a single one."""
+        """Return the least distance between consecutive vertices [m]; infinite for a single one."""
         _, poses = self.vertices()
         return float(np.hypot(*np.diff(poses[:, :2], axis=0).T).min(initial=np.inf))
 
 
 def stretches(recording: Recording, actor: int) -> list[Stretch]:
-    """All stretches of an actor, in order."""
+    """Return all stretches of an actor, in order."""
     poses, last = recording.rear_axle(actor), len(recording) - 1
     return [
         Stretch(
@@ -81,7 +81,7 @@ def stretches(recording: Recording, actor: int) -> list[Stretch]:
 
 
 def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Version) -> None:
-    """The private action that replays a stretch: absolute times and the mode `position`, so that nothing steers."""
+    """Add the private action that replays a stretch: absolute times and mode `position`, so that nothing steers."""
     routing = child(child(action, "PrivateAction"), "RoutingAction")
     follow = child(routing, "FollowTrajectoryAction")
     holder = child(follow, "TrajectoryRef") if version.trajectory_in_reference else follow
@@ -97,14 +97,14 @@ def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Ver
 
 
 def add_storyboard(root: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
-    """The replay of a whole recording under the names of `names.entity_names`."""
+    """Add the replay of a whole recording under the names of `entity_names`."""
     storyboard = child(root, "Storyboard")
     add_init(storyboard, recording, names, version)
     act = child(child(storyboard, "Story", name="replay_story"), "Act", name="replay_act")
     for actor, name in enumerate(names):
         add_replay(act, name, stretches(recording, actor), version)
     if not len(act):
-        add_group(act, names[0])  # all stand still, and an act needs a group
+        add_group(act, names[0])  # no actor moves, but an act needs a group
     time_trigger(act, "StartTrigger", "replay_begins", 0.0, version)
     stop_trigger(storyboard, float(recording.time[-1]), version)
     return storyboard
@@ -123,7 +123,7 @@ def add_init(storyboard: Element, recording: Recording, names: Sequence[str], ve
 
 
 def add_replay(act: Element, name: str, parts: Sequence[Stretch], version: Version) -> None:
-    """The maneuver group of one actor; none if it is there from beginning to end and never moves."""
+    """Add the maneuver group of one actor; none if it is present from beginning to end and never moves."""
     if not any(part.moves or part.starts_late or part.gone is not None for part in parts):
         return
     maneuver = child(add_group(act, name), "Maneuver", name=f"{name}_maneuver")
@@ -135,7 +135,7 @@ def add_replay(act: Element, name: str, parts: Sequence[Stretch], version: Versi
 
 
 def add_group(act: Element, name: str) -> Element:
-    """An empty maneuver group of one actor."""
+    """Add an empty maneuver group of one actor."""
     group = child(act, "ManeuverGroup", name=f"{name}_group", maximumExecutionCount=1)
     child(child(group, "Actors", selectTriggeringEntities="false"), "EntityRef", entityRef=name)
     return group
@@ -169,7 +169,7 @@ RED, YELLOW, GREEN = "on;off;off", "off;on;off", "off;off;on"
 
 @dataclass(frozen=True)
 class SignalPhase:
-    """What the lights of a group show for a time [s]."""
+    """State of a group's lights for a duration [s]."""
 
     name: str
     duration: float
@@ -177,7 +177,7 @@ class SignalPhase:
 
 
 def add_signals(network: Element, recording: Recording) -> Element | None:
-    """The lights of all junctions, last in a `RoadNetwork`; None where there are none, or no road of ours."""
+    """Add the lights of all junctions, last in a `RoadNetwork`; None without lights, or without a road."""
     if recording.signals is None or recording.road is None:
         return None
     signals = child(network, "TrafficSignals")
@@ -195,9 +195,9 @@ def _add_controller(signals: Element, group: SignalGroup, times: SignalTimes) ->
 
 
 def phases(times: SignalTimes, turn: int) -> tuple[SignalPhase, ...]:
-    """What a group shows from the beginning of the run on, whose turn is the first (0) or second (1) of the plan.
+    """Return the phases of a group from the beginning of the run on, with the first (0) or second (1) turn of the plan.
 
-    A run that begins in the middle of a phase begins with its rest, and the part before comes last.
+    A run that begins within a phase begins with its rest, and the part before comes last.
     """
     mine = (
         SignalPhase("green", times.green, GREEN),
@@ -227,14 +227,14 @@ SHOWN_AFTER = {
     "physics": "contact physics, replayed as it was",
 }
 MERGED = 0.1
-"""Below this distance esmini 3.6 takes vertices for one [m]: its default of `--traj_filter`."""
+"""Distance below which esmini 3.6 merges vertices [m]: its default of `--traj_filter`."""
 
 
 def write_trajectories(recording: Recording, stem: str, options: ExportOptions, road_file: str | None) -> Export:
-    """`<stem>.xosc`, in which every actor replays what it did; `road_file` is the name of the `.xodr` beside it.
+    """Write `<stem>.xosc`, in which every actor replays its motion; `road_file` is the name of the `.xodr` next to it.
 
     Raises:
-        InterchangeError: the recording is empty or broken, or the ego takes no part.
+        InterchangeError: the recording is empty or broken, or the ego is never present.
     """
     begun = begin_replay(recording, options, road_file)
     add_storyboard(begun.root, begun.shown, begun.names, begun.version)
@@ -252,7 +252,7 @@ class Begun(NamedTuple):
 
     root: Element
     shown: Recording
-    """Those who take part, from time 0."""
+    """Recording of the actors that appear, from time 0."""
     names: tuple[str, ...]
     version: Version
     remarks: tuple[str, ...]
@@ -265,10 +265,10 @@ def begin_replay(
     title: str = "",
     model_of: Callable[[RecordedActor], str] | None = None,
 ) -> Begun:
-    """Head, road, lights and who takes part; `model_of`: the name of a body of the player's.
+    """Write head, road, lights and entities; `model_of`: name of the player's model for an actor.
 
     Raises:
-        InterchangeError: the recording is empty or broken, or the ego takes no part.
+        InterchangeError: the recording is empty or broken, or the ego is never present.
     """
     recording.refuse_broken()
     recording = recording.taking_part()
@@ -284,7 +284,7 @@ def begin_replay(
 
 
 def general_remarks(recording: Recording, names: tuple[str, ...], road_file: str | None) -> Iterator[str]:
-    """What OpenSCENARIO cannot carry, or carries otherwise."""
+    """Yield facts that OpenSCENARIO cannot express, or expresses differently."""
     what = "speeds, steering, accelerations and pedals" if recording.commands else "speeds and accelerations"
     yield (
         f"OpenSCENARIO has no place for {what} over time: "
@@ -299,7 +299,7 @@ def general_remarks(recording: Recording, names: tuple[str, ...], road_file: str
 
 
 def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:
-    """Remark on a file that is larger than `cortexc import` accepts."""
+    """Yield a remark on a file that is larger than `cortexc import` accepts."""
     actors, elements, megabytes = len(recording.actors), text.count("<") - text.count("</"), len(text) / MEGABYTE
     if actors > MOST_ACTORS or elements > LIMITS.elements or megabytes > LIMITS.megabytes:
         has = f"{actors:,} actors, {elements:,} elements, {megabytes:.0f} MB"

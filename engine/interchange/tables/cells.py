@@ -1,4 +1,4 @@
-"""The cells of a table, CSV or Parquet, as columns of numbers and texts. What a cell cannot be is said with its place.
+"""The cells of a table, CSV or Parquet, as columns of numbers and texts. An error names the place of the cell.
 
 Files of Parquet are opened by `parquet`.
 """
@@ -32,38 +32,38 @@ from engine.interchange.tables.columns import (
 )
 from engine.interchange.tables.conventions import applied, frame_rate, refuse_meta
 from engine.interchange.tables.layouts import Layout, layout_of
-from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, separator_of
+from engine.interchange.tables.notation import DECIMAL_COMMA, WrittenRows, assumed_unit, begin_of, separator_of
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats
 
 MOST_ROWS = 3_000_000
-"""An hour at 25 samples a second in which 30 actors are there at a time has fewer."""
+"""Maximum number of rows; an hour at 25 samples per second with 30 actors at a time has fewer."""
 LONGEST_LINE = 100_000
 LONGEST_TEXT = 10_000
 """Letters of a name or a type."""
 LARGEST = 1e9
-"""No position or speed of a real file is larger, in its own unit."""
+"""Largest position or speed of a real file, in its own unit."""
 LATEST = 1e19
-"""Times may count from 1970, in nanoseconds."""
+"""Largest time: times may count from 1970, in nanoseconds."""
 WHOLE = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 LARGEST_WHOLE = 9e18
-"""Whole numbers are held in 64 bits."""
-MAY_BE_EMPTY = ("heading", "length", "width")
-"""Columns in which a known tool leaves a cell empty that it knows nothing for."""
-PREAMBLE = "Version:"
-"""How the line begins that esmini writes above its column names."""
+"""Largest whole number, of 64 bits."""
+MAY_BE_EMPTY = ("z", "heading", "length", "width")
+"""Columns in which an empty cell is an unknown value."""
 
 
 Storage: TypeAlias = "array[float] | array[int] | list[str]"
-"""Where a column is gathered: an array of doubles or of 64-bit integers, or a list of texts."""
+"""Storage of a column: an array of doubles or of 64-bit integers, or a list of texts."""
 OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype", SLIDES)
 
 
 def read_csv_cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
-    """`rate`: samples a second, where the time is a count of them and nothing else says it; `named`: as in `choose`.
+    """Return the cells of a CSV file.
+
+    `rate`: samples per second, if the time counts samples and nothing else states it; `named`: as in `choose`.
 
     Raises:
-        InterchangeError: unreadable, no CSV, too many rows, a cell that is no number, a missing column or file beside.
+        InterchangeError: unreadable, not CSV, too many rows, a cell that is not a number, a missing column or file.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -75,12 +75,13 @@ def read_csv_cells(path: Path, rate: float | None = None, named: Mapping[str, st
 
 
 def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]) -> Cells:
-    name, lines = path.name, _short_lines(file, path.name)
-    first, skipped = next(lines, ""), 0
-    if first.startswith(PREAMBLE):
-        first, skipped = next(lines, ""), 1
-    separator = separator_of(first)
-    rows = csv.reader(chain([first], lines), strict=True, delimiter=separator)
+    name = path.name
+    lines, skipped = begin_of(_short_lines(file, name))
+    first = next(lines)
+    separator, lines = separator_of(first), chain([first], lines)
+    spaced = separator == " "
+    lines = map(str.strip, lines) if spaced else lines
+    rows = csv.reader(lines, strict=True, delimiter=separator, skipinitialspace=spaced)
     header = next(rows, None)
     if header is None or not any(cell.strip() for cell in header):
         raise InterchangeError("the file is empty", "write a line of column names, then rows", name)
@@ -95,7 +96,7 @@ def _read(file: TextIO, path: Path, rate: float | None, named: Mapping[str, str]
 
 
 def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout | None, name: str) -> Cells:
-    """All rows under the header; a known tool's without an actor are those of an instant at which nobody is there."""
+    """Return all rows under the header, without those of a known tool that name no actor: empty instants."""
     chosen = rows.chosen
     actor = -1 if layout is None else chosen.columns["actor"].index
     gathered: dict[str, Any] = {key: _storage(key, chosen) for key in chosen.columns}
@@ -109,9 +110,9 @@ def _rows(rows: WrittenRows, header: Sequence[str], skipped: int, layout: Layout
         if len(lines) >= MOST_ROWS:
             raise InterchangeError(f"there are more than {MOST_ROWS:,} rows", "leave out actors or samples", place)
         if len(row) != len(header):
-            _wrong_length(row, header, place)
+            _wrong_length(row, header, rows.separator, place)
         for key, column in chosen.columns.items():
-            gathered[key].append(_value(row[column.index], key, column, chosen, place, layout))
+            gathered[key].append(_value(row[column.index], key, column, chosen, place))
         lines.append(rows.line_num + skipped)
     return _cells(name, chosen, gathered, lines)
 
@@ -126,7 +127,7 @@ def _short_lines(file: TextIO, name: str) -> Iterator[str]:
 
 
 def _storage(key: str, chosen: Chosen) -> Storage:
-    """Where a column is gathered."""
+    """Return the storage of a column."""
     if chosen.omega_prime and key in OMEGA_WHOLE:
         return array("q")
     return [] if key in TEXTS else array("d")
@@ -167,30 +168,28 @@ def gathered_cells(
     texts: Mapping[str, list[str]],
     lines: Sequence[int],
 ) -> Cells:
-    """The cells of a log, which were gathered elsewhere; SI units."""
+    """Return the cells of a log from gathered columns; SI units."""
     return _cells(name, chosen, {**{key: array("d", values) for key, values in numbers.items()}, **texts}, lines)
 
 
 def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
-    """Seconds from the first time, and that one [s]; `times` are as they are written, `factor` long each.
+    """Return seconds from the first time, and the first time [s]; `times` are as written, in units of `factor`.
 
-    The difference of large numbers has noise in its last digits: it is rounded to the digits that they can hold.
+    The difference of large numbers has noise in its last digits, so it is rounded to their precision.
     """
     first, largest = float(times.min()), float(np.abs(times).max())
     digits = max(0, math.floor(-math.log10(np.spacing(largest)))) if largest else 0
     return (times - first if first == 0.0 else np.round(times - first, digits)) * factor, first * factor
 
 
-def _value(
-    text: str, key: str, column: Column, chosen: Chosen, place: str, layout: Layout | None = None
-) -> float | int | str:
+def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> float | int | str:
     if chosen.omega_prime and key in OMEGA_WHOLE:
         if not WHOLE.fullmatch(text) or abs(int(text)) > LARGEST_WHOLE:
             raise _bad(text, "a whole number", column, place)
         return int(text)
     if key in TEXTS:
         return _text(text, key, column, place)
-    if layout is not None and key in MAY_BE_EMPTY and not text.strip():
+    if key in MAY_BE_EMPTY and not chosen.omega_prime and not text.strip():
         return math.nan
     try:
         value = float(text)
@@ -202,7 +201,7 @@ def _value(
 
 
 def _text(text: str, key: str, column: Column, place: str) -> str:
-    """A name, or a type."""
+    """Return a name, or a type."""
     cut = text.strip()
     if not cut and key == "actor":
         raise _bad(text, "the name of an actor", column, place)
@@ -212,7 +211,7 @@ def _text(text: str, key: str, column: Column, place: str) -> str:
 
 
 def _largest(key: str) -> float:
-    """In the column's own unit."""
+    """Return the limit in the column's own unit."""
     return LATEST if key == "time" else LARGEST
 
 
@@ -224,9 +223,10 @@ def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError
     return InterchangeError(f"it should hold {wanted}, and holds {said}", cure, f"{place}, column `{column.name}`")
 
 
-def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None:
-    more = len(row) > len(header)
-    cure = "write a point in numbers, not a comma" if more else "write all of its cells, or leave it out"
+def _wrong_length(row: Sequence[str], header: Sequence[str], separator: str, place: str) -> None:
+    cure = "write all of its cells, or leave it out"
+    if len(row) > len(header):
+        cure = "quote names with spaces" if separator == " " else "write a point in numbers, not a comma"
     raise InterchangeError(f"{len(row)} cells stand under {len(header)} column names", cure, place)
 
 
@@ -234,10 +234,10 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None
 
 
 def read_parquet_cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
-    """The same of a Parquet file.
+    """Return the cells of a Parquet file, as `read_csv_cells`.
 
     Raises:
-        InterchangeError: pyarrow is not installed; no Parquet, too many rows, a cell that is no number, …
+        InterchangeError: pyarrow is not installed; not Parquet, too many rows, a cell that is not a number, …
     """
     file = ParquetFile(path)
     if file.rows > MOST_ROWS:
@@ -263,12 +263,14 @@ def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Stor
         choices, numbers = file.texts(column.name)
         texts = [_text(text, key, column, f"{file.file}, row {row + 1}") for text, row in choices]
         return [texts[number] for number in numbers.tolist()]
-    values = file.column(column.name)
+    may_be_empty = key in MAY_BE_EMPTY and not chosen.omega_prime
+    values = file.column(column.name, may_be_empty=may_be_empty)
     if values.dtype.kind not in "iuf" or (storage.typecode == "q" and values.dtype.kind == "f"):
         wanted = "whole numbers" if storage.typecode == "q" else "numbers"
         raise InterchangeError(f"it should hold {wanted}, and holds {values.dtype}", "convert the column", place)
     largest = LARGEST_WHOLE if storage.typecode == "q" else _largest(key)
-    wrong = np.flatnonzero(~(np.abs(values.astype(np.float64)) <= largest))
+    possible = np.abs(values.astype(np.float64)) <= largest
+    wrong = np.flatnonzero(~(possible | np.isnan(values) if may_be_empty else possible))
     if len(wrong):
         message = f"it should hold a number that can be, and holds {values[wrong[0]]}"
         raise InterchangeError(

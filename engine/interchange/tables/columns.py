@@ -1,7 +1,7 @@
-"""What the columns of another tool's table mean: by their names, their synonyms and the unit that a name says.
+"""Meanings of the columns of a table: by names, synonyms and the unit in a name.
 
-A unit stands in brackets or behind the last underscore: `speed [km/h]`, `yaw_deg`, `timestamp_ms`. Without one it is
-SI: seconds, metres, metres a second, radians.
+A unit is in brackets or after the last underscore: `speed [km/h]`, `yaw_deg`, `timestamp_ms`. Without a unit a column
+is SI: seconds, metres, metres per second, radians.
 """
 
 import math
@@ -15,12 +15,13 @@ from engine.interchange.tables.layouts import Layout
 from engine.tables import Floats, Ints
 
 TEXTS = frozenset({"actor", "type", "role", "name", "part"})
-"""Columns that are read as text; the others are numbers."""
+"""Columns that are read as text; all others are numbers."""
 _PLAIN: Mapping[str, str] = {
     "time": "t seconds sec timestamp time_s sim_time simulation_time",
     "actor": "id name track track_id trackid object object_id agent agent_id vehicle_id car_id idx entity",
     "x": "x_m pos_x position_x x_center xcenter center_x x_utm utm_x",
     "y": "y_m pos_y position_y y_center ycenter center_y y_utm utm_y",
+    "z": "z_m pos_z position_z z_center zcenter center_z z_utm utm_z altitude elevation",
     "heading": "yaw psi hdg theta orientation rotation angle",
     "speed": "v velocity vel speed_mps",
     "vel_x": "vx v_x velocity_x x_velocity xvelocity speed_x",
@@ -31,18 +32,18 @@ _PLAIN: Mapping[str, str] = {
     "role": "",
     "frame": "frame_id frame_number frame_no frame_index frames timestep time_step step tick index",
 }
-"""Columns of a plain table, and what else they are called."""
+"""Columns of a plain table, and their synonyms."""
 PLAIN: Mapping[str, tuple[str, ...]] = MappingProxyType({n: (n, *words.split()) for n, words in _PLAIN.items()})
 NEEDED = ("time", "actor", "x", "y")
 VELOCITY = ("vel_x", "vel_y")
 BOX = ("width", "height")
-"""What a box in an image has in place of a length; its x and y are a corner."""
-OMEGA = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
+"""Size columns of a box in an image; its x and y are a corner."""
+OMEGA = ("total_nanos", "idx", "x", "y", "z", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
 """Columns of omega-prime that motion is read from."""
 NAME = "name"
-"""A column that we add to those of omega-prime, whose readers let it stand."""
+"""Column of names, an addition to those of omega-prime, whose readers ignore it."""
 SLIDES = "slides"
-"""Another one, where anybody does: 1 at each sample at which it is loose after an impact, else 0."""
+"""Additional column if an actor slides: 1 at each sample at which it slides after an impact, else 0."""
 OMEGA_NEEDED = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width")
 OMEGA_READ = (*OMEGA, NAME, SLIDES)
 
@@ -63,21 +64,21 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         },
     }
 )
-"""Of one column of each dimension, in SI."""
-MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
+"""Factors to SI of the units of each dimension."""
+MEASURED_AS = MappingProxyType({"y": "x", "z": "x", "length": "x", "width": "x", "vel_x": "speed", "vel_y": "speed"})
 DATES = "dates"
 """The unit of a time that is written as dates, ISO 8601."""
 FRAMES = "frames"
-"""The unit of a time that is a count: how many there are in a second stands elsewhere."""
+"""Unit of a time that counts samples; their rate is given elsewhere."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 NO_COLUMNS: Mapping[int, str] = MappingProxyType({})
 MOST_NAMED = 8
-"""Columns that are not read, by name."""
+"""Maximum number of columns that are named as not read."""
 SUFFIX = re.compile(r"[\[(]([^\[\](){}]*)[\])]$")
 LONGEST_NAME = 200
-"""Letters; a longer name is that of no column that is read."""
+"""Maximum number of letters; no column with a longer name is read."""
 MOST_COMPARED = 200
-"""Names of columns that are looked through for the one that was meant."""
+"""Maximum number of column names that are searched for a similar name."""
 
 
 @dataclass(frozen=True)
@@ -86,27 +87,27 @@ class Column:
 
     index: int
     name: str
-    """As the file writes it."""
+    """Name as written in the file."""
     factor: float = 1.0
-    """From its unit to SI."""
+    """Factor from its unit to SI."""
     unit: str = "SI"
-    """What the name says; "" where it says none."""
+    """Unit in the name; "" without one."""
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """What is read of a table."""
+    """Columns of a table that are read."""
 
     columns: Mapping[str, Column]
-    """By what they are: keys of `PLAIN`, or names of `OMEGA`."""
+    """Columns by meaning: keys of `PLAIN`, or names of `OMEGA`."""
     omega_prime: bool
     unread: tuple[str, ...] = ()
-    """What else there is, as the file writes it."""
+    """Names of the remaining columns, as written in the file."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """What was read: columns by what they are, row-aligned, in SI units."""
+    """Columns that were read, by meaning, row-aligned, in SI units."""
 
     file: str
     numbers: Mapping[str, Floats]
@@ -114,18 +115,18 @@ class Cells:
     whole: Mapping[str, Ints]
     """Columns of omega-prime that hold whole numbers, int64."""
     lines: Sequence[int]
-    """Where each row stands in its file, from 1; of Parquet, the row's number."""
+    """Line number of each row in its file, from 1; for Parquet, the row's number."""
     columns: Mapping[str, Column]
-    """How the file calls each column, and in which unit it is."""
+    """Name and unit of each column in the file."""
     omega_prime: bool
     begin: float = 0.0
     """The first time of a plain table, as the file counts [s]; `numbers` count from there."""
     known_names: Sequence[str] = ()
-    """Names by idx; empty where the file has none."""
+    """Names by idx; empty if the file has none."""
     host: int | None = None
-    """The idx of the ego; None where the file has none."""
+    """idx of the ego; None if the file has none."""
     layout: Layout | None = None
-    """Of the known tool whose table it is."""
+    """Layout of the known tool that wrote the table."""
     unread: Sequence[str] = ()
     """Columns that are not read."""
     remarks: tuple[str, ...] = ()
@@ -135,7 +136,7 @@ class Cells:
         return len(self.lines)
 
     def place(self, row: int, column: str = "") -> str:
-        """Where a row stands."""
+        """Return the place of a row."""
         unit = "row" if self.file.endswith(".parquet") else "line"
         return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
 
@@ -147,11 +148,13 @@ def choose(
     rate: float | None = None,
     named: Mapping[str, str] = NO_NAMES,
 ) -> Chosen:
-    """The columns to read; `layout`: of a known tool, `rate`: samples a second, where the time is their count, `named`:
-    columns by what they are, with a unit if one is said (`time [ms]`), where their own names do not tell.
+    """Return the columns to read.
+
+    `layout`: that of a known tool; `rate`: samples per second, if the time counts samples; `named`: meanings of
+    columns, with a unit if one is given (`time [ms]`), if their names do not show them.
 
     Raises:
-        InterchangeError: one stands twice, has an unknown unit, is a count without a rate, or is named and not there.
+        InterchangeError: a column is repeated, has an unknown unit, counts without a rate, or is named and missing.
     """
     place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
@@ -167,7 +170,7 @@ def choose(
 
 
 def _laid_out(names: Sequence[str], layout: Layout, rate: float | None) -> dict[str, Column]:
-    """The columns of a known layout, whose units are known."""
+    """Return the columns of a known layout, with its units."""
     places = {name.casefold(): index for index, name in reversed(list(enumerate(names)))}
     found: dict[str, Column] = {}
     for meaning, written in {**layout.columns, **({"part": layout.part} if layout.part else {})}.items():
@@ -200,7 +203,7 @@ def _told(names: Sequence[str], place: str, named: Mapping[str, str]) -> dict[in
 def _plain(
     names: Sequence[str], place: str, rate: float | None, told: Mapping[int, str] = NO_COLUMNS
 ) -> dict[str, Column]:
-    """Columns by their names, and the units that these say; `told`: what some are instead, whatever others are."""
+    """Return columns by their names, with the units in these; `told`: meanings of some columns by number."""
     found: dict[str, Column] = {}
     taken = {_meaning(name, place)[0] for name in told.values()}
     for index, name in enumerate(names):
@@ -222,7 +225,7 @@ def _plain(
 
 
 def _with_counted_time(found: dict[str, Column], place: str, rate: float | None) -> dict[str, Column]:
-    """The same without `frame`, which is the time where a rate is known: an index is no time."""
+    """Return the columns without `frame`, which is the time if a rate is known; an index alone is not a time."""
     frame = found.pop("frame", None)
     if rate is not None and (counted := found.get("time", frame)) is not None:
         return {**found, "time": Column(counted.index, counted.name, 1.0 / rate, FRAMES)}
@@ -233,7 +236,7 @@ def _with_counted_time(found: dict[str, Column], place: str, rate: float | None)
 
 
 def unread_remark(unread: Sequence[str]) -> str:
-    """What is to be said of columns that are not read; "" without any."""
+    """Return the remark on columns that are not read; "" without any."""
     if not unread:
         return ""
     named, more = ", ".join(map(cited, unread[:MOST_NAMED])), len(unread) - MOST_NAMED
@@ -241,7 +244,7 @@ def unread_remark(unread: Sequence[str]) -> str:
 
 
 def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
-    """Its names are exact, and its units SI."""
+    """Return the columns of omega-prime, with exact names and SI units."""
     twice = next((name for name in OMEGA_READ if names.count(name) > 1), None)
     if twice is not None:
         raise InterchangeError(f"two columns are called `{twice}`", "leave one of them out, or rename it", place)
@@ -249,7 +252,7 @@ def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
 
 
 def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
-    """Raises InterchangeError where a column is missing that motion cannot be read without."""
+    """Raise InterchangeError if a column is missing that motion requires."""
     needed = OMEGA_NEEDED if chosen.omega_prime else NEEDED
     missing = [name for name in needed if name not in chosen.columns]
     if not missing:
@@ -267,7 +270,7 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
 
 
 def _meaning(name: str, place: str) -> tuple[str, str]:
-    """What a column is, and its unit; "" for one that is not read, and for a unit that is not said."""
+    """Return meaning and unit of a column; "" for one that is not read, and for a missing unit."""
     if len(name) > LONGEST_NAME:
         return "", ""
     word, unit = _split(name)
@@ -281,12 +284,12 @@ def _meaning(name: str, place: str) -> tuple[str, str]:
 
 
 def _units(meaning: str) -> Mapping[str, float]:
-    """Of columns of a kind, in SI."""
+    """Return the factors to SI for columns of a meaning."""
     return UNITS.get(MEASURED_AS.get(meaning, meaning), {})
 
 
 def _split(name: str) -> tuple[str, str]:
-    """A column's word in small letters, and its unit."""
+    """Return a column's word in small letters, and its unit."""
     folded = name.casefold().strip()
     if bracket := SUFFIX.search(folded):
         return _word(folded[: bracket.start()]), bracket.group(1).strip()

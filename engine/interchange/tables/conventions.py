@@ -1,5 +1,5 @@
-"""What the tables of a known tool leave to its conventions: frames a second, files beside them, which way their axes
-point. Cells come in as they are written, in SI units, and go out as `tracks` takes them.
+"""Conventions of known tools' tables that are not in their columns: frames per second, accompanying files, directions
+of axes. Cells come in as written, in SI units, and leave in the form that `tracks` expects.
 """
 
 import csv
@@ -13,17 +13,17 @@ from engine.interchange.tables.columns import Cells
 from engine.interchange.tables.layouts import LAYOUTS, Beside, Layout, Point
 
 FASTEST = 100_000.0
-"""Frames a second; no camera or simulator counts more."""
+"""Largest number of frames per second of a camera or simulator."""
 MOST_META_BYTES = 20_000_000
 MOST_PARTS = 3
-"""Recordings in one table that a message names."""
+"""Number of recordings in one table that a message names."""
 
 
 def frame_rate(layout: Layout | None, path: Path, rate: float | None) -> float | None:
-    """Frames a second: as asked for, of the data set, or of the file beside the table; None where times are seconds.
+    """Return frames per second: as requested, of the data set, or of the accompanying file; None if times are seconds.
 
     Raises:
-        InterchangeError: the file that has it is missing, or holds no rate.
+        InterchangeError: that file is missing, or has no rate.
     """
     if layout is None or rate is not None:
         return rate
@@ -49,10 +49,10 @@ def _rate_of(layout: Layout, path: Path, beside: Beside) -> float:
 
 
 def _beside(layout: Layout, path: Path, beside: Beside, what: str) -> Path:
-    """The file beside a table.
+    """Return the file that accompanies a table.
 
     Raises:
-        InterchangeError: the table's name does not say which, or it is missing.
+        InterchangeError: the table's name does not determine it, or it is missing.
     """
     stem = path.name.removesuffix(layout.end)
     name = f"{stem}{beside.end}"
@@ -67,10 +67,10 @@ def _beside(layout: Layout, path: Path, beside: Beside, what: str) -> Path:
 
 
 def _rows(file: Path, columns: Sequence[str]) -> list[list[str]]:
-    """These columns of a small file.
+    """Return these columns of a small file.
 
     Raises:
-        InterchangeError: unreadable, or without one of them.
+        InterchangeError: unreadable, or without one of the columns.
     """
     try:
         if file.stat().st_size > MOST_META_BYTES:
@@ -90,7 +90,7 @@ def _rows(file: Path, columns: Sequence[str]) -> list[list[str]]:
 
 
 def refuse_meta(header: Sequence[str], path: Path) -> None:
-    """Raises InterchangeError where this is a file that lies beside a table, and not the table."""
+    """Raise InterchangeError if this file accompanies a table and is not the table."""
     for layout in LAYOUTS:
         for beside in layout.beside:
             if path.name.endswith(beside.end) and {*beside.columns.values()} <= {name.strip() for name in header}:
@@ -99,7 +99,7 @@ def refuse_meta(header: Sequence[str], path: Path) -> None:
 
 
 def pedestrians_beside(layout: Layout | None, path: Path) -> Path | None:
-    """The other file of a recording that lies in two; None where there is none."""
+    """Return the second file of a recording in two files; None if there is none."""
     if layout is None or not layout.also[0] or not path.name.startswith(layout.also[0]):
         return None
     other = path.with_name(layout.also[1] + path.name.removeprefix(layout.also[0]))
@@ -110,10 +110,10 @@ def pedestrians_beside(layout: Layout | None, path: Path) -> Path | None:
 
 
 def applied(cells: Cells, layout: Layout, path: Path) -> Cells:
-    """The same with what lies beside, y up, angles anticlockwise from +x.
+    """Return the cells with the data of accompanying files, y up, angles anticlockwise from +x.
 
     Raises:
-        InterchangeError: a file beside is missing or does not fit; several recordings stand in one table.
+        InterchangeError: such a file is missing or does not fit; the table contains several recordings.
     """
     _refuse_parts(cells)
     numbers = dict(cells.numbers)
@@ -137,7 +137,7 @@ def _refuse_parts(cells: Cells) -> None:
 
 
 def _described(cells: Cells, layout: Layout, path: Path) -> Mapping[str, Sequence[str]]:
-    """What a file beside says of each actor, a text for each row."""
+    """Return the description of each actor in an accompanying file, a text per row."""
     beside = next((each for each in layout.beside if "actor" in each.columns), None)
     if beside is None:
         return {}
@@ -154,5 +154,5 @@ def _described(cells: Cells, layout: Layout, path: Path) -> Mapping[str, Sequenc
 
 
 def ahead(point: Point, length: float, rear_to_center: float) -> float:
-    """How far ahead of an actor's centre its position lies [m]."""
+    """Return the distance of an actor's position ahead of its centre [m]."""
     return {Point.FRONT: length / 2.0, Point.REAR_AXLE: -rear_to_center}.get(point, 0.0)

@@ -1,8 +1,7 @@
-"""Headings that nothing shows: what is assumed of an actor that never moves, and which pairs that assumption decides.
+"""Assumed headings of actors that never move, and the pairs whose contact depends on the assumption.
 
-A standing actor whose heading is not recorded is taken to face along the nearest traffic, as parked cars mostly do. A
-remark says so. A contact that happens with this heading and not with every other one is none to report: that pair is
-set aside.
+A standing actor without a recorded heading is assumed to face along the nearest traffic, as parked cars mostly do, with
+a remark. A contact that occurs with this heading but not with every heading is not reported: that pair is omitted.
 """
 
 import math
@@ -18,15 +17,15 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
 MOST_SAMPLES = 100_000
-"""Samples of traffic among which the nearest is looked for."""
+"""Maximum number of traffic samples in the search for the nearest."""
 MOST_NAMED = 8
 TURNS = 12
-"""Headings that are tried for a contact: 15 degrees apart, as an outline turned by half a turn is the same."""
+"""Number of headings that are tried for a contact: 15 degrees apart, as an outline rotated by half a turn is equal."""
 CURE = "add a column `heading`"
 
 
 def with_assumed_headings(tracks: Tracks) -> Tracks:
-    """Return tracks without NaN in headings, and remarks that name the actors of which one was assumed, or left out."""
+    """Return tracks without NaN in headings, and remarks on the actors with an assumed heading, or omitted ones."""
     unknown = [track for track in tracks.tracks if np.isnan(track.heading).any()]
     if not unknown:
         return tracks
@@ -41,7 +40,7 @@ def with_assumed_headings(tracks: Tracks) -> Tracks:
 
 
 def _traffic(tracks: Iterable[TableTrack]) -> Floats:
-    """Return x, y and heading (rows, 3) of all that moves: vehicles, or walkers where no vehicle moves."""
+    """Return x, y and heading (rows, 3) of all moving actors: vehicles, or walkers if no vehicle moves."""
     rows: dict[bool, list[Floats]] = {True: [], False: []}
     for track in tracks:
         moves = ~np.isnan(track.heading) & (np.abs(track.speed) > MOVING)
@@ -65,7 +64,7 @@ def _facing(track: TableTrack, traffic: Floats) -> TableTrack:
 
 
 def _without_traffic(tracks: Tracks, unknown: Sequence[TableTrack]) -> Tracks:
-    """Return the tracks of the actors with a heading, or of a single actor alone, whose heading decides nothing.
+    """Return the tracks of the actors with a heading, or of a single actor, whose heading has no influence.
 
     Raises:
         InterchangeError: nothing shows the heading of the ego, or of any of several actors.
@@ -88,9 +87,9 @@ def _named(tracks: Sequence[TableTrack]) -> str:
 
 
 def decides(pair: Sequence[TableTrack], states: Floats) -> tuple[bool, bool]:
-    """Return whether two touch with the headings assumed, and whether they do with some headings and not with others.
+    """Return True if two actors touch with the assumed headings, and True if they do with some headings only.
 
-    `states` (samples, 2, len(State)): of both. Every heading of the one without is tried, `TURNS` of them.
+    `states` (samples, 2, len(State)): those of both. `TURNS` headings of the actor without one are tried.
     """
     from engine.kernels.approach import search_contact_of
 
@@ -121,10 +120,10 @@ def undecided(pair: Sequence[TableTrack]) -> str:
 def set_aside(
     tracks: list[TableTrack], states_of: Callable[[Sequence[TableTrack]], Floats], file: str
 ) -> tuple[list[TableTrack], tuple[str, ...]]:
-    """Return the tracks, the ego's first, without those with which only an assumed heading makes a contact.
+    """Return the tracks, the ego's first, without actors that touch the ego only with an assumed heading.
 
     Raises:
-        InterchangeError: nobody is left with the ego.
+        InterchangeError: no actor is left with the ego.
     """
     kept, remarks = tracks[:1], list[str]()
     for track in tracks[1:]:

@@ -1,6 +1,6 @@
-"""Tables that known data sets and simulators write: one row each, with its columns, units and conventions.
+"""Tables of known data sets and simulators: one row each, with columns, units and conventions.
 
-A layout is known by its columns. What its rows mean is published: inD, rounD, uniD and exiD (levelXData, "The inD
+A layout is recognized by its columns. The formats are published: inD, rounD, uniD and exiD (levelXData, "The inD
 dataset format"), highD (Krajewski et al. 2018, ITSC; "highD format"), INTERACTION (Zhan et al. 2019, section on data
 format), NGSIM (FHWA-HRT-06-137, data dictionary), Argoverse 2 (Wilson et al. 2021, motion forecasting, `ObjectState`),
 SUMO ("FCD output", `xml2csv`), esmini (`dat2csv`). A new one is a row here and a sample in its test.
@@ -15,61 +15,63 @@ from engine.vocabulary import ActorKind
 
 
 class Point(IntEnum):
-    """Where on an actor its position lies."""
+    """Reference point of an actor's position."""
 
     CENTER = 0
     FRONT = 1
     """The middle of the front bumper."""
     REAR_AXLE = 2
     CORNER = 3
-    """The upper left corner of a box in an image, whose sides are parallel to its axes."""
+    """The upper left corner of a box in an image with axis-parallel sides."""
 
 
 @dataclass(frozen=True)
 class Beside:
-    """A file beside the table, named as that is but for its end, with a row of columns that are read."""
+    """A file that accompanies a table, with the same name except for its end, and a row of columns that are read."""
 
     end: str
-    """In place of the table's own, `Layout.end`."""
+    """End of its name, in place of the table's own, `Layout.end`."""
     columns: Mapping[str, str]
-    """By meaning, as in `Layout.columns`; with `actor` among them, a row is of one actor, else of the recording."""
+    """Columns by meaning, as in `Layout.columns`; with `actor` among them, a row is of one actor, else of the
+    recording.
+    """
 
 
 @dataclass(frozen=True)
 class Layout:
-    """One row."""
+    """One layout."""
 
     name: str
-    """Of whom: as people say it."""
+    """Name of the tool or data set."""
     known_by: tuple[str, ...]
-    """Columns that all its tables have, and no other layout all of them."""
+    """Columns that all its tables have; no other layout has all of them."""
     columns: Mapping[str, str]
-    """By meaning (see `columns.PLAIN`), the column and its unit, as `heading [deg]`; a time in `frames` is a count."""
+    """Column and unit by meaning (see `columns.PLAIN`), as in `heading [deg]`; a time in `frames` is a count."""
     point: Point
     said: str
-    """Its conventions, in words for whom it surprises."""
+    """Its conventions in words."""
     rate: float = 0.0
-    """Frames a second, where the data set has one for all; else a file beside the table has it."""
+    """Frames per second, if the data set has a constant rate; else an accompanying file has it."""
     y_down: bool = False
-    """Whether y points down, or right of x, and angles turn clockwise."""
+    """True if y points down, or right of x, and angles are clockwise."""
     compass: bool = False
-    """Whether headings count clockwise from north."""
+    """True if headings are clockwise from north."""
     end: str = ""
-    """How its files end, where others lie beside them."""
+    """End of its file names, if other files accompany them."""
     beside: tuple[Beside, ...] = ()
     also: tuple[str, str] = ("", "")
-    """Begins of two files of one recording, each with its own actors: both are read."""
+    """Beginnings of the names of two files of one recording, each with its own actors: both are read."""
     part: str = ""
-    """A column that says which of several recordings a row belongs to."""
+    """Column with the number of the recording to which a row belongs."""
     kinds: Mapping[str, ActorKind] = field(default_factory=dict[str, ActorKind])
-    """Its own words or codes for kinds, in small letters; others are understood as in any table."""
+    """Its own words or codes for kinds, in small letters; all others are understood as in any table."""
     sizes: Mapping[ActorKind, tuple[float, float]] = field(default_factory=dict[ActorKind, tuple[float, float]])
-    """Length and width [m] by kind, where its tables have none and its models are known."""
+    """Length and width [m] by kind, if its tables have none and its models are known."""
     ego: str = ""
-    """What it calls the ego, where it has one."""
+    """Its name of the ego, if it has one."""
     separator: str = ","
     example: str = ""
-    """What a file is called."""
+    """Example of a file name."""
 
 
 _OBSTACLES = dict.fromkeys(("static", "background", "construction", "riderless_bicycle", "unknown"), ActorKind.OBSTACLE)
@@ -94,7 +96,7 @@ SUMO_SIZES: Mapping[ActorKind, tuple[float, float]] = MappingProxyType(
         ActorKind.PEDESTRIAN: (0.215, 0.478),
     }
 )
-"""SUMO's defaults of the vehicle classes passenger, truck, bus, motorcycle, bicycle and pedestrian."""
+"""SUMO's default sizes of the vehicle classes passenger, truck, bus, motorcycle, bicycle and pedestrian."""
 SUMO_SAID = "positions are front bumpers, angles count clockwise from north, sizes are SUMO's own of each class"
 
 LAYOUTS: Sequence[Layout] = (
@@ -203,6 +205,7 @@ LAYOUTS: Sequence[Layout] = (
             "actor": "vehicle_id",
             "x": "vehicle_x [m]",
             "y": "vehicle_y [m]",
+            "z": "vehicle_z [m]",
             "heading": "vehicle_angle [deg]",
             "speed": "vehicle_speed [m/s]",
             "type": "vehicle_type",
@@ -222,6 +225,7 @@ LAYOUTS: Sequence[Layout] = (
             "actor": "name",
             "x": "x [m]",
             "y": "y [m]",
+            "z": "z [m]",
             "heading": "h [rad]",
             "speed": "speed [m/s]",
         },
@@ -230,10 +234,10 @@ LAYOUTS: Sequence[Layout] = (
         example="sim.csv",
     ),
 )
-"""Looked through from the top."""
+"""Layouts in the order of the search."""
 
 
 def layout_of(header: Sequence[str]) -> Layout | None:
-    """The layout that has these columns, capital or small; None for a table of no known tool."""
+    """Return the layout with these columns, in any case; None for a table of no known tool."""
     names = {name.strip().casefold() for name in header}
     return next((row for row in LAYOUTS if all(name.casefold() in names for name in row.known_by)), None)

@@ -13,12 +13,12 @@ from engine.interchange.contract import InterchangeError
 from engine.strict_json import json_text
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
-"""Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
+"""Metadata: omega-prime's own key for the ego, and cortexc's for names, a JSON list by idx."""
 ROAD, ROAD_NAME = b"xodr", b"xodr_name"
-"""Metadata by omega-prime's own keys: the road as OpenDRIVE, and what it is called."""
+"""Metadata by omega-prime's own keys: the road as OpenDRIVE, and its name."""
 LONGEST_NAMES = 1_000_000
 LARGEST_COLUMN = 300_000_000
-"""Bytes of one column once it is unpacked; a million rows of twenty digits take a fifteenth of it."""
+"""Maximum size of one unpacked column [bytes]; a million rows of twenty digits take a fifteenth of it."""
 LONGEST_IDX = 19
 """Digits."""
 TEXT_TYPES = ("string", "large_string", "string_view")
@@ -26,7 +26,7 @@ TEXT_TYPES = ("string", "large_string", "string_view")
 
 
 def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str], road: tuple[str, str] | None = None) -> bytes:
-    """A Parquet file of columns; `names` by idx, the ego's first; `road`: name and OpenDRIVE of the road.
+    """Return a Parquet file of columns; `names` by idx, the ego's first; `road`: name and OpenDRIVE of the road.
 
     Raises:
         InterchangeError: pyarrow is not installed.
@@ -41,10 +41,10 @@ def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str], road: t
 
 
 def embedded_road(path: Path) -> tuple[str, bytes] | None:
-    """What the road in a Parquet file is called, and its OpenDRIVE; None where it has none.
+    """Return name and OpenDRIVE of the road in a Parquet file; None without a road.
 
     Raises:
-        InterchangeError: pyarrow is not installed, or this is no Parquet.
+        InterchangeError: pyarrow is not installed, or the file is not Parquet.
     """
     said = ParquetFile(path).metadata
     if not said.get(ROAD):
@@ -53,10 +53,14 @@ def embedded_road(path: Path) -> tuple[str, bytes] | None:
 
 
 class ParquetFile:
-    """An open file: its names and size are known before anything is read."""
+    """An open file: its names and size are known before its columns are read."""
 
     def __init__(self, path: Path) -> None:
-        """Raises InterchangeError: pyarrow is not installed, or this is no Parquet."""
+        """Open a file.
+
+        Raises:
+            InterchangeError: pyarrow is not installed, or the file is not Parquet.
+        """
         parquet = _pyarrow("pyarrow.parquet")
         self.file = path.name
         try:
@@ -64,7 +68,7 @@ class ParquetFile:
             texts = [field.name for field in file.schema_arrow if str(field.type) in TEXT_TYPES]
             # each text once, however many rows hold it
             self._file: Any = parquet.ParquetFile(path, metadata=file.metadata, read_dictionary=texts)
-        except (OSError, ValueError) as error:  # pyarrow's own errors are both
+        except (OSError, ValueError) as error:  # covers pyarrow's own errors
             raise _broken(path.name, error) from None
         self.header: list[str] = list(file.schema_arrow.names)
         self.rows = int(file.metadata.num_rows)
@@ -74,21 +78,21 @@ class ParquetFile:
         """Return True if a column holds instants."""
         return str(self._file.schema_arrow.field(name).type).startswith("timestamp")
 
-    def column(self, name: str) -> np.ndarray:
-        """One column of numbers; instants are nanoseconds since 1970.
+    def column(self, name: str, *, may_be_empty: bool = False) -> np.ndarray:
+        """Return one column of numbers; instants are nanoseconds since 1970, empty cells NaN.
 
         Raises:
             InterchangeError: it has empty cells, is too large, or the file is damaged.
         """
         try:
-            values = self._column(name).to_numpy(zero_copy_only=False)
+            values = self._column(name, may_be_empty=may_be_empty).to_numpy(zero_copy_only=False)
             return values.astype("datetime64[ns]").astype(np.int64) if values.dtype.kind == "M" else values
         except (OSError, ValueError) as error:
             raise _broken(self.file, error) from None
 
     def texts(self, name: str) -> tuple[list[tuple[str, int]], np.ndarray]:
-        """One column of texts or whole numbers: each text that there is and the first row (from 0) that holds it, and
-        for each row the number of its text.
+        """Return one column of texts or whole numbers: each text with its first row (from 0), and per row the number of
+        its text.
 
         Raises:
             InterchangeError: it is of another type, has empty cells, is too large, or the file is damaged.
@@ -111,27 +115,27 @@ class ParquetFile:
             place = f"{self.file}, column `{name}`"
             raise InterchangeError(f"it should hold texts, and holds {kind}", "convert the column", place)
 
-    def _column(self, name: str) -> Any:
+    def _column(self, name: str, *, may_be_empty: bool = False) -> Any:
         place = f"{self.file}, column `{name}`"
         if (size := self._size(name)) > LARGEST_COLUMN:
             raise InterchangeError(f"it unpacks to {size / 1e6:,.0f} MB", "leave out actors or samples", place)
         column = self._file.read(columns=[name]).column(name)
-        if column.null_count:
+        if column.null_count and not may_be_empty:
             message = f"{column.null_count:,} cells are empty"
             raise InterchangeError(message, "fill them, or leave their rows out", place)
         return column
 
     def _size(self, name: str) -> int:
-        """Bytes of a column that is not packed."""
+        """Return the unpacked size of a column [bytes]."""
         groups = (self._file.metadata.row_group(number) for number in range(self._file.metadata.num_row_groups))
         columns = (group.column(number) for group in groups for number in range(group.num_columns))
         return sum(each.total_uncompressed_size for each in columns if each.path_in_schema.split(".")[0] == name)
 
     def names(self) -> Sequence[str]:
-        """Return the names by idx; empty where the file has none.
+        """Return the names by idx; empty if the file has none.
 
         Raises:
-            InterchangeError: two have the same.
+            InterchangeError: two actors have the same name.
         """
         try:
             found: Any = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])

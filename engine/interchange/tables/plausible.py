@@ -1,5 +1,5 @@
-"""Whether headings and speeds fit the positions: positions are believed where they contradict each other. Times need
-not be even; arrays are row-aligned with them.
+"""Consistency of headings and speeds with positions; in a contradiction, positions are used. Times need not be even;
+arrays are row-aligned with them.
 """
 
 import math
@@ -24,11 +24,13 @@ from engine.tables import Bools, Floats
 # -- whether units can be those that are taken for granted -------------------------------------------------------------
 
 SLOWEST_SAMPLING = 10.0
-"""Rows of a recording do not lie further apart [s]."""
+"""Largest usual time between two rows of a recording [s]."""
 
 
 def scale_remarks(names: Sequence[str], tracks: Sequence[tuple[Floats, Floats]]) -> Iterator[str]:
-    """What speaks against metres and seconds; `tracks`: (samples,) times and (samples, 2) positions of each name."""
+    """Yield remarks if data contradict metres and seconds; `tracks`: (samples,) times and (samples, 2) positions per
+    name.
+    """
     steps = [float(np.median(np.diff(time))) for time, _ in tracks if len(time) > 1]
     if steps and min(steps) > SLOWEST_SAMPLING:
         yield f"rows lie {min(steps):.4g} s apart: if times are milliseconds, call them `time [ms]`"
@@ -42,40 +44,40 @@ def scale_remarks(names: Sequence[str], tracks: Sequence[tuple[Floats, Floats]])
 # -- headings and speeds held against positions ------------------------------------------------------------------------
 
 HARDEST = 15.0
-"""No actor brakes harder [m/s^2]: so much may a speed differ from that of the way to the next sample."""
+"""Largest deceleration of an actor [m/s^2]: it limits the difference between a speed and that of the next way."""
 NOISE = 1.0
-"""Of speeds taken from positions that were measured or rounded [m/s]; their median has a tenth of it."""
+"""Noise of speeds from measured or rounded positions [m/s]; their median has a tenth of it."""
 SHARE = 0.2
-"""How much two ways to measure a speed may differ."""
+"""Largest relative difference between two measurements of a speed."""
 ASIDE = math.radians(45.0)
 """The largest angle between heading and motion of an actor that drives, forwards or backwards [rad]."""
 NEAR = math.radians(20.0)
 KMH = 3.6
 FEWEST = 3
-"""Samples whose median is worth comparing."""
+"""Minimum number of samples for a comparison of medians."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """A column as it is believed."""
+    """A column after its check."""
 
     values: Floats
     remark: str = ""
     in_degrees: bool = False
-    """What it holds are degrees."""
+    """True if its numbers are degrees."""
     rejected: bool = False
-    """Whether `values` are those of motion, all of them: then nothing of the column is used for anything."""
+    """True if all `values` are those of motion, so that the column is unused."""
 
 
 def held_headings(
     who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, of_motion: Callable[[], Floats]
 ) -> Held:
-    """Headings [rad], not wrapped; those of motion where most lie across it.
+    """Return headings [rad], not wrapped; those of motion if most are across it.
 
-    `loose` (samples,): where it slides after an impact, which may be any way; `unit_said`: whether they are known to be
-    radians; `of_motion`: returns those of motion.
+    `loose` (samples,): where the actor slides after an impact, in any direction; `unit_said`: the headings are known to
+    be radians; `of_motion`: returns the headings of motion.
     """
-    direction = np.where(loose, math.nan, _directions(motion))
+    direction = np.where(loose, math.nan, directions_of(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
         return Held(heading)
@@ -92,7 +94,7 @@ def held_headings(
 
 
 def driven(time: Floats) -> int:
-    """Samples up to and with the first that is on no step: in a table of ours, that of first contact."""
+    """Return the number of samples up to the first off the steps (included): in a table of cortexc, contact."""
     steps = np.diff(time)
     if len(steps) == 0:
         return len(time)
@@ -100,8 +102,8 @@ def driven(time: Floats) -> int:
     return int(short[0]) + 2 if len(short) else len(time)
 
 
-def _directions(motion: Motion) -> Floats:
-    """(samples,) of motion while it is driven; nan where there is none to be seen."""
+def directions_of(motion: Motion) -> Floats:
+    """Return (samples,) the direction of motion while it is driven; NaN where there is none."""
     away = motion.positions - motion.positions[0]
     if np.hypot(*away.T).max() < FAR:
         return np.full(len(away), math.nan)
@@ -112,14 +114,14 @@ def _directions(motion: Motion) -> Floats:
 
 
 def _apart(one: Floats, other: Floats) -> Floats:
-    """Angles between directions, from 0 to pi."""
+    """Return angles between directions, from 0 to pi."""
     return np.abs((one - other + math.pi) % (2.0 * math.pi) - math.pi)
 
 
 def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor: float) -> Held:
-    """(samples, 2) velocities of the centre; those of motion where they do not fit: all of them if most do not.
+    """Return (samples, 2) velocities of the centre; those of motion where they do not fit: all of them if most do not.
 
-    `column`: what the file calls them; `factor`: from its unit to m/s, 0 where its name says no unit.
+    `column`: its name in the file; `factor`: from its unit to m/s, 0 if its name has no unit.
     """
     time, near = motion.time, np.diff(motion.pieces) == 0
     if not near.any():
@@ -138,9 +140,9 @@ def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor:
 
 
 def _misfits(motion: Motion, velocity: Floats, near: Bools) -> Bools:
-    """(samples,) which velocities lie nowhere between that of the way to them and that of the way from them.
+    """Return (samples,) True for velocities that are not between those of the way to the sample and of the way from it.
 
-    Where a contact comes between two samples these differ; an actor may come in from a standstill.
+    At a contact between two samples these differ; an actor may appear from a standstill.
     """
     steps = np.diff(motion.time)
     ways = np.where(near[:, np.newaxis], np.diff(motion.positions, axis=0) / steps[:, np.newaxis], 0.0)
@@ -154,7 +156,7 @@ def _misfits(motion: Motion, velocity: Floats, near: Bools) -> Bools:
 
 
 def _contradiction(who: str, column: str, time: Floats, moved: Floats, velocity: Floats, factor: float) -> str:
-    """What is to be said where speeds as a whole are others than those of motion; "" where they are not."""
+    """Return a remark if the speeds differ from those of motion as a whole; "" if not."""
     own = slice(0, driven(time))
     if len(time[own]) < FEWEST:
         return ""
@@ -168,5 +170,5 @@ def _contradiction(who: str, column: str, time: Floats, moved: Floats, velocity:
 
 
 def along_heading(velocity: Floats, heading: Floats) -> Floats:
-    """(samples,) the part of velocities ahead."""
+    """Return (samples,) the component of velocities along the headings."""
     return (velocity * along(heading)).sum(axis=1)

@@ -1,7 +1,7 @@
-"""Tables of trajectories as recordings: omega-prime's columns, or a plain table with one row an actor and time; and the
-check of a table that was written, which is read back and held against the run.
+"""Tables of trajectories as recordings: omega-prime's columns, or a plain table with one row per actor and time; and
+the check of a written table, which is read back and compared with the run.
 
-Positions are centres of outlines. Which columns a plain table may have, and in which units, stands in `.columns`.
+Positions are centres of outlines. `.columns` has the columns of a plain table and their units.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, cited, name_cure, reading
-from engine.interchange.motion import gaps_between
+from engine.interchange.motion import LONGEST_STEP, gaps_between, unseen_steps
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.read_back import same_run
 from engine.interchange.recording import MOST_ACTORS, SAME_INSTANT, RecordedActor, RecordedCase, Recording
@@ -20,43 +20,44 @@ from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_
 from engine.interchange.tables.columns import NO_NAMES
 from engine.interchange.tables.conventions import pedestrians_beside
 from engine.interchange.tables.facing import set_aside, with_assumed_headings
+from engine.interchange.tables.heights import on_one_level
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.interchange.tables.tracks import tracks_of
-from engine.tables import SLIDING, Floats
+from engine.tables import SLIDING, Bools, Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
 
 MOST_BYTES = 300_000_000
 MOST_STATES = 2_000_000
-"""Samples times actors; a recording of so many takes 150 MB."""
+"""Maximum number of samples times actors; such a recording takes 150 MB."""
 NEARBY = 200.0
-"""Who never comes nearer to the ego has no part in what is judged of a recording that is too large [m]."""
+"""Distance to the ego [m]: from too large a recording, actors that never come nearer are omitted."""
 MOST_NAMED = 3
 """Actors that a remark names."""
 MIXED = 0.2
-"""By how much of a step the usual steps of two actors may differ, and still be one rate."""
+"""Largest difference between the usual steps of two actors with one rate, as a share of a step."""
 ON_STEP = 0.01
-"""How far from a whole step a sample may lie and still be on it, in steps."""
+"""Largest distance of a sample from a whole step on which it counts, in steps."""
 DIGITS = 9
-"""Steps are compared in nanoseconds."""
+"""Decimals to which steps are rounded: nanoseconds."""
 
 
 def read_table(path: Path, ego: str | None = None, step: float | None = None, rate: float | None = None) -> Imported:
     """Return the recording of a `.csv` or `.parquet` file; tables contain no road.
 
-    `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
-    which steps to measure, else the usual one of the table; `rate`: samples a second, where the time is their count.
+    `ego`: name of the ego, by default the table's ego, else its first actor; `step` [s]: time step of the measurement,
+    by default the usual step of the table; `rate`: samples per second, if the time counts samples.
 
     Raises:
-        InterchangeError: unreadable, or no table of trajectories; with the line and column where one is known.
+        InterchangeError: unreadable, or not a table of trajectories; with line and column if known.
     """
     return recording_of(read_tracks(path, rate), path.stem, ego, step)
 
 
 def read_tracks(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Tracks:
-    """All actors of a table, and of the one beside it where a data set writes two; as `read_table`.
+    """Return all actors of a table, and of the second table of a data set that writes two; as `read_table`.
 
-    `named`: its columns by what they are, where their own names do not tell (`columns.choose`).
+    `named`: its columns by meaning, if their own names do not show it (`columns.choose`).
     """
     cells = _cells(path, rate, named)
     tracks = tracks_of(cells)
@@ -66,7 +67,7 @@ def read_tracks(path: Path, rate: float | None = None, named: Mapping[str, str] 
 
 
 def joined(one: Tracks, other: Tracks) -> Tracks:
-    """Two tables of one recording; times count from the earlier first one.
+    """Return the tracks of two tables of one recording; times count from the earlier beginning.
 
     Raises:
         InterchangeError: two actors have the same name.
@@ -80,21 +81,22 @@ def joined(one: Tracks, other: Tracks) -> Tracks:
 
 
 Window = tuple[float, float]
-"""From and to so many seconds after the first row of a recording."""
+"""Beginning and end [s] after the first row of a recording."""
 
 
 def recording_of(
     tracks: Tracks, name: str, ego: str | None = None, step: float | None = None, window: Window | None = None
 ) -> Imported:
-    """The recording of an ego and of whom it meets: of all actors, unless they are too many at too many instants; in a
-    window alone where one is asked for.
+    """Return the recording of an ego and all actors, or of the actors near it if all are too many; only in `window` if
+    given.
 
     Raises:
-        InterchangeError: no actor is called so, or even those whom it meets are too many; the ego is not in the window.
+        InterchangeError: no actor has this name, even the near ones are too many, or the ego is not in the window.
     """
     ordered, chosen = _ego_first(tracks, ego)
     if window is not None:
         ordered = _within(ordered, window, tracks.file)
+    ordered, on_levels = on_one_level(ordered)
     kept, left_out = _whom_it_meets(ordered, tracks.file)
     time, remarks = _clock(kept, tracks)
     kept, aside = set_aside(kept, lambda pair: states_of(pair, time), tracks.file)
@@ -108,11 +110,11 @@ def recording_of(
         commands=False,
     )
     gaps = tuple(absences(kept))
-    return Imported(recording, None, (*tracks.remarks, *chosen, *left_out, *aside, *remarks, *gaps))
+    return Imported(recording, None, (*tracks.remarks, *chosen, *on_levels, *left_out, *aside, *remarks, *gaps))
 
 
 def _cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_NAMES) -> Cells:
-    """Raises InterchangeError where there is no such file, or none of a kind that is read."""
+    """Return the cells of a file; raise InterchangeError if it does not exist or is of another kind."""
     if path.suffix.lower() not in (".csv", ".parquet"):
         raise InterchangeError("this is not a table", "name a file that ends in .csv or .parquet", path.name)
     with reading(path, "a table of trajectories"):
@@ -126,7 +128,7 @@ def _cells(path: Path, rate: float | None = None, named: Mapping[str, str] = NO_
 
 
 def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[str, ...]]:
-    """The tracks with the ego before all others, and what is to be said of the choice."""
+    """Return the tracks with the ego first, and remarks on the choice."""
     tracks = found.tracks
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
@@ -145,7 +147,7 @@ def _ego_first(found: Tracks, ego: str | None) -> tuple[list[TableTrack], tuple[
 
 
 def actor_of(track: TableTrack) -> RecordedActor:
-    """What a recording says of it; what a table does not know is usual for its kind."""
+    """Return the actor of a track; properties that a table lacks are usual for its kind."""
     model, scale = MODELS[track.kind], track.length / MODELS[track.kind].length
     return RecordedActor(
         name=track.name,
@@ -162,7 +164,7 @@ def actor_of(track: TableTrack) -> RecordedActor:
     )
 
 
-# -- who is there with the ego ----------------------------------------------------------------------------------------
+# -- presence with the ego --------------------------------------------------------------------------------------------
 
 
 def _too_many(tracks: Sequence[TableTrack]) -> bool:
@@ -171,7 +173,7 @@ def _too_many(tracks: Sequence[TableTrack]) -> bool:
 
 
 def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack], tuple[str, ...]]:
-    """Of a recording that is too large to be held at every instant, what happens around the ego while it is there."""
+    """Return all tracks, or the part near the ego while it is present if they are too many at too many instants."""
     if not _too_many(tracks):
         return tracks, ()
     ego = tracks[0]
@@ -186,7 +188,7 @@ def _whom_it_meets(tracks: list[TableTrack], file: str) -> tuple[list[TableTrack
 
 
 def _within(tracks: list[TableTrack], window: Window, file: str) -> list[TableTrack]:
-    """Who is there in a window, and what it does meanwhile; the ego stays the first."""
+    """Return the tracks within a window; the ego stays the first."""
     kept = [cut for track in tracks if (cut := _cut(track, *window))]
     if not kept or kept[0].name != tracks[0].name:
         ego = tracks[0]
@@ -196,7 +198,7 @@ def _within(tracks: list[TableTrack], window: Window, file: str) -> list[TableTr
 
 
 def _cut(track: TableTrack, first: float, last: float) -> TableTrack | None:
-    """A track while the ego is there; None of one who is not."""
+    """Return a track while the ego is present; None if it has no row then."""
     kept = slice(*np.searchsorted(track.time, [first - SAME_INSTANT, last + SAME_INSTANT]).tolist())
     if kept.start >= kept.stop:
         return None
@@ -212,7 +214,7 @@ def _comes_near(track: TableTrack, ego: TableTrack) -> bool:
 
 
 def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[str, ...]]:
-    """Return all instants at which an actor has a row, with one in each gap, and remarks on them."""
+    """Return all instants at which an actor has a row, and one in each gap, and remarks on them."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
@@ -231,7 +233,7 @@ def _clock(tracks: Sequence[TableTrack], found: Tracks) -> tuple[Floats, tuple[s
 
 
 def absences(tracks: Sequence[TableTrack]) -> Iterator[str]:
-    """Yield remarks on those who have no rows for a while: when first, of a few of them."""
+    """Yield remarks on the first absences of a few actors."""
     found = [(track, gaps) for track in tracks if len(gaps := gaps_between(track.time))]
     for track, gaps in found[:MOST_NAMED]:
         begin, end = track.time[gaps[0]], track.time[gaps[0] + 1]
@@ -239,10 +241,25 @@ def absences(tracks: Sequence[TableTrack]) -> Iterator[str]:
         yield f"{cited(track.name)} is missing from {begin:.6g} to {end:.6g} s{more}"
     if len(found) > MOST_NAMED:
         yield f"{len(found) - MOST_NAMED:,} more actors are missing for a while"
+    unseen = [(track, steps) for track in tracks if (steps := _unseen(track)).any()]
+    for track, steps in unseen[:1]:
+        first, number = int(np.argmax(steps)), sum(int(np.count_nonzero(each)) for _, each in unseen)
+        where = f"{cited(track.name)} moves between rows {np.diff(track.time)[first]:.4g} s apart"
+        yield (
+            f"{where}, at {track.time[first]:.6g} s ({number:,} such steps in all): its way is not known there, and no "
+            f"pair is judged; record a row every {LONGEST_STEP:g} s at least"
+        )
+
+
+def _unseen(track: TableTrack) -> Bools:
+    """Return the unseen steps (samples - 1,) of an actor that is not missing at them."""
+    found = unseen_steps(track.time, track.positions)
+    found[gaps_between(track.time)] = False
+    return found
 
 
 def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
-    """A remark on those who have rows at other steps than the recording, by name."""
+    """Yield a remark on actors whose rows have other steps than the recording."""
     others = [(t.name, float(np.median(np.diff(t.time)))) for t in tracks if len(t.time) > 1]
     others = [(name, own) for name, own in others if abs(own - step) > MIXED * step]
     if others:
@@ -253,7 +270,7 @@ def mixed_rates(tracks: Sequence[TableTrack], step: float) -> Iterator[str]:
 
 
 def usual_step(time: Floats) -> float:
-    """The usual time between two instants, from all that lie on its multiples; of a single one, any."""
+    """Return the usual time between two instants, from all instants at its multiples [s]; 1 for a single instant."""
     if len(time) < 2:
         return 1.0
     usual = float(np.median(np.diff(time)))
@@ -268,7 +285,9 @@ def usual_step(time: Floats) -> float:
 
 
 def states_of(tracks: Sequence[TableTrack], time: Floats) -> Floats:
-    """(instants, actors, len(State)): between two of its rows an actor moves linearly; outside of them it is absent."""
+    """Return (instants, actors, len(State)): an actor moves linearly between two of its rows and is absent outside
+    them.
+    """
     states = np.zeros((len(time), len(tracks), len(State)))
     for actor, track in enumerate(tracks):
         motion = np.column_stack([track.positions, track.heading, track.speed])
@@ -288,7 +307,7 @@ def states_of(tracks: Sequence[TableTrack], time: Floats) -> Floats:
 
 
 def check_table(case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """The rows are the run, to a millimetre."""
+    """Yield differences between rows and the run above a millimetre."""
     for name in (each for each in names if each.endswith((".csv", ".parquet"))):
         try:
             read = read_table(folder / name, step=case.recording.step).recording

@@ -9,33 +9,35 @@ from engine.vocabulary import ActorKind
 
 @dataclass(frozen=True)
 class TableTrack:
-    """One actor as a table describes it; SI units, headings not wrapped, positions of centres."""
+    """One actor of a table; SI units, headings not wrapped, positions of centres."""
 
     label: str
-    """What its rows are marked with: a name, or an idx."""
+    """Mark of its rows: a name, or an idx."""
     name: str
     kind: ActorKind
     is_ego: bool
-    """Whether the table marks it as the ego."""
+    """True if the table marks it as the ego."""
     time: Floats
     """(samples,) ascending; from the table's first [s]."""
     positions: Floats
     """(samples, 2)"""
     heading: Floats
-    """(samples,) NaN where nothing shows it, until `facing` assumes one."""
+    """(samples,) NaN where unknown, until `facing` assumes a heading."""
     speed: Floats
     """Speed of the rear axle along the heading."""
     length: float
     width: float
     rear_to_center: float
     slides: Bools | None = None
-    """(samples,) where it is loose after an impact; None where nothing says so."""
+    """(samples,) True while it slides after an impact; None if unknown."""
     breaks: Bools | None = None
-    """(samples,) after which a jump follows, over which it is absent; None: it never jumps."""
+    """(samples,) True before a jump or an unseen step, across which it is absent; None if there is none."""
     ahead: float = 0.0
-    """How far ahead of the centre `positions` lie where the heading is NaN [m]."""
+    """Distance of `positions` ahead of the centre where the heading is NaN [m]."""
+    height: Floats | None = None
+    """(samples,) z [m], NaN if unknown; None: all actors are in one plane."""
     assumed: Bools | None = None
-    """(samples,) where the heading is an assumption; None: nowhere."""
+    """(samples,) True where the heading is an assumption; None: nowhere."""
 
     @property
     def gaps(self) -> Ints:
@@ -50,21 +52,21 @@ class TableTrack:
 
     def only(self, kept: slice | Bools) -> "TableTrack":
         """Return the track of some of its samples alone."""
-        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "assumed")
+        columns = ("time", "positions", "heading", "speed", "slides", "breaks", "height", "assumed")
         cut = {name: values[kept] for name in columns if (values := getattr(self, name)) is not None}
         return replace(self, **cut)
 
 
 @dataclass(frozen=True)
 class Tracks:
-    """All actors of a recording, in the order in which it names them."""
+    """All actors of a recording, in its order."""
 
     tracks: tuple[TableTrack, ...]
     remarks: tuple[str, ...]
     file: str
     begin: float = 0.0
-    """The first time, as the file counts [s]; tracks count from there."""
+    """First time in the file [s]; tracks count from there."""
     numbered: bool = False
-    """Whether actors have numbers alone, of which 0 is the ego's unless something else is said."""
+    """True if actors have numbers only, of which 0 is the ego's by default."""
     buildings: Floats | None = None
     """Buildings, see `Recording.buildings`."""

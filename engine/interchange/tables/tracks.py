@@ -1,12 +1,11 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
 from types import MappingProxyType
-from typing import NoReturn
 
 import numpy as np
 
@@ -22,34 +21,33 @@ from engine.interchange.motion import (
     without_jumps,
 )
 from engine.interchange.motion_headings import motion_headings
-from engine.interchange.tables.columns import FRAMES, NAME, SLIDES, VELOCITY, Cells, unread_remark
+from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
 from engine.interchange.tables.conventions import ahead
-from engine.interchange.tables.plausible import Held, along_heading, driven, held_headings, held_speeds, scale_remarks
+from engine.interchange.tables.headings import Headings, slides
+from engine.interchange.tables.plausible import Held, along_heading, driven, held_speeds, scale_remarks
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 TURNING = 1e-3
-"""A slower turn does not show about which point it is [rad/s]."""
+"""Yaw rate below which the turning point cannot be determined [rad/s]."""
 SAME_PLACE = 1e-3
-"""How well samples must agree on how far the centre lies ahead of the rear axle [m]."""
-DEGREES = 7.0
-"""No heading in radians is larger, unless it runs on."""
+"""Largest difference of samples in the distance of the centre ahead of the rear axle [m]."""
 LONGEST = 100.0
-"""Of an outline [m]; cortexc itself takes no longer ones."""
+"""Maximum length of an outline [m], as in cortexc."""
 MOST_TRACKS = 50_000
-"""Of a table; who is judged meets fewer."""
+"""Maximum number of tracks in a table."""
 MOST_REMARKS = 200
 LONGEST_SPAN = 24 * 3600
-"""From a table's first time to its last [s]."""
+"""Maximum time from a table's first row to its last [s]."""
 SI_UNITS: Mapping[str, str] = MappingProxyType(
     {
         "time": "s",
         "heading": "rad",
         "speed": "m/s",
         **dict.fromkeys(VELOCITY, "m/s"),
-        **dict.fromkeys(("x", "y", "length", "width"), "m"),
+        **dict.fromkeys(("x", "y", "z", "length", "width"), "m"),
     }
 )
 KINDS: Mapping[str, ActorKind] = MappingProxyType(
@@ -63,17 +61,25 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
         **dict.fromkeys(("obstacle", "static", "object", "prop", "miscellaneous"), ActorKind.OBSTACLE),
     }
 )
-"""What tables call kinds, in small letters."""
+"""Names of kinds in tables, in small letters."""
 
 
 def tracks_of(cells: Cells) -> Tracks:
-    """Raises InterchangeError: too many actors, two rows of one actor at one time, a size that is none."""
-    gathered = _Gathered(cells, [*_read_as(cells), *_assumed_units(cells)])
+    """Return the tracks of a table.
+
+    Raises:
+        InterchangeError: too many actors, two rows of one actor at one time, an invalid size.
+    """
+    remarks = [*_read_as(cells), *_assumed_units(cells)]
+    gathered = _Gathered(cells, remarks, Headings(cells, remarks))
     actors = _rows_by_actor(cells)
     if len(actors) > MOST_TRACKS:
         raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_TRACKS:,} in it", cells.file)
     time = _times(cells)
-    found = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
+    actors = {name: rows[np.argsort(time[rows], kind="stable")] for name, rows in actors.items()}
+    gathered.refuse_twice(actors, time)
+    gathered.headings.judge(actors.values(), time)
+    found = [gathered.track(name, rows, time) for name, rows in actors.items()]
     tracks = [track for track in found if track is not None]
     if not tracks:
         raise InterchangeError(
@@ -82,12 +88,12 @@ def tracks_of(cells: Cells) -> Tracks:
     if len({track.name for track in tracks}) < len(tracks):
         raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
     odd = scale_remarks([track.name for track in tracks], [(track.time, track.positions) for track in tracks])
-    remarks = tuple(dict.fromkeys([*odd, *gathered.remarks]))[:MOST_REMARKS]
-    return Tracks(tuple(tracks), remarks, cells.file, cells.begin, cells.omega_prime)
+    said = tuple(dict.fromkeys([*odd, *remarks]))[:MOST_REMARKS]
+    return Tracks(tuple(tracks), said, cells.file, cells.begin, cells.omega_prime)
 
 
 def _read_as(cells: Cells) -> Iterator[str]:
-    """What the table is taken for, and what of it is not read."""
+    """Yield remarks on the recognized layout, and on columns that are not read."""
     if cells.layout is not None:
         yield f"read as a table of {cells.layout.name}: {cells.layout.said}"
     yield from cells.remarks
@@ -101,7 +107,7 @@ def _read_as(cells: Cells) -> Iterator[str]:
 
 
 def _times(cells: Cells) -> Floats:
-    """Seconds; whole nanoseconds from the first one, which keeps their digits."""
+    """Return seconds; whole nanoseconds count from the first, which preserves their digits."""
     if not cells.omega_prime:
         return cells.numbers["time"]
     nanos = cells.whole["total_nanos"]
@@ -114,7 +120,7 @@ def _times(cells: Cells) -> Floats:
 
 
 def _assumed_units(cells: Cells) -> Iterator[str]:
-    """What is to be said of columns that say no unit."""
+    """Yield a remark on columns without a unit."""
     silent = [(key, column) for key, column in cells.columns.items() if key in SI_UNITS and not column.unit]
     if silent:
         columns = ", ".join(f"{cited(column.name)} [{SI_UNITS[key]}]" for key, column in silent)
@@ -122,7 +128,7 @@ def _assumed_units(cells: Cells) -> Iterator[str]:
 
 
 def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
-    """Rows of each actor, in the order of the file."""
+    """Return the rows of each actor, in the order of the file."""
     labels = map(str, cells.whole["idx"].tolist()) if cells.omega_prime else cells.texts["actor"]
     rows: dict[str, array[int]] = {}
     for row, label in enumerate(labels):
@@ -132,18 +138,23 @@ def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
 
 @dataclass(frozen=True)
 class _Gathered:
-    """The cells, and what was taken for granted on the way."""
+    """The cells, and remarks on assumptions."""
 
     cells: Cells
     remarks: list[str]
+    headings: Headings
+
+    def refuse_twice(self, actors: Mapping[str, Ints], time: Floats) -> None:
+        """Raise InterchangeError if an actor has two rows at one time; `actors`: rows of each, in the order of time."""
+        for label, rows in actors.items():
+            if len(same := np.flatnonzero(np.diff(time[rows]) <= 0.0)):
+                one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
+                message = f"{cited(label)} has two rows at one time, the other on line {self.cells.lines[one]}"
+                raise InterchangeError(message, "leave one of them out", self.cells.place(two))
 
     def track(self, label: str, rows: Ints, time: Floats) -> TableTrack | None:
         """Return the track of `rows` of one actor, in the order of time; None if it jumps at each of them."""
         cells, own = self.cells, time[rows]
-        if len(same := np.flatnonzero(np.diff(own) <= 0.0)):
-            one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
-            message = f"{cited(label)} has two rows at one time, the other on line {cells.lines[one]}"
-            raise InterchangeError(message, "leave one of them out", cells.place(two))
         name, kind = self._name(label, rows), self._kind(label, rows)
         places = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
         kept, breaks, jumps = without_jumps(own, places)
@@ -156,7 +167,8 @@ class _Gathered:
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
         point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
         lag, on_foot = behind and max(0.0, behind + point), kind == ActorKind.PEDESTRIAN
-        heading = self._heading(name, motion, velocity, rows, partial(motion_headings, lag=lag, on_foot=on_foot))
+        shown = partial(motion_headings, motion, lag=lag, on_foot=on_foot)
+        heading = self.headings.of(name, motion, velocity, rows, shown, on_foot=on_foot)
         speed, behind = self._speed(name, motion, velocity, heading, rows, behind)
         point = 0.0 if cells.layout is None else ahead(cells.layout.point, length, behind)
         known = ~np.isnan(heading)
@@ -172,17 +184,14 @@ class _Gathered:
             length=length,
             width=width,
             rear_to_center=behind,
-            slides=self._slides(rows),
+            slides=slides(cells, rows),
             breaks=breaks[kept],
             ahead=point,
+            height=cells.numbers["z"][rows] if "z" in cells.numbers else None,
         )
 
-    def _slides(self, rows: Ints) -> Bools:
-        """(samples,) where it is loose after an impact, as a table of ours says."""
-        return self.cells.whole[SLIDES][rows] != 0 if SLIDES in self.cells.whole else np.zeros(len(rows), bool)
-
     def _is_ego(self, label: str, rows: Ints) -> bool:
-        """By what the table says of it: omega-prime has a key for it, and its names mean nothing."""
+        """Return True for the ego: by its key in omega-prime, where names have no meaning, else by its name."""
         if self.cells.omega_prime:
             return self.cells.host is not None and int(label) == self.cells.host
         if self.cells.layout is not None and self.cells.layout.ego:
@@ -220,7 +229,10 @@ class _Gathered:
         if quantity not in self.cells.numbers:
             return self._usual_size(quantity, kind, f"the table has no {quantity}")
         sizes = self.cells.numbers[quantity][rows]
-        if self.cells.layout is not None and not (sizes > 0.0).any():  # a known tool's unknown size is 0, or empty
+        rows, sizes = rows[~np.isnan(sizes)], sizes[~np.isnan(sizes)]  # an empty cell is an unknown size
+        if not len(sizes) or (
+            self.cells.layout is not None and not (sizes > 0.0).any()
+        ):  # or 0, in a known tool's table
             return self._usual_size(quantity, kind, f"the table has no {quantity} of a {kind.name.casefold()}")
         if not (sizes > 0.0).all():
             row = int(rows[np.flatnonzero(~(sizes > 0.0))[0]])
@@ -252,44 +264,18 @@ class _Gathered:
         self._remark(held.remark)
         return held
 
-    def _heading(
-        self, name: str, motion: Motion, velocity: Held | None, rows: Ints, of_motion: Callable[..., Floats]
-    ) -> Floats:
-        """Return the headings of the table as they are believed, or else those of motion (`motion_headings`)."""
-        key = "yaw" if self.cells.omega_prime else "heading"
-        if key not in self.cells.numbers or not np.isfinite(self.cells.numbers[key][rows]).all():
-            believed = velocity is not None and not velocity.rejected
-            source = "velocities, or else of its motion" if believed else "motion"
-            self.remarks.append(f"an actor without headings has the directions of its {source}")
-            return of_motion(motion, velocity.values if velocity and believed else None)
-        column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
-        if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
-            self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
-        loose, unit_said = self._slides(rows), bool(column.unit)
-        trusted = partial(of_motion, motion)
-        held = held_headings(name, motion, np.unwrap(heading), loose, unit_said=unit_said, of_motion=trusted)
-        if held.in_degrees:
-            self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
-        self._remark(held.remark)
-        return held.values
-
     def _remark(self, remark: str) -> None:
         if remark:
             self.remarks.append(remark)
 
-    def _refuse_degrees(self, message: str, key: str, heading: Floats, rows: Ints) -> NoReturn:
-        column = self.cells.columns[key]
-        cure = "write radians" if column.unit else f"if they are degrees, call the column `{column.name}_deg`"
-        raise InterchangeError(message, cure, self.cells.place(int(rows[int(np.abs(heading).argmax())]), key))
-
     def _speed(
         self, name: str, motion: Motion, velocity: Held | None, heading: Floats, rows: Ints, behind: float
     ) -> tuple[Floats, float]:
-        """The rear axle's speed [m/s], and how far ahead of it the centre lies [m]."""
+        """Return the rear axle's speed [m/s], and the distance of the centre ahead of it [m]."""
         numbers, columns = self.cells.numbers, self.cells.columns
-        known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is no speed
+        known, ahead = ~np.isnan(heading), np.nan_to_num(heading)  # noise without a heading is not a speed
         if velocity is not None:
-            turning_point = _turning_point(motion, velocity.values, ahead, behind, self._slides(rows))
+            turning_point = _turning_point(motion, velocity.values, ahead, behind, slides(self.cells, rows))
             return along_heading(velocity.values, ahead) * known, turning_point
         if "speed" in numbers:
             speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0
@@ -301,11 +287,11 @@ class _Gathered:
 
 
 def _turning_point(motion: Motion, velocity: Floats, heading: Floats, usual: float, loose: Bools) -> float:
-    """How far the centre lies ahead of the point that does not swing in a turn: the rear axle.
+    """Return the distance of the centre ahead of the point without lateral velocity in a turn, the rear axle [m].
 
-    Every driven sample of a turn says it, as the centre's velocity across the heading over the yaw rate. What follows
-    contact does not: it begins, in a table of ours, with the one sample that is on no step. Nor does one at which it is
-    `loose`. Where samples disagree, as measured ones do, it is the usual one of such a body.
+    Every driven sample of a turn gives it: the centre's velocity across the heading over the yaw rate. Samples after
+    contact do not: in a table of cortexc they begin with the single sample off the steps. Samples at which the actor is
+    `loose` do not either. If samples disagree, as measured ones do, it is the usual distance of such a body.
     """
     last = driven(motion.time)
     turning = rates(motion.time[:last], heading[:last], motion.pieces[:last])

@@ -1,10 +1,10 @@
 """Trajectories in omega-prime's columns: one row for each actor and instant, as CSV or Parquet.
 
 x, y, z is the centre of the box, velocities and accelerations are the centre's, yaw lies in (-pi, pi], an actor's idx
-is its number in the recording, the ego's 0. A time is a whole number of nanoseconds, which the instant of contact is
-not: its row stands at the next one, with all actors where linear motion has them then, less than 1e-7 m on. A reader
-searches contact again, so nothing is lost by that. Where others strike one another before, a column more than
-omega-prime has tells at which samples an actor slides: those that follow from nothing but the places.
+is its number in the recording, the ego's 0. A time is a whole number of nanoseconds, unlike the instant of contact: its
+row is at the next nanosecond, with all actors moved on linearly, less than 1e-7 m. A reader searches contact again, so
+nothing is lost. If other actors collide before, a column in addition to omega-prime's marks the samples at which an
+actor slides, whose motion follows from its positions only.
 
 Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); its columns are those of ASAM OSI.
 """
@@ -49,17 +49,18 @@ COLUMNS = [
     "subtype",
 ]
 WHOLE = frozenset({"total_nanos", "idx", "type", "role", "subtype", SLIDES})
-"""Columns of whole numbers; the others are metres, seconds and radians."""
+"""Columns of whole numbers; all others are metres, seconds and radians."""
 EXACT = 1e-3
-"""Nanoseconds by which a time may miss a whole number of them and still be it: of a day, the last digit of a float."""
+"""Tolerance [ns] of a whole number of nanoseconds: for a day, the last digit of a float."""
 
 Table = Mapping[str, NDArray[Any]]
-"""One array a column, row-aligned."""
+"""One array per column, row-aligned."""
 
 
 def write_csv(recording: Recording, stem: str) -> Export:
-    """`<stem>.csv`: a line of names, then rows in the order of time and idx; numbers read back to the same values. A
-    column more than omega-prime has, which its reader lets stand, holds the actors' names.
+    """Write `<stem>.csv`: a line of names, then rows by time and idx; numbers read back to the same values.
+
+    A column in addition to omega-prime's, which its reader ignores, contains the actors' names.
 
     Raises:
         InterchangeError: two samples share a nanosecond.
@@ -75,8 +76,8 @@ def write_csv(recording: Recording, stem: str) -> Export:
 
 
 def write_parquet(recording: Recording, stem: str, road: tuple[str, str] | None = None) -> Export:
-    """`<stem>.parquet`: the same table; which idx is the ego's, the names, and the `road`, by name and as OpenDRIVE,
-    where it is known, stand in the file's metadata.
+    """Write `<stem>.parquet`: the same table; metadata contain the ego's idx, the names, and name and OpenDRIVE of
+    `road`.
 
     Raises:
         InterchangeError: pyarrow is not installed; two samples share a nanosecond.
@@ -87,7 +88,7 @@ def write_parquet(recording: Recording, stem: str, road: tuple[str, str] | None 
 
 
 def omega_prime_table(recording: Recording) -> Table:
-    """The columns of omega-prime, all samples of all who are there; and who slides when, where anybody does."""
+    """Return the columns of omega-prime for all samples of all present actors, and `slides` if an actor slides."""
     nanos = _nanos(recording)
     states = _on_nanoseconds(recording, nanos)
     parts = [_of_actor(recording, states, nanos, actor) for actor in range(len(recording.actors))]
@@ -98,12 +99,12 @@ def omega_prime_table(recording: Recording) -> Table:
 
 
 def _texts(column: NDArray[Any]) -> list[str]:
-    """Numbers that are not whole by their nature have a point, so that readers guess one type for all rows."""
+    """Return numbers as texts; floats have a point, so that readers infer one type for all rows."""
     return [repr(value + 0.0) if isinstance(value, float) else str(value) for value in column.tolist()]
 
 
 def _cell(text: str) -> str:
-    """As CSV has a text that may hold its own signs (RFC 4180)."""
+    """Return a text as a CSV cell; one with special characters is quoted (RFC 4180)."""
     return '"{}"'.format(text.replace('"', '""')) if set(text) & set(',"\r\n') else text
 
 
@@ -111,7 +112,7 @@ def _cell(text: str) -> str:
 
 
 def _nanos(recording: Recording) -> Ints:
-    """(samples,) int64: steps at the nearest nanosecond, contact at the first that is not before it."""
+    """Return (samples,) int64: steps at the nearest nanosecond, contact at the first that is not before it."""
     exact = recording.time * NANOS
     nanos = np.round(exact).astype(np.int64)
     if recording.contact is not None:
@@ -125,7 +126,7 @@ def _nanos(recording: Recording) -> Ints:
 
 
 def _on_nanoseconds(recording: Recording, nanos: Ints) -> Floats:
-    """The states, those of contact carried on to its nanosecond."""
+    """Return the states, with those of contact extrapolated to its nanosecond."""
     touching = recording.scored_samples() - 1
     if recording.contact is None or touching == 0:
         return recording.states
@@ -143,7 +144,7 @@ def _on_nanoseconds(recording: Recording, nanos: Ints) -> Floats:
 
 
 def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> Table:
-    """All rows of one actor."""
+    """Return all rows of one actor."""
     body, stretches = recording.actors[actor], recording.stretches(actor)
     code, height = KINDS[body.kind].code, KINDS[body.kind].height
     rows = np.concatenate([np.arange(first, last + 1) for first, last in stretches] or [np.zeros(0, np.int64)])
@@ -169,10 +170,10 @@ def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> 
 
 
 def _motion(recording: Recording, own: Floats, first: int, last: int, behind: float) -> tuple[Floats, Floats]:
-    """Velocity and acceleration of the centre over one stretch, (samples, 2) each.
+    """Return velocity and acceleration of the centre over one stretch, (samples, 2) each.
 
-    While it is driven: the rear axle's speed along the heading, and the swing about it. While it slides it swings as
-    its positions say, and after contact, where nothing rolls any more, moves so.
+    While driven: the rear axle's speed along the heading, plus the swing about it. While it slides, the swing follows
+    from its positions; after contact, where wheels no longer roll, the whole velocity does.
     """
     time, own = recording.time[first : last + 1], own[first : last + 1]
     driven = min(max(recording.scored_samples() - first, 0), len(own))
@@ -187,7 +188,7 @@ def _motion(recording: Recording, own: Floats, first: int, last: int, behind: fl
 
 
 def wrapped(heading: Floats) -> Floats:
-    """Headings in (-pi, pi]; those that lie there keep every digit."""
+    """Return headings in (-pi, pi]; headings in this range keep every digit."""
     inside = (heading > -math.pi) & (heading <= math.pi)
     return np.where(inside, heading, math.pi - np.mod(math.pi - heading, 2.0 * math.pi))
 
@@ -196,7 +197,7 @@ def wrapped(heading: Floats) -> Floats:
 
 
 def _remarks(recording: Recording, *, has_road: bool = False) -> tuple[str, ...]:
-    """What these columns cannot hold, and, without the road in its metadata, the file."""
+    """Return remarks on facts that these columns cannot hold, and, without the road in its metadata, the file."""
     road = "" if has_road else ", and nothing of the road"
     remarks = [f"omega-prime's columns hold neither steering angles nor pedals{road}"]
     if not has_road and recording.buildings is not None and len(recording.buildings):

@@ -76,14 +76,15 @@ class ImpactRecord(IntEnum):
     X_OTHER = 17
     Y_OTHER = 18
     LAST = 19
-    """Time of the last contact [s]; a contact within `PAUSE` after it belongs to the same impact."""
+    """Time of the last contact [s]; a later contact within `PAUSE` belongs to the same impact."""
 
 
 MAX_IMPACTS = 64
 """Maximum number of impacts in the record of a run; later impacts are simulated but not stored."""
 PULSE = 0.25
 """Time after the first contact during which impulses count as one impact [s]. Crash pulses of cars are shorter; in a
-longer push, the friction of the tyres acts against the impulse."""
+longer push, the friction of the tyres opposes the impulse.
+"""
 PAUSE = 0.05
 """Longest separation of two bodies within one impact [s]."""
 SUBSTEP = 0.005
@@ -464,7 +465,7 @@ def beside(wall: Box, before: Box, after: Box) -> bool:
     A circle about the wall, which is as long as a street, would contain most vehicles that drive along it.
     """
     cos, sin = 1.0, 0.0
-    if wall.heading != 0.0:  # walls of a grid lie along its axes, and the test runs for every wall in every step
+    if wall.heading != 0.0:  # walls of a grid are parallel to its axes, and the test runs for every wall in every step
         cos, sin = math.cos(wall.heading), math.sin(wall.heading)
     x0, y0, x1, y1 = before.x - wall.x, before.y - wall.y, after.x - wall.x, after.y - wall.y
     ahead0, ahead1 = cos * x0 + sin * y0, cos * x1 + sin * y1
@@ -579,10 +580,7 @@ def _let_tyres_roll(memory: Floats, segment: Floats, ahead: float, aside: float)
 
 @inlined
 def _is_drivable(plan: Plan, segment: Floats, actor: int, speed: float) -> bool:
-    """Return True if the driver can control the body again: its wheels roll, or it stands.
-
-    The model of tyre slip covers forward motion only.
-    """
+    """Return True if the driver can control the body again: its wheels roll forwards, or it stands."""
     if plan.slides[actor] != 0 and speed < -STILL:
         return False
     stands = segment[MotionSegment.VX1] == 0.0 and segment[MotionSegment.VY1] == 0.0
@@ -603,10 +601,7 @@ UNKNOWN = -1.0
 
 
 class FirstContact(NamedTuple):
-    """First contact in a step: its part of the step and the two bodies, the lower first; -1 if there is none.
-
-    The other body may be a building.
-    """
+    """First contact in a step: its part of the step and two bodies, the second may be a building; -1 if none."""
 
     part: float
     one: int

@@ -221,7 +221,7 @@ def add_contact(contacts: Floats, count: int, one: int, other: int, found: Conta
 
 @inlined
 def closing(bodies: Floats, contacts: Floats, contact: int) -> float:
-    """The fastest that the bodies approach at a point of their contact [m/s]; negative where they part."""
+    """Return the largest closing speed of two bodies at a point of their contact [m/s]; negative if they separate."""
     fastest = -math.inf
     for point in range(int(contacts[contact, Contact.POINTS])):
         x, y = contacts[contact, Contact.X1 + 2 * point], contacts[contact, Contact.Y1 + 2 * point]

@@ -1,7 +1,7 @@
-"""A network as text and arrays, and back: what is kept of a file's roads, in the process and in the user's cache.
+"""A network as text and arrays, and back: the cached form of a file's roads, in the process and in the user's cache.
 
-Both ways lead through `Contents`, so a network that was kept is the one that was built, bit for bit. A file of the
-cache is a digest, and what it is of: the key of the entry, the text, all arrays. Anything else is no such file.
+A new network passes through `Contents`, too, so a cached network equals the built one, bit for bit. A file of the cache
+is a digest and its content: the key of the entry, the text, all arrays. Any other file is rejected.
 """
 
 import json
@@ -22,7 +22,7 @@ from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
 DIGEST = 32
-"""Bytes of one."""
+"""Length of a digest [bytes]."""
 WORD = 8
 """Bytes of a count in a file."""
 ONE_LANE = ("name", "width", "path", "region", "road", "number", "forward")
@@ -37,12 +37,12 @@ DRAWN = ("kerbs", "middle", "between")
 
 @frozen
 class Contents:
-    """All of a network but its specification."""
+    """A network without its specification."""
 
     text: Mapping[str, Any]
-    """As JSON has it."""
+    """Values that JSON can represent."""
     arrays: Mapping[str, Floats]
-    """Rows of what comes in pieces, such as the primitives of all paths; `text` has the length of each piece."""
+    """Rows of all pieces, such as the primitives of all paths; `text` has the length of each piece."""
 
     @property
     def intersections(self) -> int:
@@ -50,7 +50,7 @@ class Contents:
 
 
 def packed(network: Network, gap: float, turn: float) -> Contents:
-    """The contents of a network of which no scenario knows yet; `gap` and `turn` are those of its paths."""
+    """Return the contents of a network that no scenario has used yet; `gap` and `turn` are those of its paths."""
     paths, links = network.paths, network.links
     pieces = dict(_pieces(network))
     joined = {path: parts for path in range(len(paths)) if (parts := paths.parts(path)) != (path,)}
@@ -85,7 +85,7 @@ def packed(network: Network, gap: float, turn: float) -> Contents:
 
 
 def _pieces(network: Network) -> Iterator[tuple[str, tuple[Sequence[Any], int]]]:
-    """By name, arrays with their columns."""
+    """Yield names of arrays with their pieces and number of columns."""
     paths, regions, bounds = network.paths, network.regions, network.bounds.values()
     yield "paths", ([paths.primitives(path) for path in range(len(paths))], 5)
     for name, columns in SHAPED:
@@ -109,7 +109,7 @@ def _leg_row(leg: Leg) -> tuple[Any, ...]:
 
 
 def unpacked(contents: Contents, spec: MapFile) -> Network:
-    """A new network of these contents: a scenario joins paths of its own."""
+    """Return a new network with these contents, as a scenario adds its own joined paths."""
     text = contents.text
     said = {name: _tuple_of(text[name]) for name in SAID}
     network = Network(spec, text["left_hand"], _paths(contents), **said)
@@ -190,7 +190,7 @@ def _tuple_of(value: Any) -> Any:
 
 
 def to_bytes(contents: Contents, key: str) -> bytes:
-    """The file of an entry of the cache."""
+    """Return the file of an entry of the cache."""
     text = dict(contents.text) | {"key": key, "arrays": {name: each.shape for name, each in contents.arrays.items()}}
     head = json.dumps(text).encode()
     head += b" " * (-(len(head) + WORD) % WORD)
@@ -199,7 +199,7 @@ def to_bytes(contents: Contents, key: str) -> bytes:
 
 
 def from_bytes(file: bytes, key: str) -> Contents | None:
-    """What such a file holds; None of any other, a damaged one, or one of another key."""
+    """Read a cached road; return None if the file is damaged or has another key."""
     body = memoryview(bytearray(file))[DIGEST:]
     if len(body) < WORD or blake2b(body, digest_size=DIGEST).digest() != file[:DIGEST]:
         return None

@@ -1,4 +1,4 @@
-"""Lanes of a file as they can be drawn: their stretches, borders and centre lines; and which cannot be."""
+"""Lanes of a file with their stretches, borders and centre lines; and lanes that cannot be drawn."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,13 +16,13 @@ from engine.road.paths import Primitive
 from engine.tables import Floats, Ints
 
 WIDEST = 1000.0
-"""No lane is wider [m]."""
+"""Maximum width of a lane [m]."""
 SHORTEST = 1e-3
-"""No lane is shorter [m]."""
+"""Minimum length of a lane [m]."""
 BACKWARDS = 1.0
-"""A middle that runs so far against its road is no way to drive [m]; corners of public maps come to half of that."""
+"""Distance that a middle may run against its road [m]; corners of public maps reach half of that."""
 LONGEST = 500_000.0
-"""Curved lanes of a map, in all [m]; they take some 10 s."""
+"""Maximum length of all curved lanes of a map [m]; they take about 10 s."""
 NOTHING = 1e-9
 
 
@@ -34,9 +34,9 @@ class DrawnLane:
     jump: float
     """Largest lateral jump of the line [m]."""
     inner: Floats
-    """(n, 2) border nearer to the reference line …"""
+    """(n, 2) Border nearer to the reference line."""
     outer: Floats
-    """(n, 2) … and the other one."""
+    """(n, 2) Border farther from the reference line."""
     line: tuple[Primitive, ...]
     """Its centre."""
 
@@ -48,10 +48,10 @@ def lane_stretches(links: Links, lane: FileLane) -> tuple[tuple[Stretch, ...], f
 
 
 def drawn(network: OdrNetwork) -> tuple[Links, tuple[DrawnLane, ...], tuple[FileLane, ...]]:
-    """Return the lanes that can be driven on, their links, and those that are left out.
+    """Return the drivable lanes, their links, and the omitted lanes.
 
     Raises:
-        InterchangeError: there is no lane, or one is too wide, or they are too many.
+        InterchangeError: there is no lane, a lane is too wide, or there are too many.
     """
     left_out: list[FileLane] = []
     while True:
@@ -85,7 +85,8 @@ def _drawn(links: Links, lane: FileLane, rows: tuple[Stretch, ...], jump: float)
 
 
 def _backwards(inner: Floats, outer: Floats, joints: Ints, side: float) -> float:
-    """Return how far the middle of a lane runs against its reference line [m]; `side`: 1 left of that, -1 right.
+    """Return the distance that the middle of a lane runs against its reference line [m]; `side`: 1 left of it, -1
+    right.
 
     Steps over the `joints` of two stretches do not count: pieces of a reference line may overlap.
     """
@@ -114,7 +115,7 @@ def _refuse_wide(links: Links, lane: FileLane, inner: Floats, outer: Floats) -> 
 
 
 def _without(network: OdrNetwork, links: Links, lanes: Sequence[FileLane]) -> OdrNetwork:
-    """Return a network in which some lanes keep their widths, but are not driven on."""
+    """Return a network in which some lanes keep their widths but are not drivable."""
     roads = dict(network.roads)
     for lane in lanes:
         parts = {links.sections[lane.road].rows[part.section][0].start: part.lane for part in lane.parts}

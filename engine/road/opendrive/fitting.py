@@ -1,8 +1,8 @@
 """Centre lines of a file's lanes as chains of lines and arcs.
 
-Where a reference line is straight or an arc and the lane beside it keeps its distance, its centre is a line or an arc
-exactly. Everything else (spirals, polynomials, lanes that widen) is met by biarcs: two arcs from pose to pose, halved
-until they lie within `TOLERANCE`.
+If a reference line is straight or an arc and a lane has a constant distance from it, the lane's centre is exactly a
+line or an arc. All other centres (spirals, polynomials, lanes that widen) are approximated by biarcs: two arcs from
+pose to pose, subdivided until they are within `TOLERANCE`.
 
 Source of the biarc: Meek and Walton, "Approximating smooth planar curves by arc splines", 1995.
 """
@@ -19,14 +19,14 @@ from engine.opendrive.roads import Cubic, OdrLane, OdrRoad, OdrSection, in_effec
 from engine.road.paths import PathBook, Primitive
 
 TOLERANCE = 0.005
-"""How far a fitted centre line may leave the file's [m]."""
+"""Largest distance of a fitted centre line from the file's [m]."""
 SHORTEST = 0.05
-"""A stretch that is not cut further [m]: files have corners, which no arc meets."""
+"""Length below which a stretch is not subdivided [m]: files have corners, which no arc fits."""
 WELD = 20.0
-"""Over which a lateral jump between two sections is evened out [m]."""
+"""Length over which a lateral jump between two sections is smoothed [m]."""
 NOTHING = 1e-9
 STEP = 1e-4
-"""Of differences by which headings are found [m]."""
+"""Step of the differences that give headings [m]."""
 
 
 @frozen
@@ -49,29 +49,29 @@ class Term:
 
 @frozen
 class Stretch:
-    """Part of a lane on which nothing of what describes it changes."""
+    """Part of a lane on which all descriptions are constant."""
 
     start: float
-    """On the reference line [m] …"""
+    """Beginning on the reference line [m]."""
     end: float
     piece: Piece
     inner: tuple[Term, ...]
-    """Of the border nearer to the reference line, to the left of it …"""
+    """Terms of the border nearer to the reference line, to its left."""
     outer: tuple[Term, ...]
-    """… and of the other one."""
+    """Terms of the border farther from it."""
     jump: float = 0.0
-    """How far the centre is moved aside where a weld begins [m] …"""
+    """Lateral shift of the centre at the beginning of a weld [m]."""
     weld: float = 0.0
-    """… and where that is."""
+    """Beginning of the weld on the reference line [m]."""
 
     @property
     def is_plain(self) -> bool:
-        """Whether its centre is a line or an arc."""
+        """Return True if its centre is a line or an arc."""
         steady = all(term.is_constant for term in (*self.inner, *self.outer))
         return steady and self.jump == 0.0 and self.piece.curvature is not None
 
     def border(self, s: float, *, outer: bool) -> float:
-        """How far left of the reference line a border runs [m]."""
+        """Return the offset of a border to the left of the reference line [m]."""
         return sum(term.at(s) for term in (self.outer if outer else self.inner))
 
     def centre(self, s: float) -> float:
@@ -82,12 +82,12 @@ class Stretch:
         return abs(self.border(s, outer=True) - self.border(s, outer=False))
 
     def beside(self, s: float, left: float) -> tuple[float, float]:
-        """The point so far left of the reference line."""
+        """Return the point `left` of the reference line [m]."""
         pose = self.piece.pose(s)
         return pose.x - left * math.sin(pose.heading), pose.y + left * math.cos(pose.heading)
 
     def pose(self, s: float) -> Pose:
-        """Of the centre, in the direction of the reference line."""
+        """Return the pose of the centre, in the direction of the reference line."""
         x, y = self.beside(s, self.centre(s))
         before, after = max(s - STEP, self.start), min(s + STEP, self.end)
         (x0, y0), (x1, y1) = (self.beside(each, self.centre(each)) for each in (before, after))
@@ -95,15 +95,15 @@ class Stretch:
 
 
 def _fading(u: float) -> float:
-    """From 1 to 0 without a corner."""
+    """Return a smooth decrease from 1 to 0 for u from 0 to 1."""
     u = min(max(u, 0.0), 1.0)
     return 1.0 - u * u * (3.0 - 2.0 * u)
 
 
 def stretches(road: OdrRoad, parts: Sequence[tuple[OdrSection, float, int]]) -> tuple[tuple[Stretch, ...], float]:
-    """All of a lane along its road, welded, and the largest jump that was [m].
+    """Return all stretches of a lane along its road, welded, and the largest jump before welding [m].
 
-    Parts are sections, where they end, and the lane's id there.
+    Parts are sections, their ends, and the lane's id in them.
     """
     rows: list[Stretch] = []
     largest, jump, weld = 0.0, 0.0, 0.0
@@ -149,7 +149,7 @@ def _piece(road: OdrRoad, s: float) -> Piece:
 def _borders(
     base: tuple[Term, ...], rows: Sequence[OdrLane], side: int, s: float
 ) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
-    """Of the last of these lanes, which lie side by side from the middle outwards."""
+    """Return the borders of the last of these adjacent lanes, which are ordered from the middle outwards."""
     inner = outer = base
     for row in rows:
         inner = outer
@@ -164,7 +164,7 @@ def _borders(
 
 
 def centre_line(rows: Sequence[Stretch]) -> list[Primitive]:
-    """The centre of a lane, in the direction of the reference line."""
+    """Return the centre of a lane, in the direction of the reference line."""
     chain: list[Primitive] = []
     for row in rows:
         chain += _plain(row) if row.is_plain else _fitted(row.pose, row.start, row.end)
@@ -188,14 +188,14 @@ def _fitted(pose: Callable[[float], Pose], start: float, end: float) -> list[Pri
 
 
 def _leaves(chain: Sequence[Primitive], pose: Callable[[float], Pose], start: float, end: float) -> float:
-    """How far the curve runs from a chain, at places in between [m]."""
+    """Return the distance of the curve from a chain, at places in between [m]."""
     paths = PathBook()
     places = np.array([pose(s)[:2] for s in np.linspace(start, end, 7)[1:-1]])
     return float(paths.feet(paths.add(chain), *places.T).distance.max())
 
 
 def biarc(first: Pose, last: Pose) -> list[Primitive]:
-    """Two arcs from a pose to another, with one tangent where they meet; their tangents there are equally long."""
+    """Return two arcs between poses with a common tangent where they meet; both tangents have equal lengths."""
     dx, dy = last.x - first.x, last.y - first.y
     if math.hypot(dx, dy) < NOTHING:
         return []
@@ -220,7 +220,7 @@ def biarc(first: Pose, last: Pose) -> list[Primitive]:
 
 
 def _arc(x: float, y: float, heading: float, to_x: float, to_y: float) -> Primitive:
-    """The line or arc from a pose to a point."""
+    """Return the line or arc from a pose to a point."""
     dx, dy = to_x - x, to_y - y
     ahead, left = dx * math.cos(heading) + dy * math.sin(heading), dy * math.cos(heading) - dx * math.sin(heading)
     chord = math.hypot(dx, dy)

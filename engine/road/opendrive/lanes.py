@@ -1,4 +1,4 @@
-"""Which lanes a file has: a lane is what is linked from section to section of one road, as in Scenic
+"""The lanes of a file: a lane is a chain of links from section to section of one road, as in Scenic
 (`scenic.formats.opendrive.xodr_parser`, version 3.1).
 """
 
@@ -15,13 +15,13 @@ from engine.opendrive.roads import OdrNetwork, OdrRoad, OdrSection
 DRIVABLE = frozenset({"driving", "entry", "exit", "offRamp", "onRamp", "connectingRamp"})
 """Types of lanes that vehicles drive on, as Scenic has them."""
 THROUGH = "-1"
-"""The junction of a road that is none's."""
+"""Junction of a road outside all junctions."""
 SHORTEST = 1e-6
-"""A section shorter than this is passed over [m]."""
+"""Length below which a section is skipped [m]."""
 
 
 NEAR, ALIKE = 0.5, 0.2
-"""A lane follows another one if its start is no further from the end of that one, in place [m] and heading [rad]."""
+"""Largest distance [m] and angle [rad] between the end of a lane and the start of its successor."""
 WITHIN = 1e-9
 """Least distance of a place in a section from the end of the section [m]."""
 
@@ -49,16 +49,16 @@ class FileLane:
     parts: tuple[Part, ...]
     """The parts of the lane, in the direction of the reference line."""
     forward: bool
-    """Whether traffic runs that way."""
+    """True if traffic runs in that direction."""
 
     @property
     def last(self) -> Part:
-        """The end at which traffic leaves it."""
+        """Return the part at which traffic leaves it."""
         return self.parts[-1] if self.forward else self.parts[0]
 
     @property
     def first(self) -> Part:
-        """The end at which traffic enters it."""
+        """Return the part at which traffic enters it."""
         return self.parts[0] if self.forward else self.parts[-1]
 
 
@@ -70,20 +70,22 @@ class Sections:
 
     @cached_property
     def rows(self) -> tuple[tuple[OdrSection, float], ...]:
-        """Each with the place at which it ends [m]."""
+        """Return each section with the place at which it ends [m]."""
         sections, length = self.road.sections, self.road.length
         ends = [*(each.start for each in sections[1:]), length]
         held = [(each, min(end, length)) for each, end in zip(sections, ends, strict=True)]
         return tuple((each, end) for each, end in held if end - each.start >= SHORTEST)
 
     def drivable(self, section: int) -> list[int]:
-        """Lanes right of the reference line first, from the middle outwards."""
+        """Return the drivable lanes: those right of the reference line first, from the middle outwards."""
         lanes = self.rows[section][0].lanes
         ids = [number for number, lane in lanes.items() if number and lane.type in DRIVABLE]
         return sorted(ids, key=lambda number: (number > 0, abs(number)))
 
     def goes_on(self, part: Part, step: int) -> int | None:
-        """The number by which a lane goes on in the section after it (step 1) or before it (-1), or beyond the road."""
+        """Return the lane's number in the next section (step 1) or the one before (-1), or beyond the road; None if it
+        ends.
+        """
         row = self.rows[part.section][0]
         lane = row.lanes[part.lane]
         number = lane.successor if step > 0 else lane.predecessor
@@ -94,7 +96,7 @@ class Sections:
         return number
 
     def _between(self, row: OdrSection, other: int, step: int) -> Sequence[OdrSection]:
-        """The sections without a length from one to the next one, or to the end of the road."""
+        """Return the sections without a length between two sections, or up to the end of the road."""
         every, place = self.road.sections, self.road.sections.index(row)
         further = every[place + 1 :] if step > 0 else every[:place][::-1]
         if not 0 <= other < len(self.rows):
@@ -102,7 +104,7 @@ class Sections:
         return further[: further.index(self.rows[other][0])]
 
     def left(self, part: Part, *, at_start: bool) -> float:
-        """Return how far left of the reference line the middle of a lane runs at one end of a section [m]."""
+        """Return the offset of a lane's middle to the left of the reference line at one end of a section [m]."""
         row, end = self.rows[part.section]
         s = row.start if at_start else end - WITHIN
         return self.road.center(0, s) + 0.5 * sum(row.edges(part.lane, s))
@@ -126,7 +128,7 @@ class Lanes:
         }
         self.lanes: list[FileLane] = []
         self.lane_of: dict[tuple[str, Part], int] = {}
-        """By road and part, the index of the lane."""
+        """Index of the lane by road and part."""
         for road in [*self._roads(through=True), *self._roads(through=False)]:
             self._gather(road)
 
@@ -134,7 +136,7 @@ class Lanes:
         return (each for each in self.sections.values() if (each.road.junction == THROUGH) is through)
 
     def _gather(self, sections: Sections) -> None:
-        """Add all lanes of a road: forward ones first."""
+        """Add all lanes of a road, forward lanes first."""
         road = sections.road
         found: list[FileLane] = []
         seen: dict[Part, int] = {}
@@ -156,12 +158,12 @@ class Lanes:
 
     @cached_property
     def leaving(self) -> Mapping[End, Mapping[int, int]]:
-        """By end of a road and number there, the lanes whose traffic leaves the road."""
+        """Return, by end of a road and number there, the lanes whose traffic leaves the road."""
         return self._at_ends(leaving=True)
 
     @cached_property
     def entering(self) -> Mapping[End, Mapping[int, int]]:
-        """The same of the lanes whose traffic enters the road there."""
+        """Return, by end of a road and number there, the lanes whose traffic enters the road."""
         return self._at_ends(leaving=False)
 
     def _at_ends(self, *, leaving: bool) -> Mapping[End, Mapping[int, int]]:
@@ -174,7 +176,7 @@ class Lanes:
 
     @cached_property
     def poses(self) -> Sequence[tuple[Pose, Pose]]:
-        """By lane, where its traffic enters it and where it leaves it."""
+        """Return by lane the poses at which its traffic enters and leaves it."""
         return [
             (
                 self.sections[lane.road].pose(lane.first, at_start=lane.forward),
@@ -184,17 +186,16 @@ class Lanes:
         ]
 
     def follows(self, before: int, after: int, near: float = NEAR, alike: float = ALIKE) -> bool:
-        """Return True if a lane begins where another one ends, in the same direction."""
+        """Return True if lane `after` begins at the end of lane `before`, in the same direction."""
         end, start = self.poses[before][1], self.poses[after][0]
         turn = math.remainder(end.heading - start.heading, math.tau)
         return math.hypot(end.x - start.x, end.y - start.y) <= near and abs(turn) <= alike
 
 
 def linked_part(sections: Sections, part: Part, step: int) -> Part | None:
-    """Return the same lane in the next section (step 1) or the one before (-1); None where no link leads there.
+    """Return the same lane in the next section (step 1) or the one before (-1); None without a link.
 
-    A link that one of the two lanes states holds for both. Where they contradict one another, the lane counts that lies
-    where this one ends.
+    A link of either lane holds for both. In a contradiction, the lane at the end of this lane counts.
     """
     beyond = part.section + step
     if not 0 <= beyond < len(sections.rows):

@@ -1,4 +1,4 @@
-"""Roads of a file that pass over one another. Lanes lie in one plane here, so that each such place needs a note."""
+"""Roads of a file that pass over each other. Lanes are in one plane here, so each such place needs a note."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,15 +14,15 @@ from engine.road.opendrive.surfaces import shapely
 from engine.tables import Floats
 
 APART = 1.0
-"""Surfaces at different levels are so far apart in height at least [m]; a car is some 1.5 m high."""
+"""Least difference in height between surfaces at different levels [m]; a car is about 1.5 m high."""
 SPACING = 5.0
 """Spacing of the places along a lane at which heights are compared [m]."""
 SAME_PLACE = 30.0
-"""Two places of one road that are so near along it are on one level [m]: it may climb 1 m on the way."""
+"""Distance along a road within which two of its places are on one level [m]: it may climb 1 m on the way."""
 TOUCHING = 0.01
-"""Surfaces that have no more in common touch [m^2]."""
+"""Common area up to which surfaces only touch [m^2]."""
 MOST = 5
-"""Pairs of roads that are named; the others are counted."""
+"""Maximum number of pairs of roads that are named; further pairs are counted."""
 
 
 class Tile(NamedTuple):
@@ -62,7 +62,7 @@ def _tiles(road: OdrRoad, lane: DrawnLane, spacing: float) -> Iterator[Tile]:
 
 
 def _places(tiles: Sequence[Tile]) -> dict[tuple[str, str], tuple[float, float, float]]:
-    """Return by pair of roads, the lower one first, how far apart they are, and where: (height, x, y) [m]."""
+    """Return by pair of roads, the lower one first, their difference in height and its place: (height, x, y) [m]."""
     corners: Floats = np.array([tile.corners for tile in tiles])
     polygons = shapely.make_valid(shapely.polygons(corners))
     heights: Floats = np.array([tile.height for tile in tiles])

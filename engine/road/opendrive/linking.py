@@ -1,8 +1,8 @@
-"""How the lanes of a file go on: by the links of its roads, sections and lanes, and the connections of its junctions.
+"""Continuations of a file's lanes: by the links of its roads, sections and lanes, and the connections of its junctions.
 
 The rules are Scenic's (`scenic.formats.opendrive.xodr_parser`, version 3.1): a way through a junction leads from a lane
-by a lane of a connecting road into the one after that. A file states most links twice, and each may be missing or wrong
-on one side. What one side states holds for both; of two statements, that one counts which fits the places of the lanes.
+by a lane of a connecting road into the next lane. A file states most links twice, and each may be missing or wrong on
+one side. A link of one side holds for both; of two statements, the statement that fits the places of the lanes counts.
 """
 
 from collections import defaultdict
@@ -15,7 +15,7 @@ from engine.road.opendrive.lanes import THROUGH, End, Lanes, Part, linked_part
 
 
 class Way(NamedTuple):
-    """From a lane by a connecting one into a third; indices of `Links.lanes`."""
+    """Way from a lane by a connecting lane into a third; indices of `Links.lanes`."""
 
     junction: str
     start: int
@@ -24,12 +24,12 @@ class Way(NamedTuple):
 
 
 class Links(Lanes):
-    """The lanes of a file and what leads into what."""
+    """The lanes of a file and their continuations."""
 
     # -- from road to road
 
     def stated(self, end: End) -> OdrEnd | None:
-        """Return the link that the file states at an end of a road; None without one, or if its road is unknown."""
+        """Return the link that the file states at an end of a road; None without a link, or to an unknown road."""
         road = self.network.roads[end.road]
         beyond = road.predecessor if end.at_start else road.successor
         there = self.network.junctions if beyond and beyond.kind == "junction" else self.network.roads
@@ -37,7 +37,7 @@ class Links(Lanes):
 
     @cached_property
     def _stating(self) -> Mapping[str, Sequence[End]]:
-        """By road, the ends of roads that the file says it lies beyond."""
+        """Return by road the ends of roads whose links name it."""
         found: dict[str, list[End]] = defaultdict(list)
         for road in self.sections:
             for end in (End(road, True), End(road, False)):
@@ -47,7 +47,7 @@ class Links(Lanes):
 
     @cached_property
     def joints(self) -> Mapping[End, End]:
-        """By end of a road, the end of the road that lies beyond it."""
+        """Return by end of a road the end of the road beyond it."""
         ends = (End(road, at_start) for road in self.sections for at_start in (True, False))
         return {end: joint for end in ends if (joint := self._joint(end)) is not None}
 
@@ -63,13 +63,13 @@ class Links(Lanes):
         return next((each for each in choices if self._meet(end, each)), believed[0] if believed else None)
 
     def _claims(self, end: End) -> list[End]:
-        """Return the ends that state a road to lie beyond them, whichever end of it they name."""
+        """Return the ends whose links name this end's road, at either of its ends."""
         junctions = {road: each.junction for road, each in self.network.roads.items()}
-        # a connecting road states the road it comes from, which goes on by the junction
+        # a connecting road names the road before it, which continues by the junction
         return [each for each in self._stating[end.road] if junctions[each.road] in {junctions[end.road], THROUGH}]
 
     def _meet(self, one: End, other: End) -> bool:
-        """Return True if a lane of either end begins where one of the other ends."""
+        """Return True if a lane of one end begins where a lane of the second end ends."""
         return self._leads(one, other) or self._leads(other, one)
 
     def _leads(self, before: End, after: End) -> bool:
@@ -80,12 +80,12 @@ class Links(Lanes):
         )
 
     def says(self, end: End, number: int) -> int | None:
-        """Return the number by which a lane at an end of its road goes on beyond it, as its link says."""
+        """Return the number by which a lane at an end of its road continues beyond it, according to its link."""
         sections = self.sections[end.road]
         return sections.goes_on(Part(0 if end.at_start else len(sections.rows) - 1, number), -1 if end.at_start else 1)
 
     def _across(self, index: int, joint: End, said: int | None) -> int | None:
-        """Return the lane beyond a joint that a lane leads into, which by its own link has the number `said`."""
+        """Return the lane beyond a joint into which a lane leads; `said` is its number according to the lane's link."""
         number, there = self.lanes[index].last.lane, self.entering.get(joint, {})
         back = [after for each, after in there.items() if self.says(joint, each) == number]
         choices = [after for after in (None if said is None else there.get(said), *back) if after is not None]
@@ -93,7 +93,7 @@ class Links(Lanes):
 
     @cached_property
     def successors(self) -> Mapping[int, tuple[int, ...]]:
-        """By index, the lanes that another goes on to without a connecting road in between."""
+        """Return by index the lanes into which a lane continues without a connecting road."""
         onward: dict[int, dict[int, None]] = {index: {} for index in range(len(self.lanes))}
         for index, lane in enumerate(self.lanes):
             if (after := linked_part(self.sections[lane.road], lane.last, 1 if lane.forward else -1)) is not None:
@@ -108,7 +108,7 @@ class Links(Lanes):
 
     @cached_property
     def contradicted(self) -> list[int]:
-        """Lanes whose own link names another lane than the one beyond them that they go on to."""
+        """Return the lanes whose own link differs from their successor."""
         return [
             index
             for end, joint in self.joints.items()
@@ -143,7 +143,7 @@ class Links(Lanes):
 
     @cached_property
     def ways(self) -> tuple[Way, ...]:
-        """In the order of the file's connections."""
+        """Return the ways in the order of the file's connections."""
         return tuple(dict.fromkeys(way for each in self.network.connections for way in self._ways(each)))
 
     def _ways(self, connection: OdrConnection) -> Iterator[Way]:
@@ -162,7 +162,7 @@ class Links(Lanes):
                         yield Way(connection.junction, index, through, after)
 
     def _incoming(self, connection: OdrConnection) -> list[End]:
-        """Return the ends by which a road leads into a junction: those that state it, else one that lies there."""
+        """Return the ends by which a road leads into a junction: those with such a link, else an end at that place."""
         if connection.incoming not in self.sections:
             return []
         ends = ends_of(connection.incoming, None)
@@ -175,13 +175,13 @@ class Links(Lanes):
         return (OdrEnd("junction", connection.junction, None),)
 
     def _entered(self, end: End, connection: OdrConnection) -> End:
-        """Return the end of a connecting road that lies at an end of the incoming one."""
+        """Return the end of a connecting road that is at an end of the incoming road."""
         choices = ends_of(connection.connecting, connection.at_start)
         meet = self._meet if connection.direct else self._leads
         return next((each for each in choices if meet(end, each)), choices[0])
 
 
 def ends_of(road: str, at_start: bool | None) -> tuple[End, End]:
-    """Return both ends of a road, first the one that a file names, or else its start."""
+    """Return both ends of a road, first the named end, or else its start."""
     first = at_start is not False
     return End(road, first), End(road, not first)

@@ -27,26 +27,26 @@ from engine.tables import ROAD_REGION
 
 
 def read(path: str, digest: str) -> Contents:
-    """What the file of this digest comes to.
+    """Return the contents of the file with this digest.
 
     Raises:
-        InterchangeError: it is no OpenDRIVE file that can be driven on.
+        InterchangeError: it is not an OpenDRIVE file with drivable roads.
     """
     return packed(built(path, digest), NEAR, ALIKE)
 
 
 def built(path: str, digest: str) -> Network:
-    """Return the network of that file, which no cache keeps.
+    """Return the network of that file, without a cache.
 
     Raises:
-        InterchangeError: it is no OpenDRIVE file that can be driven on.
+        InterchangeError: it is not an OpenDRIVE file with drivable roads.
     """
     plan = plan_of(path, digest)
     return _Builder(MapFile(path, path, digest, len(plan.junctions)), plan).build()
 
 
 class _Builder:
-    """The network while it grows; each step adds one kind of element."""
+    """The network under construction; each step adds one kind of element."""
 
     def __init__(self, spec: MapFile, plan: Plan) -> None:
         self.plan = plan
@@ -144,7 +144,7 @@ class _Builder:
     def leg(
         self, road: str, starts: Sequence[Lane], ends: Sequence[Lane]
     ) -> tuple[float, str, float, tuple[Lane, ...], tuple[Lane, ...]]:
-        """Heading of the traffic that leaves by a road, its name and length, and its lanes at the junction."""
+        """Return heading of outgoing traffic, name and length of an arm, and its lanes at the junction."""
         paths = self.network.paths
         incoming = sorted((lane for lane in starts if lane.road == road), key=lambda lane: lane.number)
         outgoing = sorted((lane for lane in ends if lane.road == road), key=lambda lane: lane.number)
@@ -154,11 +154,11 @@ class _Builder:
         return math.remainder(heading, math.tau), road, lane.length, tuple(incoming), tuple(outgoing)
 
 
-# -- the signals of the file, as they stand beside its lanes -----------------------------------------------------------
+# -- signals of the file, at their lanes -------------------------------------------------------------------------------
 
 
 def signs_of(links: Links) -> Iterator[RoadSign]:
-    """All of them, road by road."""
+    """Yield all signs, road by road."""
     for sections in links.sections.values():
         road = sections.road
         for each in road.signals:
@@ -169,10 +169,10 @@ def signs_of(links: Links) -> Iterator[RoadSign]:
 
 
 def _lanes(links: Links, sections: Sections, signal: OdrSignal) -> Iterator[int]:
-    """Indices of the lanes whose traffic it tells."""
+    """Yield the indices of the lanes to which a signal applies."""
     number = next((i for i, (_, end) in enumerate(sections.rows) if signal.s <= end), len(sections.rows) - 1)
     for lane in sections.drivable(number) if sections.rows else ():
-        # Where a file names lanes these decide: CARLA's towns have orientations that contradict them.
+        # Named lanes have priority: CARLA's towns have orientations that contradict them.
         meant = any(min(pair) <= lane <= max(pair) for pair in signal.lanes)
         if meant if signal.lanes else signal.along in (None, not sections.road.against(lane)):
             yield links.lane_of[sections.road.id, Part(number, lane)]

@@ -1,8 +1,7 @@
 """The network of an OpenDRIVE file.
 
-What takes long is done once for a file of given contents, and kept in the user's cache (`contents`); the network is
-made of that anew each time, since a scenario joins paths of its own. What reads files is loaded where one has to be
-read.
+Slow work is done once per content of a file, and stored in the user's cache (`contents`); the network is made from that
+each time, since a scenario joins its own paths. Modules that read files are imported on demand.
 """
 
 from contextlib import suppress
@@ -19,20 +18,20 @@ from engine.user_cache import cached_file, fingerprint
 
 
 def map_file(path: Path, name: str) -> MapFile:
-    """The specification of the roads of a file; `name` is what it is called where it is asked for.
+    """Return the specification of the roads of a file; `name` is its name in the scenario.
 
     Raises:
-        InterchangeError: it is no OpenDRIVE file that can be driven on.
+        InterchangeError: it is not an OpenDRIVE file with drivable roads.
     """
     digest = digest_of(path)
     return MapFile(name, str(path), digest, contents_of(str(path), digest).intersections)
 
 
 def file_network(spec: MapFile) -> Network:
-    """The network of a file.
+    """Return the network of a file.
 
     Raises:
-        InterchangeError: the file is gone, or another one lies in its place.
+        InterchangeError: the file is missing or has changed.
     """
     path = Path(spec.path)
     found = digest_of(path) if path.is_file() else None
@@ -44,7 +43,7 @@ def file_network(spec: MapFile) -> Network:
     return unpacked(contents_of(spec.path, spec.digest), spec)
 
 
-# -- networks that are kept --------------------------------------------------------------------------------------------
+# -- stored networks ---------------------------------------------------------------------------------------------------
 
 FAMILY = "roads-*.bin"
 ENGINE = Path(__file__).parents[2]
@@ -53,15 +52,15 @@ CODE = (
     *(ENGINE / f"{name}.py" for name in ("interchange/contract", "frozen", "maps", "tables", "vocabulary")),
     *(ENGINE / f"interchange/{name}.py" for name in ("xml", "unread")),
 )
-"""Files, and folders of files, that decide what is read."""
+"""Files, and folders of files, that determine the result."""
 
 
 @lru_cache(maxsize=8)
 def contents_of(path: str, digest: str) -> Contents:
-    """What the file of this digest comes to, or came to when it was read before.
+    """Return the contents of the file with this digest, from the cache if it was read before.
 
     Raises:
-        InterchangeError: it is no OpenDRIVE file that can be driven on.
+        InterchangeError: it is not an OpenDRIVE file with drivable roads.
     """
     libraries = (version(name) for name in ("numpy", "shapely"))
     key = sha256("\0".join([digest, *libraries, fingerprint(CODE)]).encode()).hexdigest()

@@ -1,6 +1,4 @@
-"""What a file of given contents comes to: its lanes with their centre lines, junctions and surfaces. Takes long, and is
-done once.
-"""
+"""The plan of a file: lanes with their centre lines, junctions and surfaces. Its computation is slow and cached."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,26 +31,26 @@ from engine.road.regions import Shape
 from engine.tables import Floats
 
 SAME = 1e-6
-"""Points nearer to one another are one [m]."""
+"""Distance below which points are equal [m]."""
 
 
 @frozen
 class LanePlan:
-    """One lane as it will be."""
+    """The plan of one lane."""
 
     lane: FileLane
     line: tuple[Primitive, ...]
-    """Its centre, as its traffic runs."""
+    """Its centre, in driving direction."""
     shape: Shape
     bounds: tuple[Floats, Floats]
-    """To the left and to the right of its traffic, with as many points each, as it runs."""
+    """Left and right border with equal numbers of points, in driving direction."""
     width: float
     number: int
     name: str
     left: int | None
     right: int | None
     speed_limit: float | None
-    """Where the lane is longest, in the middle [m/s]."""
+    """Speed limit in the middle of its longest part [m/s]."""
 
 
 @frozen
@@ -68,17 +66,17 @@ class Plan:
     left_hand: bool
     remarks: tuple[str, ...]
     levels: tuple[str, ...]
-    """Roads that pass over others: a sentence each."""
+    """Roads that pass over others, a sentence each."""
     unread: str
-    """What the file states and nothing here reads."""
+    """Content of the file that the reader does not read."""
 
 
 @lru_cache(maxsize=8)
 def plan_of(path: str, digest: str) -> Plan:
-    """The plan of a file of this digest, which may be kept for as long as there are files of it.
+    """Return the plan of a file with this digest; it is cached.
 
     Raises:
-        InterchangeError: it is no OpenDRIVE file that can be driven on, or another one came into its place meanwhile.
+        InterchangeError: it is not an OpenDRIVE file with drivable roads, or it was replaced meanwhile.
     """
     network = read_opendrive(path)
     if digest_of(Path(path)) != digest:
@@ -125,7 +123,7 @@ def _without_surface(links: Links, outlines: Sequence[Any], lost: NoSurface, fil
 
 
 def _area(outlines: Sequence[Any]) -> Shape | None:
-    """What the lanes of a junction cover; None where they have no width."""
+    """Return the area of a junction's lanes; None if they have no width."""
     try:
         return union(outlines)[0]
     except NoSurface as lost:
@@ -161,7 +159,7 @@ def _lane_plans(links: Links, found: Sequence[DrawnLane]) -> Iterator[LanePlan]:
 
 
 def _bounds(lane: FileLane, inner: Floats, outer: Floats) -> tuple[Floats, Floats]:
-    """Its borders as traffic sees them; pairs of points that are those before them are left out."""
+    """Return the left and right border in driving direction, without repeated pairs of points."""
     left, right = (inner, outer) if lane.parts[0].lane < 0 else (outer, inner)
     new = (np.hypot(*np.diff(left, axis=0).T) > SAME) | (np.hypot(*np.diff(right, axis=0).T) > SAME)
     kept = np.concatenate([[True], new])
@@ -181,7 +179,7 @@ def _length(links: Links, lane: FileLane, section: int) -> float:
 
 
 def _neighbours(links: Links, lane: FileLane, at: tuple[int, int], beside: Sequence[int]) -> list[int | None]:
-    """Lanes to the left and right where the lane is longest."""
+    """Return the lanes to the left and right of its longest part."""
     section, number = at
     side = 1 if number > 0 else -1
     inner, outer = (number - side if number != side else -side), number + side
@@ -191,7 +189,7 @@ def _neighbours(links: Links, lane: FileLane, at: tuple[int, int], beside: Seque
 
 
 def _lines(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-    """Middle lines, and lines between lanes of one direction, outside junctions."""
+    """Return middle lines, and lines between lanes of one direction, outside junctions."""
     middle: list[Floats] = []
     between: list[Floats] = []
     for lane, (inner, _) in zip(links.lanes, borders, strict=True):

@@ -1,4 +1,4 @@
-"""What is odd about a file, and was corrected or left out: a sentence each."""
+"""Defects of a file that were corrected or omitted, a sentence each."""
 
 import math
 from collections import defaultdict
@@ -19,11 +19,13 @@ from engine.road.regions import Shape
 from engine.tables import Floats
 
 WORTH_A_REMARK = 0.005
-"""A jump from here on is told [m]."""
+"""Jump from which on a remark reports it [m]."""
 UNROUNDED = 0.01
-"""Files round lengths by less [m]."""
+"""Largest rounding error of lengths in files [m]."""
 TOUCHING, ALIGNED = 0.1, math.radians(5.0)
 """Largest distance and angle between the end of a lane and the start of the next one [m, rad]."""
+FOR_NOBODY = frozenset({"none", "border", "curb", "median", "restricted"})
+"""Types of lanes on which there is no traffic."""
 OVERLAP = 5.0
 """Least common area of two junctions that is reported [m^2]; neighbours touch."""
 
@@ -36,9 +38,10 @@ def remarks_on(
     ways: Mapping[str, Sequence[Way]],
     areas: Mapping[str, Shape | None],
 ) -> Iterator[str]:
-    """Yield all of them. `links` are those of the lanes that were `found`; others are `left_out`."""
+    """Yield all remarks; `links` belong to the lanes in `found`, `left_out` are the omitted lanes."""
     yield from network.remarks
     yield from on_lengths(links)
+    yield from on_sections(network)
     yield from on_lanes(left_out)
     yield from on_jumps([each.jump for each in found])
     yield from on_gaps(network)
@@ -50,11 +53,11 @@ def remarks_on(
 
 
 def unread_lanes(network: OdrNetwork) -> Iterator[Kind]:
-    """Yield the types of lanes that nobody drives on here."""
+    """Yield the types of lanes whose traffic is not simulated here."""
     every = (lane for road in network.roads.values() for section in road.sections for lane in section.lanes.values())
     lines: dict[str, set[int]] = defaultdict(set)
     for lane in every:
-        if lane.id and lane.type not in {"none", *DRIVABLE}:
+        if lane.id and lane.type not in FOR_NOBODY | DRIVABLE:
             lines[lane.type].add(lane.line)
     yield from (Kind(f"lane of type {quoted(kind)[1:-1]}", len(of), f"line {min(of)}") for kind, of in lines.items())
 
@@ -67,7 +70,7 @@ def on_jumps(jumps: Sequence[float]) -> Iterator[str]:
 
 
 def on_gaps(network: OdrNetwork) -> Iterator[str]:
-    """On pieces of reference lines that do not begin where the ones before them end."""
+    """Yield a remark on pieces of reference lines that do not begin at the end of the piece before."""
     gaps = {
         road.id: max(
             (max(math.dist(one.pose(two.s)[:2], two.start[:2]), _hole(one, two)) for one, two in pairwise(road.pieces)),
@@ -82,20 +85,30 @@ def on_gaps(network: OdrNetwork) -> Iterator[str]:
 
 
 def _hole(one: Piece, two: Piece) -> float:
-    """Return by how much a piece ends before the next one begins along the road [m]; 0 where that is rounding."""
+    """Return the gap between the end of a piece and the next piece along the road [m]; 0 if it is rounding."""
     missing = two.s - one.s - one.length
     return missing if missing > UNROUNDED else 0.0
 
 
 def on_lengths(links: Links) -> Iterator[str]:
-    """On roads without a length."""
+    """Yield a remark on roads without a length."""
     if short := [road for road in links.network.roads if road not in links.sections]:
         more = f" and {len(short) - 1} more have" if short[1:] else " has"
         yield f"road `{short[0][:40]}`{more} no length: it is left out"
 
 
+def on_sections(network: OdrNetwork) -> Iterator[str]:
+    """Yield a remark on sections that begin after the end of their road."""
+    roads = [road for road in network.roads.values() if road.length > 0.0]
+    late = [(road, each) for road in roads for each in road.sections if each.start >= road.length + WORTH_A_REMARK]
+    for road, section in late[:1]:
+        more = f" (so are {len(late) - 1} more)" if late[1:] else ""
+        where = f"begins at s = {section.start:g} m, beyond the end of the road at {road.length:g} m"
+        yield f"a section of road `{road.id[:40]}` {where}: it is left out{more}"
+
+
 def on_lanes(left_out: Sequence[FileLane]) -> Iterator[str]:
-    """On lanes that cannot be driven on."""
+    """Yield a remark on lanes that cannot be driven."""
     for lane in left_out[:1]:
         more = f" and {len(left_out) - 1} more are" if left_out[1:] else " is"
         yield (
@@ -105,7 +118,7 @@ def on_lanes(left_out: Sequence[FileLane]) -> Iterator[str]:
 
 
 def on_links(network: OdrNetwork) -> Iterator[str]:
-    """On what leads to roads and junctions that are not there, and on junctions whose kind is not driven through."""
+    """Yield remarks on links to missing roads and junctions, and on junctions of kinds that are not supported."""
     there = {"road": set(network.roads), "junction": set(network.junctions)}
     lost = [
         road.id
@@ -117,14 +130,33 @@ def on_links(network: OdrNetwork) -> Iterator[str]:
     lost = [each.junction for each in network.connections if not {each.incoming, each.connecting} <= there["road"]]
     if lost:
         yield f"junction `{lost[0][:40]}` joins roads that do not exist: these connections are not used"
+    yield from on_lane_links(network)
     for kind in dict.fromkeys(network.junction_types.values()):
         alike = [junction for junction, each in network.junction_types.items() if each == kind]
         more = f" and {len(alike) - 1} more" if alike[1:] else ""
         yield f"no lane leads through junction `{alike[0][:40]}`{more} of the type {cited(kind)}, which is not read"
 
 
+def on_lane_links(network: OdrNetwork) -> Iterator[str]:
+    """Yield a remark on connections that name lanes missing in their roads."""
+    lost = [
+        (each.junction, lane, road)
+        for each in network.connections
+        for road, lanes in ((each.incoming, each.lanes), (each.connecting, each.lanes.values()))
+        if road in network.roads
+        for lane in lanes
+        if all(lane not in section.lanes for section in network.roads[road].sections)
+    ]
+    for junction, lane, road in lost[:1]:
+        more = f" (so do {len(lost) - 1} more)" if lost[1:] else ""
+        yield (
+            f"a connection of junction `{junction[:40]}` names lane {lane} of road `{road[:40]}`, which has no such "
+            f"lane: the link is not used{more}"
+        )
+
+
 def on_ends(links: Links) -> Iterator[str]:
-    """On links that name the wrong end of a road, and on lanes that end where others begin without a link."""
+    """Yield remarks on links that name the wrong end of a road, and on lanes that meet without a link."""
     wrong = [
         (end.road, joint.road)
         for end, joint in links.joints.items()
@@ -149,7 +181,7 @@ def on_ends(links: Links) -> Iterator[str]:
 
 
 def unlinked(links: Links) -> Iterator[tuple[int, int]]:
-    """Yield lanes that end where another one begins, if nothing links the two and one of them leads nowhere else."""
+    """Yield lanes that end where another lane begins, if no link joins them and one of them leads nowhere else."""
     onward: dict[int, set[int]] = {index: set(links.successors.get(index, ())) for index in range(len(links.lanes))}
     inbound: dict[int, set[int]] = defaultdict(set)
     for way in links.ways:
@@ -176,14 +208,14 @@ def _cell(pose: Pose) -> tuple[int, int]:
 
 
 def on_sides(network: OdrNetwork) -> Iterator[str]:
-    """On a file in which some roads keep left and others right."""
+    """Yield a remark on a file with both left-hand and right-hand roads."""
     left = [road.id for road in network.roads.values() if road.left_hand]
     if left and len(left) < len(network.roads):
         yield f"traffic keeps left only on {len(left)} of {len(network.roads)} roads, such as `{left[0][:40]}`"
 
 
 def on_widths(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> Iterator[str]:
-    """On lanes outside junctions that have no width anywhere."""
+    """Yield a remark on lanes outside junctions that have no width anywhere."""
     narrow = [
         links.sections[lane.road].road
         for lane, (inner, outer) in zip(links.lanes, borders, strict=True)
@@ -196,7 +228,7 @@ def on_widths(links: Links, borders: Sequence[tuple[Floats, Floats]]) -> Iterato
 def on_junctions(
     network: OdrNetwork, ways: Mapping[str, Sequence[Way]], areas: Mapping[str, Shape | None]
 ) -> Iterator[str]:
-    """On junctions without lanes to drive on, and on such as lie in one another's place."""
+    """Yield remarks on junctions without drivable lanes, and on overlapping junctions."""
     for junction, area in areas.items():
         if area is None:
             yield f"no lane of junction `{junction[:40]}` has a width: it is not used"

@@ -1,6 +1,6 @@
-"""What lanes of a file cover: strips between their borders, and true unions of those that overlap.
+"""Surfaces of a file's lanes: strips between their borders, and true unions of overlapping strips.
 
-Unions need shapely, which is imported here and in `levels` alone; what is made are arrays.
+Unions need shapely, which is imported here and in `levels` only; results are arrays.
 """
 
 import math
@@ -21,19 +21,19 @@ from engine.tables import Floats
 shapely: Any = shapely_with_types
 """Its own types leave most results unknown."""
 APART = 2.0
-"""Between two points of a border that is neither straight nor an arc [m]."""
+"""Distance between points of a border that is neither straight nor an arc [m]."""
 GAP = 0.05
-"""Strips nearer to one another than twice this have no gap between them [m]."""
+"""Half of the distance between strips up to which there is no gap between them [m]."""
 SMOOTH = 1e-4
-"""How far from its outline corners of a union are left out [m]: from 1 mm on, the area would depend on the pose."""
+"""Distance from the outline within which corners of a union are removed [m]: from 1 mm on, areas depend on the pose."""
 PRECISION = 1e-6
-"""Of the corners of a union [m]: nearly equal ones cannot be triangulated."""
+"""Grid of the corners of a union [m]: nearly equal corners cannot be triangulated."""
 TILED = 1e-6
 """Greatest share by which the area of triangles may differ from that of the union that they tile."""
 SPECK = 0.1
-"""Part of a union that is smaller is left out [m^2]."""
+"""Area below which a part of a union is omitted [m^2]."""
 LEAST_WIDTH = 0.1
-"""Of a strip of a lane that has no width [m]."""
+"""Width of the strip of a lane without a width [m]."""
 NOTHING = 1e-9
 
 
@@ -46,7 +46,7 @@ class NoSurface(Signal):
 
 
 def places(row: Stretch) -> list[float]:
-    """Where the borders of a stretch have their points, its end left out [m]."""
+    """Return the places of a stretch's border points, without its end [m]."""
     length = row.end - row.start
     if row.is_plain:
         widest = Primitive(0.0, 0.0, 0.0, row.piece.curvature or 0.0, length)
@@ -57,13 +57,13 @@ def places(row: Stretch) -> list[float]:
 
 
 def border(rows: Sequence[Stretch], *, outer: bool) -> Floats:
-    """(n, 2) one border of a lane, in the direction of the reference line."""
+    """Return (n, 2) one border of a lane, in the direction of the reference line."""
     points = [row.beside(s, row.border(s, outer=outer)) for row in rows for s in (*places(row), row.end)]
     return np.array(points)
 
 
 def strip_between(inner: Floats, outer: Floats) -> Shape:
-    """The region between two borders with as many points each."""
+    """Return the region between two borders with equal numbers of points."""
     if _is_thread(inner, outer):
         outer = inner + _normals(inner) * LEAST_WIDTH
     lower = np.hstack([inner[:-1], inner[1:], outer[1:]])
@@ -84,7 +84,7 @@ def _normals(line: Floats) -> Floats:
 
 
 def ring_of(inner: Floats, outer: Floats) -> Floats:
-    """The outline between two borders, anticlockwise, without repeated points."""
+    """Return the outline between two borders, anticlockwise, without repeated points."""
     ring = np.vstack([inner, outer[::-1]])
     sides = ring - np.roll(ring, 1, axis=0)
     ring = ring[np.hypot(sides[:, 0], sides[:, 1]) > 1e-6]
@@ -94,7 +94,7 @@ def ring_of(inner: Floats, outer: Floats) -> Floats:
 def outline(inner: Floats, outer: Floats) -> Any:
     """Return the polygon between two borders, empty without a width.
 
-    One that meets itself, as in a tight curve, is the union of its tiles.
+    If its outline crosses itself, as in a tight curve, it is the union of its tiles.
     """
     ring = ring_of(inner, outer)
     polygon = shapely.Polygon(None if len(ring) < 3 or _is_thread(inner, outer) else ring)
@@ -112,7 +112,8 @@ def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
         NoSurface: no outline has an area, or the union of some cannot be computed.
     """
     grown = [_grown(each) for each in outlines if each.area > 0.0]
-    # what the union leaves apart goes on one by one, as GEOS would compare each with all others; in an order of its own
+    # Separate parts of the union are processed one by one, as GEOS would compare each with all others; sorted, so that
+    # the order is defined.
     with _named(grown):
         whole = sorted(_parts(shapely.disjoint_subset_union_all(grown)), key=lambda each: each.bounds)
     shrunk = (_shrunk(each) for each in whole)
@@ -126,7 +127,7 @@ def union(outlines: Sequence[Any]) -> tuple[Shape, tuple[Floats, ...]]:
 
 
 def _grown(polygon: Any) -> Any:
-    """Return a polygon widened by `GAP`. GEOS loses some mitred outlines; round ones it never does."""
+    """Return a polygon widened by `GAP`. GEOS loses some mitred outlines; it never loses round ones."""
     grown = polygon.buffer(GAP, join_style="mitre")
     return grown if grown.area > polygon.area else polygon.buffer(GAP)
 
@@ -143,8 +144,8 @@ def _shrunk(part: Any) -> Any:
     strip = part.boundary.buffer(GAP, quad_segs=1)
     with _named([part]):
         shrunk = part.difference(strip)
-    # An inner parallel outline is no longer than the outline itself, but for 2 pi r at each hole (Steiner); GEOS
-    # simplifies what it buffers by 1 % of the distance.
+    # An inner parallel outline is not longer than the outline itself, except for 2 pi r at each hole (Steiner); GEOS
+    # simplifies buffered outlines by 1 % of the distance.
     _check_loss(part, shrunk, 1.01 * (part.length * GAP + math.pi * GAP**2 * _holes(part)))
     with _named([part]):
         final = rounded(shrunk.simplify(SMOOTH))
@@ -172,7 +173,7 @@ def _named(parts: Sequence[Any]) -> Generator[None]:
 
 
 def _triangles(polygons: Sequence[Any]) -> Floats:
-    """(n, 6) tiles of polygons."""
+    """Return (n, 6) tiles of polygons."""
     with _named(polygons):
         tiles = shapely.constrained_delaunay_triangles(shapely.MultiPolygon(polygons))
     triangles: Floats = np.array([np.array(each.exterior.coords)[:3].ravel() for each in tiles.geoms]).reshape(-1, 6)
@@ -187,12 +188,14 @@ def _parts(surface: Any) -> Sequence[Any]:
 
 
 def rounded(surface: Any) -> Any:
-    """To `PRECISION`; one whose outline meets itself, as that of narrow borders may, is made whole before."""
+    """Return the surface rounded to `PRECISION`; an outline that crosses itself, as of narrow borders, is repaired
+    before.
+    """
     return shapely.set_precision(surface if surface.is_valid else shapely.make_valid(surface), PRECISION)
 
 
 def overlap(one: Shape, other: Shape) -> float:
-    """What two surfaces have in common [m^2]."""
+    """Return the common area of two surfaces [m^2]."""
     (low, high), (least, most) = (
         (corners.min(axis=0), corners.max(axis=0)) for corners in (one.edges[:, :2], other.edges[:, :2])
     )

@@ -1,1 +1,1 @@
-"""What a search's failures are: how different, of what kinds, where, and what each gene does."""
+"""Analysis of a search's failures: diversity, kinds, regions of the gene space, and the effect of each gene."""

@@ -1,4 +1,4 @@
-"""What a search's failures are, taken together: of what kinds, where, and whose fault."""
+"""The complete analysis of a search's failures: kinds, regions, effects of genes, and avoidability."""
 
 import math
 from collections import Counter
@@ -33,28 +33,29 @@ MOST_REPLAYS = 500
 BUDGET = 20_000
 """Simulations of the sensitivity design."""
 MOST_LANES = 20
-"""Drawn lanes that are told apart, those with the most collisions; all others are one row."""
+"""Number of sampled lanes with a row of their own, those with the most collisions; all remaining lanes share one row.
+"""
 
 
 @dataclass(frozen=True)
 class SystemShare:
-    """Avoidable collisions by what the search had chosen for one param of the system under test."""
+    """Avoidable collisions by the value that the search chose for one param of the system under test."""
 
     name: str
     thirds: tuple[int, int, int]
-    """How many had it in the lower, the middle and the upper third of its range."""
+    """Numbers of collisions in the lower, the middle and the upper third of the param's range."""
 
 
 @dataclass(frozen=True)
 class Avoided:
-    """Why the reference driver would have avoided a search's collisions, or not."""
+    """Counts of a search's collisions by the reason for which the reference driver avoids them or not."""
 
     driven: int
     """Collisions that were driven again with every start of braking: all, or as many spread evenly."""
     by: dict[Avoidance, int]
-    """How many of them came out in each way."""
+    """Number of these collisions for each answer."""
     by_system: tuple["SystemShare", ...] = ()
-    """Where the avoidable ones lie in the ranges of the system's own params, as far as the search chose them."""
+    """Avoidable collisions within the ranges of the system's own params, as far as the search chose these."""
 
     @property
     def avoidable(self) -> int:
@@ -62,44 +63,44 @@ class Avoided:
 
     @property
     def lost(self) -> int:
-        """How many are lost from the start: the scene begins too late for any braking."""
+        """Return the number of collisions that no braking avoids, because the scene begins too late."""
         return self.by.get(Avoidance.LOST, 0)
 
     @property
     def struck(self) -> int:
-        """How many are no failure of the ego, which was struck from behind, or while it stood."""
+        """Return the number of collisions in which the ego was struck from behind or while it stood."""
         return sum(self.by.get(kind, 0) for kind in STRUCK)
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """One search, understood. Rows are those of its evaluations."""
+    """Analysis of one search. Row numbers are those of its evaluations."""
 
     simulations: int
     valid: int
     failures: int
-    """Simulated individuals that collided …"""
+    """Simulated individuals that collided."""
     came: Failures
-    """The same by distinct simulation, with what the reference driver says of each."""
+    """Counts by distinct simulation, with the verdicts of the reference driver."""
     kinds: tuple[FoundKind, ...]
-    """Those that a competent driver would have avoided first."""
+    """Kinds of collisions; those that a competent driver would have avoided come first."""
     fastest: float
-    """The largest closing speed of a contact [m/s]; NaN without one."""
+    """Largest closing speed of a contact [m/s]; NaN without a contact."""
     spread: Spread
     grids: tuple[Grid, ...]
     clusters: tuple[Cluster, ...]
     genes: tuple[GeneEffect, ...]
-    """What each gene did in the search, and what it does when it alone is changed."""
+    """Effect of each gene in the search, and its effect if it alone is changed."""
     sensitivity: Sensitivity | None
-    """Of the scenario itself, by a design of its own; None where it was left out or there is no gene."""
+    """Sensitivity indices of the scenario, from a design of their own; None if omitted or without genes."""
     worst: tuple[Case, ...]
     avoidability: tuple[Avoidability | None, ...]
-    """Of each of the worst; None for one without a collision."""
+    """Avoidability of each worst case; None for a case without a collision."""
     avoided: Avoided
     system: tuple[str, ...]
     """Genes that the search chose and that belong to the system under test."""
     partners: Partners = NO_PARTNERS
-    """With whom the ego collided."""
+    """Actors with which the ego collided."""
 
 
 def analyse(
@@ -111,9 +112,10 @@ def analyse(
     count: int = 10,
     blame: Ints | None = None,
 ) -> Analysis:
-    """All of it, but what new runs show where only kept decisions drive. `budget` simulations for the sensitivity
-    design (0: none), `count` worst cases. `blame` (n, k): what the reference driver says of each rollout, where it was
-    asked before.
+    """Return the complete analysis; results of new runs are omitted if the driver only replays recorded decisions.
+
+    `budget`: simulations for the sensitivity design (0: none). `count`: number of worst cases. `blame` (n, k): verdict
+    of the reference driver on each rollout, if it is known already.
     """
     box = Box.of(program.space)
     can_drive_new_scenes = config.driver is None or config.driver.can_drive_new_scenes
@@ -153,8 +155,9 @@ def _probes(box: Box, evaluations: Evaluations, evaluate: Evaluate, config: Conf
 def driven_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Avoidability | None, ...]:
-    """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision, or
-    that nobody can drive again as it was.
+    """Return the reference driver's answer for the worst rollout of each row.
+
+    None for a run without a collision, and for a run whose recorded decisions are missing.
     """
     chosen, driver = np.array(rows, dtype=np.int64), config.driver
     hit = chosen[evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]]
@@ -176,7 +179,7 @@ def _spread_evenly(rows: Sequence[int]) -> list[int]:
 
 
 def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Config) -> Avoided:
-    """What the reference driver makes of a search's collisions, all together."""
+    """Return the reference driver's answers for a search's collisions, as counts."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.collided).tolist()
     answers = driven_again(program, evaluations, _spread_evenly(rows), config)
     known = [answer for answer in answers if answer is not None]
@@ -186,7 +189,7 @@ def avoided(program: Program, evaluations: Evaluations, blame: Ints, config: Con
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
-    """One for each param of the system that has a range."""
+    """Return one row for each param of the system that has a range."""
     shares: list[SystemShare] = []
     for gene, name in enumerate(space.names):
         if name in space.system and space.kinds[gene] != GeneKind.INDEX:
@@ -198,14 +201,14 @@ def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...
 
 
 def fastest_contact(evaluations: Evaluations) -> float:
-    """The largest closing speed of a simulated contact [m/s]; NaN without one."""
+    """Return the largest closing speed of a simulated contact [m/s]; NaN without a contact."""
     runs = evaluations.rollouts
     speeds = runs.closing_speed[evaluations.simulated][runs.collided[evaluations.simulated]]
     return float(np.nanmax(speeds)) if np.isfinite(speeds).any() else math.nan
 
 
 def variant_labels(program: Program) -> list[str]:
-    """A label for each way of making the file's finite choices."""
+    """Return a label for each combination of the file's finite choices."""
     return [", ".join(choice.option for choice in variant.choices) or "the only one" for variant in program.variants]
 
 
@@ -213,9 +216,9 @@ def variant_labels(program: Program) -> list[str]:
 
 
 def lane_grids(program: Program, evaluations: Evaluations, config: Config) -> tuple[Grid, ...]:
-    """Per choice of a lane that scenes draw, the valid simulations by lane and by the side that was nearest.
+    """Return, for each choice of a sampled lane, the valid simulations by lane and by the nearest side of the ego.
 
-    Journals keep no draws: scenes are drawn once more from their keys, which costs a small part of running them.
+    Journals do not store draws. The scenes are sampled again from their keys, which costs a small part of a simulation.
     """
     names = tuple(dict.fromkeys(name for label in program.variants for name in _drawn_by(label)))
     if not names:
@@ -238,20 +241,20 @@ def lane_grids(program: Program, evaluations: Evaluations, config: Config) -> tu
 
 
 def _drawn_by(label: VariantLabel) -> dict[str, int]:
-    """The scene value that holds each lane that is drawn, by the name of the choice."""
+    """Return the number of the scene value with each drawn lane, by the name of the choice."""
     lanes = drawn_lanes(label)
     return dict(zip(choice_names(label)[len(label.choices) :], (site.values[0] for site in lanes), strict=True))
 
 
 def _lane_of(program: Program, name: str, variants: Ints, values: Floats) -> Ints:
-    """(n,) the lane of each scene; -1 where it drew none."""
+    """Return (n,) the lane of each scene; -1 if it drew none."""
     places = np.array([_drawn_by(label).get(name, -1) for label in program.variants])[variants]
     numbers = values[np.arange(len(values)), np.maximum(places, 0)]
     return np.where((places >= 0) & np.isfinite(numbers), np.nan_to_num(numbers), -1.0).astype(np.int64)
 
 
 def _rows(lanes: list[str], number: Ints, collided: Bools) -> tuple[tuple[str, ...], Ints]:
-    """The names of rows, and the row of each scene."""
+    """Return the names of rows, and the row of each scene (n,)."""
     seen, row = np.unique(number, return_inverse=True)
     failures = np.bincount(row, weights=collided, minlength=len(seen))
     kept = np.sort(np.argsort(-failures, kind="stable")[:MOST_LANES])

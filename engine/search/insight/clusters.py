@@ -1,17 +1,18 @@
-"""Where the failures of a search lie, each group with a readable condition such as `ADV_SPEED > 41 km/h`.
+"""Clusters of failures in the gene space, each with a readable condition such as `ADV_SPEED > 41 km/h`.
 
 Failures are grouped by their genes, each as a share of its range: agglomeration by Ward (1963), "Hierarchical grouping
 to optimize an objective function", cut where the mean silhouette of Rousseeuw (1987), "Silhouettes: a graphical aid",
-is largest; where even that is weak, all failures are one group.
+is largest; if even the largest silhouette is weak, all failures are one group.
 
 The condition of a group is grown gene by gene, each time by the bound that separates its failures best from runs
-without failure that are drawn as the file says: weighted relative accuracy of Lavrac, Flach and Zupan (1999), "Rule
-evaluation measures: a unifying view", coverage times (precision - share of all).
+without failure that are sampled from the file's distributions: weighted relative accuracy of Lavrac, Flach and Zupan
+(1999), "Rule evaluation measures: a unifying view", coverage times (precision - share of all).
 
-What a search simulated is no sample, as it looks where it has found failures, so a condition is judged on fresh draws
-from the file's own distributions. Half of those that meet it decide whether it tells anything: its runs fail more
-often than all do, their 95 % intervals apart; if not, there is no condition. The other half gives the interval that is
-told, which no choice has touched. Everything follows from the seed.
+The simulations of a search are not a random sample, as a search prefers regions with failures. A condition is therefore
+tested on fresh draws from the file's own distributions. One half of the draws that meet it decides whether it is
+significant: its runs fail more often than all runs, and the 95 % intervals do not overlap; otherwise there is no
+condition. The second half gives the reported interval, which no selection has influenced. All results follow from the
+seed.
 """
 
 import math
@@ -38,7 +39,7 @@ LEAST_FAILURES = 8
 WEAK = 0.3
 """A mean silhouette below this is no structure to speak of (0.25 to 0.5: weak, Kaufman and Rousseeuw, 1990)."""
 MOST_ROWS = 800
-"""Failures that are grouped; of more, as many spread evenly, and each other one joins its nearest."""
+"""Maximum number of grouped failures, spread evenly over all; a remaining failure joins the group of its nearest."""
 MOST_CONDITIONS = 3
 CUTS = 24
 """Bounds tried for each gene."""
@@ -47,36 +48,36 @@ WORTH = 0.04
 BACKGROUND = 2000
 """Draws that conditions are grown against."""
 JUDGES = 2000
-"""Draws under a condition: half of them decide whether it is kept, the others tell how often it fails …"""
+"""Draws under a condition: one half decides whether it is accepted, the second half gives its failure rate."""
 LOOKED_AT = 1 << 18
-"""… sought among so many draws of the genes …"""
+"""Maximum number of genomes that are drawn in search of those draws."""
 LEAST_JUDGES = 100
-"""… and fewer than this are too few to judge it."""
+"""Minimum number of draws under a condition; a condition with fewer is rejected."""
 FRESH_RUN = 0xFFFE
 """Number of the run in the stream keys of these draws: no search, estimate or design has it."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """low <= gene <= high; one end may be infinite. Of options: the one whose number both ends are."""
+    """low <= gene <= high; one end may be infinite. For options, both ends are the number of the option."""
 
     gene: int
     low: float
     high: float
 
     def holds(self, genomes: Floats) -> Bools:
-        """(n,) for genomes (n, d)."""
+        """Return (n,) True for genomes (n, d) within the bounds."""
         return (genomes[:, self.gene] >= self.low) & (genomes[:, self.gene] <= self.high)
 
 
 @dataclass(frozen=True)
 class Rate:
-    """How often runs drawn as the file says fail."""
+    """Failure rate of runs that are sampled from the file's distributions."""
 
     valid: int
-    """Valid runs …"""
+    """Valid runs."""
     failed: int
-    """… and those of them in which the ego collides."""
+    """Valid runs in which the ego collides."""
 
     @property
     def share(self) -> float:
@@ -84,7 +85,7 @@ class Rate:
 
     @cached_property
     def interval(self) -> Interval:
-        """95 %, of Clopper and Pearson."""
+        """Return the 95 % interval of Clopper and Pearson."""
         return clopper_pearson(self.failed, self.valid)
 
 
@@ -93,29 +94,29 @@ NOTHING = Rate(0, 0)
 
 @dataclass(frozen=True)
 class Cluster:
-    """Failures that lie together."""
+    """Group of failures that are close to each other."""
 
     rows: tuple[int, ...]
-    """Of the evaluations: its failures."""
+    """Rows of its failures in the evaluations."""
     example: int
     """The row nearest to the middle of all."""
     conditions: tuple[Condition, ...]
-    """All hold; () where no bounds were found under which runs fail more often than all do."""
+    """Conditions that all hold; () if no bounds were found under which runs fail more often than all runs."""
     coverage: float
     """Share of these failures that meets the conditions."""
     fresh: Rate
-    """Of fresh draws that meet the conditions."""
+    """Failure rate of fresh draws that meet the conditions."""
     base: Rate
-    """Of all fresh draws."""
+    """Failure rate of all fresh draws."""
 
     @property
     def lift(self) -> float:
-        """How many times as often runs under the conditions fail; infinite where of all none did."""
+        """Return the failure rate under the conditions divided by that of all draws; infinite if no draw failed."""
         return self.fresh.share / self.base.share if self.base.failed else math.inf
 
 
 def clusters(evaluations: Evaluations, space: ParamSpace, evaluate: Evaluate, seed: int = 0) -> tuple[Cluster, ...]:
-    """Where the failures of a search lie, the largest group first; () without a failure or without a gene."""
+    """Return the clusters of a search's failures, the largest first; () without a failure or without a gene."""
     failures = np.flatnonzero(evaluations.simulated & evaluations.valid & evaluations.collided)
     if not len(failures) or not len(space):
         return ()
@@ -138,7 +139,7 @@ def _units(genomes: Floats, box: Box) -> Floats:
 
 
 def _grouped(units: Floats) -> Ints:
-    """A label for each failure (n, d)."""
+    """Return (n,) the group of each failure in `units` (n, d)."""
     if len(units) < LEAST_FAILURES:
         return np.zeros(len(units), dtype=np.int64)
     from scipy.cluster.hierarchy import fcluster, ward
@@ -161,7 +162,10 @@ def _grouped(units: Floats) -> Ints:
 
 
 def _silhouette(table: Floats, labels: Ints) -> float:
-    """Mean over all points of (b - a) / max(a, b): a, mean distance within; b, mean distance to the nearest others."""
+    """Return the mean over all points of (b - a) / max(a, b).
+
+    a: mean distance within the group; b: mean distance to the nearest other group.
+    """
     names = np.unique(labels)
     if len(names) < 2:
         return -1.0
@@ -183,13 +187,13 @@ def _silhouette(table: Floats, labels: Ints) -> float:
 
 
 class FreshDraws:
-    """Runs drawn as the file says; asked the same, it answers the same."""
+    """Runs that are sampled from the file's distributions; equal arguments give equal runs."""
 
     def __init__(self, space: ParamSpace, evaluate: Evaluate, seed: int) -> None:
         self._space, self._evaluate, self._seed = space, evaluate, seed
 
     def draws(self, part: int, count: int, rule: tuple[Condition, ...] = ()) -> tuple[Floats, Assessment]:
-        """The first `count` that meet a rule, of so many as are looked at; each part draws others."""
+        """Return the first `count` draws that meet a rule, among `LOOKED_AT` draws; each part has different draws."""
         keys = key_rows(self._seed, int(Method.SAMPLE), FRESH_RUN, part, range(LOOKED_AT if rule else count))
         genomes = draw_genomes(self._space, keys)
         chosen = np.flatnonzero(_meet(genomes, rule))[:count]
@@ -201,7 +205,7 @@ class FreshDraws:
 
 
 def rate(runs: Assessment, part: slice = slice(None)) -> Rate:
-    """How often these runs fail."""
+    """Return the failure rate of these runs."""
     valid = runs.verdict[part] == Verdict.VALID
     return Rate(int(valid.sum()), int((runs.collided[part] & valid).sum()))
 
@@ -225,7 +229,7 @@ def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, f
 
 
 def _judged(rule: tuple[Condition, ...], base: Rate, fresh: FreshDraws) -> tuple[tuple[Condition, ...], Rate]:
-    """The rule and how often it fails, from draws of which none decided that; no rule where it has no lift."""
+    """Return the rule and its failure rate, from draws that did not influence its acceptance; no rule without lift."""
     _, runs = fresh.draws(1, JUDGES, rule) if rule else ((), None)
     if runs is None or len(runs) < LEAST_JUDGES:
         return (), NOTHING
@@ -240,7 +244,7 @@ def _mean(values: Bools) -> float:
 
 
 def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:
-    """Bounds added while each makes the rule better."""
+    """Return a rule of bounds, added as long as each improves the rule."""
     rule: tuple[Condition, ...] = ()
     best = 0.0
     while len(rule) < MOST_CONDITIONS:
@@ -254,7 +258,7 @@ def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:
 
 
 def _candidates(genomes: Floats, box: Box) -> list[Condition]:
-    """Bounds from below and from above at quantiles of the wanted, and single options."""
+    """Return bounds from below and above at quantiles of the wanted genomes, and single options."""
     candidates: list[Condition] = []
     for gene, kind in enumerate(box.kinds):
         values = genomes[:, gene]
@@ -268,7 +272,7 @@ def _candidates(genomes: Floats, box: Box) -> list[Condition]:
 
 
 def _with(rule: tuple[Condition, ...], new: Condition) -> tuple[Condition, ...]:
-    """The rule with one more bound; two bounds of one gene are one condition."""
+    """Return the rule with one more bound; two bounds of one gene become one condition."""
     known = next((old for old in rule if old.gene == new.gene), None)
     if known is None:
         return (*rule, new)
@@ -284,7 +288,7 @@ def _meet(genomes: Floats, rule: tuple[Condition, ...]) -> Bools:
 
 
 def _accuracy(met: Bools, wanted: Bools) -> float:
-    """Weighted relative accuracy."""
+    """Return the weighted relative accuracy."""
     covered = int(met.sum())
     if not covered:
         return 0.0

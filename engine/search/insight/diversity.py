@@ -1,7 +1,7 @@
-"""How different the runs of a search are: cells of descriptor grids, QD score, and how far apart its failures lie.
+"""Diversity of the runs of a search: cells of descriptor grids, QD score, and distances between its failures.
 
-Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.pair.Approach`). Edges
-of grids are the same for every scenario and search, so that their cells can be compared.
+Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.pair.Approach`). Edges of
+grids are the same for every scenario and search, so that their cells can be compared.
 """
 
 import math
@@ -22,7 +22,7 @@ SPEEDS = tuple(10.0 * step for step in range(1, 10))
 CLOSING = tuple(20.0 * step for step in range(8))
 """Inner edges of closing speeds [km/h]; both outer cells are open."""
 SECTORS = ("same way", "45° left", "90° left", "135° left", "head-on", "135° right", "90° right", "45° right")
-"""Headings of the other as seen from the ego, each the middle of a sector of 45 degrees."""
+"""Headings of the other actor relative to the ego, each the middle of a sector of 45 degrees."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Grid:
     second: tuple[str, ...]
     """Labels of the columns."""
     runs: Ints
-    """Valid simulations in each cell …"""
+    """Valid simulations in each cell."""
     failures: Ints
-    """… those of them that collided …"""
+    """Simulations in each cell that collided."""
     best: Floats
-    """… and the largest continuous risk, NaN in an empty cell."""
+    """Largest continuous risk in each cell; NaN in an empty cell."""
 
     @property
     def cells(self) -> int:
@@ -47,17 +47,17 @@ class Grid:
 
     @property
     def covered(self) -> int:
-        """Cells with a valid simulation."""
+        """Return the number of cells with a valid simulation."""
         return int((self.runs > 0).sum())
 
     @property
     def failing(self) -> int:
-        """Cells with a collision."""
+        """Return the number of cells with a collision."""
         return int((self.failures > 0).sum())
 
     @property
     def qd_score(self) -> float:
-        """Sum of the best quality, here the continuous risk, over all covered cells.
+        """Return the sum of the best quality, here the continuous risk, over all covered cells.
 
         Pugh, Soros and Stanley (2016), "Quality diversity: a new frontier for evolutionary computation".
         """
@@ -66,22 +66,22 @@ class Grid:
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean distances between failures, where a distance is the mean difference of genes as shares of their ranges.
+    """Mean distances between failures. A distance is the mean difference of genes, as shares of their ranges.
 
-    NaN with fewer than two failures. The nearest falls as failures grow more, however they lie: two searches are
-    compared by it at the same `count` only.
+    NaN with fewer than two failures. The nearest distance falls with the number of failures, so compare it only between
+    searches with the same `count`.
     """
 
     nearest: float
-    """To the nearest other failure: near 0 where a search found the same thing again and again."""
+    """Mean distance to the nearest other failure: near 0 if the search found the same failure again and again."""
     pairwise: float
-    """Between any two; some 1/3 where failures fill the box evenly."""
+    """Mean distance between any two failures; about 1/3 if they fill the box evenly."""
     count: int = 0
     """Failures of different genomes, all of them."""
 
 
 def spread(evaluations: Evaluations, box: Box) -> Spread:
-    """How far apart the different failures of a search lie, all of them."""
+    """Return the mean distances between the different failures of a search."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
     places = np.unique(_places(evaluations.genomes[rows], box), axis=0)
     if len(places) < 2 or not len(box):
@@ -93,8 +93,9 @@ def spread(evaluations: Evaluations, box: Box) -> Spread:
 
 
 def _places(genomes: Floats, box: Box) -> Floats:
-    """Points whose L1 distance sums the differences of genes: a column a gene, and one for each option of an option's,
-    as two different options are a whole range apart.
+    """Return points (n, columns) with an L1 distance that sums the differences of genes as shares of their ranges.
+
+    One column per gene; an option gene has one column per option, as two different options are a whole range apart.
     """
     units = _units(genomes, box)
     columns: list[Floats] = []
@@ -107,14 +108,14 @@ def _places(genomes: Floats, box: Box) -> Floats:
 
 
 def _mean_difference(places: Floats) -> float:
-    """Mean L1 distance of all pairs: in each column, sorted, the i-th of n is counted 2 i - n + 1 times."""
+    """Return the mean L1 distance of all pairs: in each sorted column, the i-th of n has the weight 2 i - n + 1."""
     count = len(places)
     weights = 2.0 * np.arange(count) - count + 1.0
     return float((weights[:, np.newaxis] * np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
 
 
 def _units(genomes: Floats, box: Box) -> Floats:
-    """Genes as shares of their ranges; two different options are further apart than any share."""
+    """Return genes as shares of their ranges; two different options are further apart than any share."""
     low, high = np.array(box.low), np.array(box.high)
     width = np.where(high > low, high - low, 1.0)
     options = np.array([kind is GeneKind.INDEX for kind in box.kinds], dtype=bool)
@@ -122,10 +123,7 @@ def _units(genomes: Floats, box: Box) -> Floats:
 
 
 def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid, ...]:
-    """The descriptor grids of a search: speeds, angle and closing speed, side and variant.
-
-    `variants`: a label for each variant of the program; equal labels share a column. Without, variants are numbered.
-    """
+    """Return the descriptor grids of a search: speeds, angle and closing speed, side and variant."""
     runs, chosen = evaluations.rollouts, worst_valid(evaluations)
     if not len(variants):
         variants = [str(number) for number in range(int(runs.variant.max(initial=0)) + 1)]
@@ -145,13 +143,13 @@ def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid,
 
 
 def worst_valid(evaluations: Evaluations) -> tuple[Ints, Ints]:
-    """(row, rollout) of each valid simulated individual's worst rollout."""
+    """Return (row, rollout) of each valid simulated individual's worst rollout."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.valid)
     return rows, evaluations.worst_rollout[rows]
 
 
 def sector(angle: Floats) -> Ints:
-    """Number of the sector of `SECTORS` that holds each angle [rad]; a head-on angle may have either sign."""
+    """Return the index in `SECTORS` of each angle [rad]; a head-on angle may have either sign."""
     turned = np.nan_to_num(angle) / (2.0 * math.pi / len(SECTORS)) + 0.5
     return np.floor(turned).astype(np.int64) % len(SECTORS)
 
@@ -161,7 +159,7 @@ def _bins(speed: Floats, edges: Sequence[float]) -> Ints:
 
 
 def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
-    """Return labels like `0 .. 10`, one more than inner edges; without a first edge the first is `below`."""
+    """Return labels such as `0 .. 10`, one more than inner edges; without `first` the first label is `< edge`."""
     texts = [f"{edge:g}" for edge in edges]
     start = f"{first} .. {texts[0]}" if first else f"< {texts[0]}"
     return (start, *(f"{a} .. {b}" for a, b in pairwise(texts)), f"> {texts[-1]}")
@@ -170,7 +168,7 @@ def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
 def counted(
     name: str, first: tuple[str, ...], second: tuple[str, ...], i: Ints, j: Ints, risk: Floats, failed: Bools
 ) -> Grid:
-    """Simulations by their cells `i` and `j`."""
+    """Return the simulations counted by their cells `i` and `j`."""
     shape = len(first), len(second)
     runs, failures = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
     best = np.full(shape, -np.inf)

@@ -1,14 +1,14 @@
-"""What each gene did: its association with risk among what was simulated, and its effect where it alone is changed.
+"""Effect of each gene: its association with risk among the simulations, and its effect if it alone is changed.
 
-A genetic algorithm does not sample its box evenly, so a correlation among its individuals also shows what it bred for.
-The effects come from *probes*: simulated cases, spread evenly over the campaign, are simulated again under the same
-stream key with one gene moved by half its range, wrapping around. A gene that changes nothing at all in any probe is
-called dead. Probes are beside the budget and enter no figure.
+A genetic algorithm does not sample its box evenly, so a correlation among its individuals also shows its selection. The
+effects come from *probes*: simulated cases, spread evenly over the campaign, are simulated again under the same stream
+key with one gene moved by half its range, wrapping around. A gene that changes nothing in any probe is dead. Probes do
+not count towards the budget or any figure.
 
-Moving a gene may also change which attempt at a scene the requirements accept, and with it lanes and all else that is
-left to chance. Such a probe does not show what the gene does. An effect is therefore taken among those probes whose
-scene made the same finite choices (`variant`) as the case; where the case's own stream gives other ones, some further
-streams are tried. A discrete gene may itself be such a choice, so its probes are all compared.
+A change of a gene may also change the attempt at a scene that the requirements accept, and with it lanes and all other
+random values. Such a probe does not show the effect of the gene. An effect is therefore taken among those probes in
+which the scene has the same finite choices (`variant`) as the case; if the case's own stream gives different choices,
+some further streams are tried. A discrete gene may itself be such a choice, so its probes are all compared.
 """
 
 from dataclasses import dataclass, fields
@@ -30,14 +30,14 @@ FURTHER = 8
 FURTHER_ROLLOUT = 1 << 15
 """Number of the first of them in the stream keys: no rollout of a search has it."""
 NOT_OUTCOMES = ("attempts", "tested", "failed", "sought", "found")
-"""Fields that say how a scene was found, or what a search makes of a run, which follows from what happened in it: the
-probes of a run that is read back look for nothing.
+"""Fields that describe how a scene was accepted, or objectives, which follow from the run; probes of a run that is read
+back have no objectives.
 """
 
 
 @dataclass(frozen=True)
 class GeneEffect:
-    """One gene's part in a campaign."""
+    """Effect of one gene in a campaign."""
 
     name: str
     correlation: float
@@ -59,7 +59,7 @@ class GeneEffect:
 
     @property
     def dead(self) -> bool | None:
-        """Whether the gene was probed and changed nothing; None if it was not probed."""
+        """Return True if the gene was probed and changed nothing; None if it was not probed."""
         return None if self.changed is None else self.changed == 0
 
 
@@ -74,7 +74,7 @@ class Probes:
 
 
 def gene_effects(box: Box, evaluations: Evaluations, probes: Probes | None = None) -> tuple[GeneEffect, ...]:
-    """One row a gene, in the order of the file."""
+    """Return one effect per gene, in the order of the file."""
     rows = order_of_risk(evaluations)
     return tuple(_gene_effect(box, gene, evaluations, rows, probes) for gene in range(len(box)))
 
@@ -132,7 +132,7 @@ def probe_genes(box: Box, evaluations: Evaluations, evaluate: Evaluate, count: i
 def _same_choices(
     before: Assessment, after: Assessment, moved: Floats, keys: Ints, free: Bools, evaluate: Evaluate
 ) -> tuple[Assessment, Bools]:
-    """The probes, some of them under a further stream, and which of them are valid with the choices of their case."""
+    """Return the probes, some of them under a further stream, and (n,) True if valid with the choices of their case."""
 
     def same(found: Assessment, rows: Ints) -> Bools:
         return (found.verdict == Verdict.VALID) & ((found.variant == before.variant[rows]) | free[rows])
@@ -154,7 +154,7 @@ def _same_choices(
 
 
 def _moved(box: Box, gene: int, genomes: Floats) -> Floats:
-    """The genomes with one gene half its range further, wrapping around; discrete genes stay on whole numbers."""
+    """Return the genomes with one gene moved by half its range, wrapping around; discrete genes stay whole numbers."""
     moved = genomes.copy()
     low, high = box.low[gene], box.high[gene]
     if low < high:
@@ -166,14 +166,14 @@ def _moved(box: Box, gene: int, genomes: Floats) -> Floats:
 
 
 def _effect(before: Assessment, after: Assessment, same: Bools, shape: tuple[int, int]) -> Floats:
-    """(genes,) NaN where no probe can be compared."""
+    """Return (genes,) the mean absolute change of the continuous risk; NaN where no probe can be compared."""
     total = np.where(same, np.abs(after.continuous - before.continuous), 0.0).reshape(shape).sum(axis=1)
     compared = same.reshape(shape).sum(axis=1)
     return np.where(compared > 0, total / np.maximum(compared, 1), np.nan)
 
 
 def _differs(before: Assessment, after: Assessment) -> Bools:
-    """(n,) whether any outcome differs, bit for bit; NaN equals NaN."""
+    """Return (n,) True if any outcome differs, bit for bit; NaN equals NaN."""
     differs = np.zeros(len(before), dtype=bool)
     for field in fields(Assessment):
         if field.name not in NOT_OUTCOMES:

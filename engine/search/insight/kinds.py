@@ -1,11 +1,11 @@
-"""Kinds of failures, in the space of what happened, whatever led to it.
+"""Kinds of failures, defined by the collision alone and not by its genome.
 
-Two collisions are of one kind when the ego met the same other on the same side of itself, heading the same way as seen
-from it (a sector of 45 degrees), when each of the two stood or was about as fast, and when the reference driver says
-the same of both: it avoids them, it does not, or they are no failure of the ego. There are a few hundred kinds at most,
-so that their number has an end, as the number of genomes has not.
+Two collisions are of one kind if these agree: the actor that the ego met; the side of the ego on which it was; its
+heading relative to the ego (a sector of 45 degrees); for each of both, whether it stood or its range of speed; and the
+verdict of the reference driver: avoided, not avoided, or no failure of the ego. There are a few hundred kinds at most,
+so their number is bounded, unlike the number of genomes.
 
-The speeds that part kinds are those of zones where people walk, of towns, and of roads outside: *ours*.
+The speeds that separate kinds are those of zones with pedestrians, of towns, and of rural roads: *a choice of cortexc*.
 """
 
 from collections.abc import Callable
@@ -21,11 +21,11 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame, Side, Verdict
 
 SPEEDS = (30.0, 50.0, 70.0)
-"""What parts those that move [km/h] …"""
+"""Speeds that separate the kinds of moving actors [km/h]."""
 EDGES = (STANDING, *(speed * KMH for speed in SPEEDS))
-"""… and all [m/s]."""
+"""Edges of all ranges of speed [m/s]; the first separates standing from moving actors."""
 PACES = ("stands", f"< {SPEEDS[0]:g}", *(f"{a:g} .. {b:g}" for a, b in pairwise(SPEEDS)), f"> {SPEEDS[-1]:g}")
-"""How fast either is [km/h]."""
+"""Labels of the ranges of speed [km/h]."""
 
 Blaming = Callable[[Floats, Ints], Ints]
 """(genomes (n, d), stream keys (n, 6)) -> (n,) `Blame` of each of these runs."""
@@ -33,16 +33,16 @@ Blaming = Callable[[Floats, Ints], Ints]
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind; that of a run without contact is of where the two were closest, and its blame `NONE`."""
+    """One kind of run. Without a contact, it describes the closest approach and its blame is `NONE`."""
 
     pair: int
     """The ego and actor `pair` + 1."""
     side: Side
-    """Of the ego, on which the other was."""
+    """Side of the ego on which the other actor was."""
     sector: int
-    """Of `SECTORS`: heading of the other as seen from the ego."""
+    """Heading of the other actor relative to the ego, as an index of `SECTORS`."""
     ego_speed: int
-    """Of `PACES`."""
+    """Speed of the ego, as an index of `PACES`."""
     other_speed: int
     blame: Blame
 
@@ -53,56 +53,57 @@ class Kind:
 
 @dataclass(frozen=True)
 class FoundKind:
-    """One kind of collisions that a search found."""
+    """One kind of collision that a search found."""
 
     kind: Kind
     count: int
     """Distinct simulations."""
     row: int
-    """Of the evaluations, of the first of them …"""
+    """Row of its first collision in the evaluations."""
     rollout: int
-    """… and which of its rollouts."""
+    """Rollout of its first collision."""
 
 
 @dataclass(frozen=True)
 class Failures:
-    """What the distinct simulations of a search came to."""
+    """Outcome counts of the distinct simulations of a search."""
 
     valid: int
-    """Valid simulations …"""
+    """Valid simulations."""
     collisions: int
-    """… those of them in which the ego collided …"""
+    """Valid simulations in which the ego collided."""
     avoidable: int
-    """… those of these that the reference driver avoids …"""
+    """Collisions that the reference driver avoids."""
     struck: int
-    """… those that are no failure of the ego: it was struck from behind, or while it stood …"""
+    """Collisions in which the ego was struck from behind or while it stood: no failure of the ego."""
     unknown: int
-    """… and those of which nothing is known: the reference driver was not asked."""
+    """Collisions without a verdict of the reference driver, because it was not run."""
     without_ego: int
-    """Simulations in which two others touched."""
+    """Simulations in which two actors other than the ego touched."""
     lost: int
-    """Simulations over which a controller failed, so that nothing is known of them."""
+    """Simulations in which a controller failed, so that their outcome is unknown."""
     kinds: int
-    """Of the collisions."""
+    """Number of kinds of collisions."""
     avoidable_kinds: int
 
     @property
     def judged(self) -> bool:
-        """Whether the reference driver was asked about a collision; also where there is no collision to ask about.
+        """Return True if the reference driver was run for a collision, or if there is no collision.
 
-        Otherwise nothing is known of the counts by blame: they are no zeros.
+        Otherwise the counts by blame are unknown, not zero.
         """
         return self.unknown < self.collisions or not self.collisions
 
     def share(self, count: int) -> float:
-        """What share of valid simulations a count stands for: (n + 1) / (N + 2), Laplace's rule of succession, as none
-        found in N is not never.
+        """Return the share of valid simulations for a count, by Laplace's rule of succession: (n + 1) / (N + 2).
+
+        It is positive without a find, as no find in N simulations does not prove a share of zero.
         """
         return (count + 1) / (self.valid + 2)
 
 
 def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
-    """(n, k) `Blame` of each rollout; `NONE` also of what was not simulated again, and of all where nobody is asked."""
+    """Return (n, k) `Blame` of each rollout; `NONE` if it was not simulated here, and everywhere without `blaming`."""
     said = np.full(evaluations.rollouts.verdict.shape, int(Blame.NONE), dtype=np.int32)
     hit = _collisions(evaluations)
     if blaming is not None and hit.any():
@@ -112,7 +113,7 @@ def blamed(evaluations: Evaluations, blaming: Blaming | None) -> Ints:
 
 
 def codes(evaluations: Evaluations, blame: Ints) -> Ints:
-    """(n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
+    """Return (n, k, 6) the kind of every rollout, in the order of `Kind`'s fields."""
     runs = evaluations.rollouts
     ego, other = (
         np.searchsorted(EDGES, np.abs(np.nan_to_num(speed)), side="right")
@@ -122,7 +123,7 @@ def codes(evaluations: Evaluations, blame: Ints) -> Ints:
 
 
 def kinds(evaluations: Evaluations, blame: Ints) -> tuple[FoundKind, ...]:
-    """The kinds of a search's collisions: those that can be avoided first, then the most frequent."""
+    """Return the kinds of a search's collisions: avoidable ones first, then the most frequent."""
     rows, rollouts = np.nonzero(_collisions(evaluations))
     every = codes(evaluations, blame)[rows, rollouts]
     found, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
@@ -138,7 +139,7 @@ def _kind(pair: int, side: int, direction: int, ego: int, other: int, blame: int
 
 
 def failures(evaluations: Evaluations, blame: Ints) -> Failures:
-    """The counts of a search."""
+    """Return the counts of failures in a search."""
     hit, new = _collisions(evaluations), evaluations.simulated
     said = blame[hit]
     found = kinds(evaluations, blame)
@@ -156,5 +157,5 @@ def failures(evaluations: Evaluations, blame: Ints) -> Failures:
 
 
 def _collisions(evaluations: Evaluations) -> Bools:
-    """(n, k) distinct simulations in which the ego collided."""
+    """Return (n, k) True for distinct simulations in which the ego collided."""
     return np.asarray(evaluations.rollouts.collided & evaluations.simulated[:, np.newaxis])

@@ -1,22 +1,24 @@
-"""Which genes matter: first-order and total Sobol' indices of what becomes of a genome, from a design of their own.
+"""Importance of genes: first-order and total Sobol' indices of the outcome of a genome, from a design of their own.
 
-A search's evaluations are no sample: what it bred, it bred for its risk. These indices come from simulations of their
-own, drawn from the file's distributions by a Sobol' sequence. There are three outputs: whether there is a valid
-run at all, and, given that there is, its continuous risk and whether the ego collides.
+A search's evaluations are not a random sample, as the search selects for risk. These indices come from simulations of
+their own, drawn from the file's distributions by a Sobol' sequence. There are three outputs: whether there is a valid
+run and, given a valid run, its continuous risk and whether the ego collides.
 
-A genome does not decide its run: lanes, places and what else a scene draws are *chance*. Nor can chance be held while
-a gene moves: the scene is the first attempt that the requirements accept, and another genome has others accepted. So
-the indices are those of g(genes) = E[output | genes], the mean over chance, as shares of the output's whole variance V;
-what genes leave, E Var(output | genes) / V, is the share of chance. With A and B two independent designs of n rows, A_i
-the design A with the column of gene i from B, and every design run twice, f and f', under streams of its own each time:
+A genome alone does not determine its run: lanes, places and all other random values of a scene are *chance*. Chance
+cannot be fixed while a gene moves: the scene is the first attempt that the requirements accept, and a different genome
+has different attempts accepted. So the indices are those of g(genes) = E[output | genes], the mean over chance, as
+shares of the output's whole variance V; the remainder, E Var(output | genes) / V, is the share of chance. With A and B
+two independent designs of n rows, A_i the design A with the column of gene i from B, and every design run twice, f and
+f', under streams of its own each time:
 
     chance        mean((f(A) - f'(A))^2) / (2 V)
     first order   S_i  = cov(f(B), f(A_i)) / V                              what gene i explains alone
     total         ST_i = mean((f(A) - f(A_i)) (f'(A) - f'(A_i))) / (2 V)    what is left when all others are known
 
 The first order is that of Sobol' (1993), "Sensitivity estimates for nonlinear mathematical models". The total is
-Jansen's (1999), "Analysis of variance designs for model output", whose square is here a product of two differences that
-share no stream: its mean is that of g, free of the noise. Each mean is taken over all pairings of the two runs.
+Jansen's (1999), "Analysis of variance designs for model output", with a product of two differences that share no stream
+in place of its square: the mean of the product is that of g, without the noise. Each mean is taken over all pairings of
+the two runs.
 
 Given validity, means are taken over the pairs of which every run is valid; genes are then no longer independent, and
 indices need not add up. Intervals are percentile bootstrap intervals over the n rows: Archer, Saltelli and Sobol'
@@ -41,7 +43,7 @@ from engine.vocabulary import Method, Verdict
 TWICE = 2
 """Runs of every design, each under streams of its own."""
 RESAMPLES = 1000
-"""Of the bootstrap; fewer for a large design, so that they fit into memory."""
+"""Number of bootstrap resamples; a large design has fewer, so that they fit into memory."""
 MOST_NUMBERS = 8_000_000
 BLOCK = 4096
 SALTELLI_RUN = 0xFFFF
@@ -50,7 +52,7 @@ SALTELLI_RUN = 0xFFFF
 
 @dataclass(frozen=True)
 class Share:
-    """Of the variance of an output; NaN where that never varies. An estimate may lie below 0."""
+    """Share of the variance of an output; NaN if the output does not vary. An estimate may be negative."""
 
     value: float
     interval: Interval
@@ -58,7 +60,7 @@ class Share:
 
 @dataclass(frozen=True)
 class GeneIndex:
-    """One gene's part in an output."""
+    """Sensitivity indices of one gene for one output."""
 
     name: str
     first: Share
@@ -67,12 +69,12 @@ class GeneIndex:
 
 @dataclass(frozen=True)
 class Indices:
-    """What explains one output."""
+    """Sensitivity indices of one output."""
 
     genes: tuple[GeneIndex, ...]
-    """In the order of the file."""
+    """Indices of the genes, in the order of the file."""
     chance: Share
-    """What is left when every gene is known: lanes, places and what else a scene draws."""
+    """Share of the variance that the genes do not explain: lanes, places and all other random values of a scene."""
 
 
 @dataclass(frozen=True)
@@ -80,31 +82,31 @@ class Sensitivity:
     """Indices of each output."""
 
     validity: Indices
-    """Of whether a genome has a valid run."""
+    """Indices of the output: does a genome have a valid run?"""
     risk: Indices
-    """Of the continuous risk, given a valid run."""
+    """Indices of the continuous risk, given a valid run."""
     collision: Indices
-    """Of whether the ego collides, given a valid run."""
+    """Indices of the output: does the ego collide, given a valid run?"""
     rows: int
     """n of the design."""
     simulations: int
     """2 n (genes + 2)."""
     valid_share: float
-    """Of the simulations."""
+    """Share of the simulations that are valid."""
     collision_share: float
-    """Of the valid ones."""
+    """Share of the valid simulations in which the ego collides; NaN without a valid one."""
 
 
 def sensitivity(
     space: ParamSpace, evaluate: Evaluate, simulations: int = 20_000, seed: int = 0, level: float = 0.95
 ) -> Sensitivity:
-    """Indices from at most so many simulations: the largest design whose rows are a power of two, at least 32."""
+    """Return the indices from at most `simulations` runs; rows: the largest power of two, at least 32."""
     designs = len(space) + 2
     rows = max(32, 1 << int(math.log2(max(simulations / (TWICE * designs), 1.0))))
     runs = _run(space, evaluate, *_designs(space, rows, seed))
     shape = designs, TWICE, rows
     valid = (runs.verdict == Verdict.VALID).reshape(shape)
-    allowed = valid | (runs.verdict == Verdict.CONTROLLER).reshape(shape)  # there is a scene, whose driver failed
+    allowed = valid | (runs.verdict == Verdict.CONTROLLER).reshape(shape)  # a failed driver means that a scene exists
     collided = runs.collided.reshape(shape) & valid
     weights = _resampled(rows, seed)
 
@@ -123,7 +125,7 @@ def sensitivity(
 
 
 def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
-    """Uniform numbers (m, d) and stream keys (m, 6) of A, B, and A with each gene in turn from B; each twice."""
+    """Return uniform numbers (m, d) and stream keys (m, 6) of A, B, and A with each gene in turn from B; each twice."""
     from scipy.stats.qmc import Sobol
 
     d = len(space)
@@ -152,7 +154,7 @@ def _run(space: ParamSpace, evaluate: Evaluate, uniforms: Floats, keys: Ints) ->
 
 
 def _resampled(rows: int, seed: int) -> Floats:
-    """(resamples + 1, n): how often each row counts; once each at first, then as the bootstrap draws them."""
+    """Return (resamples + 1, n) the weight of each row: 1 in the first resample, then its bootstrap count."""
     resamples = max(100, min(RESAMPLES, MOST_NUMBERS // rows))
     cells = Generator(Philox(seed)).integers(rows, size=(resamples, rows)) + rows * np.arange(resamples)[:, np.newaxis]
     drawn = np.bincount(cells.ravel(), minlength=resamples * rows).reshape(resamples, rows)
@@ -160,9 +162,9 @@ def _resampled(rows: int, seed: int) -> Floats:
 
 
 def _indices(names: tuple[str, ...], output: Floats, known: Bools, weights: Floats, level: float) -> Indices:
-    """From an output (designs, 2, n) of A, B and each A_i, and where it is known."""
+    """Return the indices of an output (designs, 2, n) for A, B and each A_i; `known` marks its valid values."""
     centre = output[:2][known[:2]].mean() if known[:2].any() else 0.0
-    # Taken from their mean: the same in the limit, and less noise in the products.
+    # Values are centred on their mean: the limit is the same, and the products have less noise.
     values, counts = np.where(known, output - centre, 0.0), known.astype(np.float64)
     means = [*_moments(values[:2], counts[:2]), _chance(values[:2], counts[:2])]
     for gene in range(2, len(values)):
@@ -177,33 +179,33 @@ def _indices(names: tuple[str, ...], output: Floats, known: Bools, weights: Floa
     return Indices(tuple(genes), _share(chance, variance, level))
 
 
-# Means over the rows, each as what is summed (n,) and how often it counts (n,). They are made of two designs: values
-# (2, 2, n), 0 where not known, and counts, 1 where known.
+# Means over the rows, each as sums (n,) and counts (n,). They are computed from two designs: values (2, 2, n), 0 where
+# unknown, and counts, 1 where known.
 
 Mean = tuple[Floats, Floats]
 
 
 def _moments(values: Floats, counts: Floats) -> tuple[Mean, Mean]:
-    """The mean and the mean square of A and B together."""
+    """Return the mean and the mean square of A and B together."""
     known = counts.sum(axis=(0, 1))
     return (values.sum(axis=(0, 1)), known), ((values**2).sum(axis=(0, 1)), known)
 
 
 def _chance(values: Floats, counts: Floats) -> Mean:
-    """E Var(output | genes): half the squared difference between two runs of one genome."""
+    """Return E Var(output | genes): half the squared difference between two runs of one genome."""
     both = counts.prod(axis=1)
     return (both * (values[:, 0] - values[:, 1]) ** 2 / 2.0).sum(axis=0), both.sum(axis=0)
 
 
 def _products(values: Floats, counts: Floats) -> tuple[Mean, Mean, Mean]:
-    """What the covariance of B and A_i, which share gene i alone, is made of: over the four pairings of their runs."""
+    """Return the three means for the covariance of B and A_i, which share gene i alone, over four pairings of runs."""
     (b, mixed), (known_b, known_mixed) = values.sum(axis=1), counts.sum(axis=1)
     pairs = known_b * known_mixed
     return (b * mixed, pairs), (b * known_mixed, pairs), (known_b * mixed, pairs)
 
 
 def _total(values: Floats, counts: Floats) -> Mean:
-    """Half the product of two differences between A and A_i, over both pairings, where all four runs are known."""
+    """Return half the product of two differences between A and A_i, over both pairingswhere all four runs are known."""
     (a, again), (mixed, mixed_again) = values
     known = counts.prod(axis=(0, 1))
     products = a * again + mixed * mixed_again - (a + again) * (mixed + mixed_again) / 2.0
@@ -211,14 +213,14 @@ def _total(values: Floats, counts: Floats) -> Mean:
 
 
 def _weighted(means: list[Mean], weights: Floats) -> list[Floats]:
-    """(m,) each mean under each of (m, n) weights; NaN where it is over nothing."""
+    """Return each mean (m,) under each of the weights (m, n); NaN where its count is 0."""
     sums = product(weights, np.stack([column for mean in means for column in mean], axis=1))
     parts, wholes = sums[:, ::2], sums[:, 1::2]
     return list(np.divide(parts, wholes, out=np.full(parts.shape, np.nan), where=wholes > 0.0).T)
 
 
 def _share(parts: Floats, variances: Floats, level: float) -> Share:
-    """Of the rows as they are (the first), with the interval that the resampled ones (all others) give."""
+    """Return the share of the original rows (the first), with the interval of the resampled rows (all others)."""
     varying = variances > 1e-12 * max(1.0, float(np.nanmax(variances, initial=0.0)))
     shares = np.divide(parts, variances, out=np.full(len(parts), np.nan), where=varying)
     drawn = shares[1:][np.isfinite(shares[1:])]

@@ -1,1 +1,1 @@
-"""The ways to search: classes that ask and tell (see `engine.search.protocol`), and their table, one row a method."""
+"""The search methods: classes that ask and tell (see `engine.search.protocol`), and their table, one row per method."""

@@ -1,4 +1,4 @@
-"""Best-first search with counts: step from the best runs, the less the more was tried around them and of their kind.
+"""Best-first search with counts: step from the best runs, less often the more was tried near them and of their kind.
 
     archive = everything that was run, with the step by which it was made
     for each generation
@@ -8,17 +8,17 @@
                 log(1 / share of runs that are better) - log(1 + tries near it) - log(1 + tries of its kind)
             a child of it: some genes moved by a step, which the child draws near its parent's and keeps
 
-A rare failure lies at the end of a slope that few runs stand on, and most slopes end at a near miss. So many are to be
-climbed, each only as long as it rises: a child that is better is stepped from next, as it is rarer; where nothing gets
-better tries add up, until a run ten times as common but tried a tenth as often comes before it. There are no regions to
-open or to close. Of one kind are runs in which the other came from the same side, at like speeds of both: what many
-slopes end at has soon been tried enough. A step that was the right one is kept by what it led to, from a third of the
-box down to what a sliver of failures needs. Failures are equally good where the objective says no more, so that what
-differs among them is how often they were tried: once there are many, the search spreads over them.
+A rare failure is the maximum of a slope that contains few runs, and most slopes end at a near miss. So the search
+follows many slopes, each while it rises: a better child is rarer and is stepped from next; without improvement tries
+add up, until a run ten times as common but tried a tenth as often precedes it. No regions are opened or closed. Runs
+are of one kind if the other actor came from the same side, at similar speeds of both, so a kind at which many slopes
+end soon has enough tries. A child inherits its step, so successful steps persist, from a third of the box down to the
+size of a small set of failures. Failures are equally good if the objective does not separate them, so their order
+depends on their tries: once there are many failures, the search spreads over them.
 
-Sources of the parts: counts of visits against what is good, Auer, Cesa-Bianchi and Fischer (2002), "Finite-time
-analysis of the multiarmed bandit problem"; steps that evolve with what they make, Schwefel (1981), "Numerical
-optimization of computer models" (self-adaptation of evolution strategies).
+Sources of the parts: counts of visits against the value, Auer, Cesa-Bianchi and Fischer (2002), "Finite-time analysis
+of the multiarmed bandit problem"; steps that evolve with their results, Schwefel (1981), "Numerical optimization of
+computer models" (self-adaptation of evolution strategies).
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ from engine.tables import Floats, Ints
 EXPLORING = 0.4
 """Share of a generation that is run at random."""
 WIDEST, NARROWEST = 0.3, 1e-4
-"""Standard deviations of steps, of the unit interval; what was drawn at random has the widest."""
+"""Standard deviations of steps, as shares of the unit interval; random individuals have the widest."""
 VARIED = 0.8
 """Standard deviation of the logarithm of a step against its parent's."""
 MOVED = 4
@@ -44,17 +44,17 @@ MOVED = 4
 NEAR = 0.1
 """Runs that differ by less in each gene are near."""
 SECTORS = 8
-"""From which another may come."""
+"""Number of sectors of the direction from which the other actor comes."""
 LIKE = 2.0
 """Speeds [m/s] that a kind spans."""
 NONE = -1
-"""In place of the row of a second parent."""
+"""Row number of a missing second parent."""
 
 Kind = tuple[int, int, int]
 
 
 class BestFirst(InCube):
-    """An invalid or failed result counts as a try, and nothing is stepped from it."""
+    """An invalid or failed result counts as a try and is never a parent."""
 
     exploring = EXPLORING
 
@@ -91,7 +91,7 @@ class BestFirst(InCube):
         return Proposal(genome, Operator.CROSSOVER, born, (self._births[first], self._births[second]))
 
     def _chosen(self, count: int) -> Ints:
-        """(count,) rows of the archive to step from, one after the other; each counts as a try before the next."""
+        """Return (count,) rows of the archive to step from; each counts as a try before the next is chosen."""
         promise, rows = rarity(self._value), np.empty(count, dtype=np.int64)
         for place in range(count):
             row = np.argmax(promise - log_tries(self._tries) - log_tries(self._tries_of_kind)[self._kind])
@@ -101,7 +101,9 @@ class BestFirst(InCube):
         return rows
 
     def _children(self, stream: Generator) -> tuple[Floats, Floats]:
-        """(n, d) a child of each row that is stepped from, and (n,) steps: near them its own children draw theirs."""
+        """Return (n, d) a child of each row in `_stepped_from`, and (n,) its steps, from which its own children draw
+        theirs.
+        """
         rows, size = self._stepped_from, self._cube.size
         varied = self._archived_steps[rows] * exp(VARIED * stream.standard_normal(len(rows)))
         steps = np.clip(varied, NARROWEST, WIDEST)
@@ -126,36 +128,36 @@ class BestFirst(InCube):
 
 
 def rarity(values: Floats | Ints) -> Floats:
-    """(n,) log(1 / share of values that are better), of equal ones counting half."""
+    """Return (n,) log(1 / share of better values); equal values count half."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     better = len(values) - np.cumsum(counts) + 0.5 * counts
     return -log(better / len(values))[place]
 
 
 def log_tries(tries: Ints) -> Floats:
-    """(n,) log(1 + tries)."""
+    """Return (n,) log(1 + tries)."""
     return _logarithms(int(tries.max(initial=0)).bit_length())[tries]
 
 
 @cache
 def _logarithms(bits: int) -> Floats:
-    """(2 ** bits,) log(1 + number) of each number of so many bits."""
+    """Return (2 ** bits,) log(1 + number) of each number with this many bits."""
     return log1p(np.arange(2**bits))
 
 
 def near(points: Floats, point: Floats) -> np.ndarray:
-    """(n,) which points are near one."""
+    """Return (n,) True for points that are near `point`."""
     return np.asarray(np.abs(points - point).max(axis=1, initial=0.0) < NEAR)
 
 
 def kind_of(result: Result) -> Kind:
-    """From where the other came at the closest approach, and how fast both were; -1 of what is not known."""
+    """Return the kind of a run: direction of the other actor at closest approach, and both speeds; -1 if unknown."""
     ego, other = (measure(result, name) for name in ("ego_speed", "other_speed"))
     return sector_of(result), _step_of(ego), _step_of(other)
 
 
 def sector_of(result: Result) -> int:
-    """From where the other came, of `SECTORS`; -1 where that is not known."""
+    """Return the direction of the other actor, one of `SECTORS`; -1 if unknown."""
     angle = measure(result, "approach_angle")
     return -1 if isnan(angle) else round(angle / (2.0 * pi) * SECTORS) % SECTORS
 

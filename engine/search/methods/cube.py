@@ -1,5 +1,5 @@
-"""Places in the box of a search: genomes drawn over it, and the box as a unit cube, for methods that think in distances
-and directions, and what these share.
+"""Places in the box of a search: genomes sampled in it, the box as a unit cube for methods with distances and
+directions, and the base class of these methods.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from engine.vocabulary import GeneKind
 
 
 class Cube:
-    """Points of [0, 1]^d and genomes of a box. A discrete gene owns one equal slice of its axis for each value."""
+    """Map between points of [0, 1]^d and genomes of a box. A discrete gene has an equal slice of its axis per value."""
 
     def __init__(self, box: Box) -> None:
         self.size = len(box)
@@ -25,26 +25,26 @@ class Cube:
 
     @property
     def discrete(self) -> np.ndarray:
-        """(d,) which genes take whole numbers only."""
+        """Return (d,) True for genes with whole numbers only."""
         return self._discrete
 
     def values(self, gene: int) -> int:
-        """How many values a discrete gene has."""
+        """Return the number of values of a discrete gene."""
         return int(self._values[gene])
 
     def genome(self, point: Floats) -> Genome:
-        """The genome at a point (d,); points outside count as the nearest inside."""
+        """Return the genome at a point (d,); points outside count as the nearest inside."""
         inside = np.clip(point, 0.0, 1.0)
         slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
         steps = np.where(self._discrete, slices, inside * self._span)
         return tuple(np.minimum(self._low + steps, self._low + self._span).tolist())
 
     def genomes(self, points: Floats) -> list[Genome]:
-        """One genome for each row of points (n, d)."""
+        """Return one genome for each row of points (n, d)."""
         return [self.genome(point) for point in points]
 
     def point(self, genome: Sequence[float]) -> Floats:
-        """(d,) where a genome lies; a discrete value at the middle of its slice, a range of one value at 0.5."""
+        """Return (d,) the point of a genome; a discrete value is the middle of its slice, a one-value range 0.5."""
         offset = np.asarray(genome) - self._low
         width = np.where(self._span > 0.0, self._span, 1.0)
         continuous = np.where(self._span > 0.0, offset / width, 0.5)
@@ -59,7 +59,7 @@ class InCube(GenerationSearcher):
         self._cube = Cube(box)
 
     def _at(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
-        """One individual for each point (d,), all born now of the same operator and without parents."""
+        """Return one individual per point (d,), all born now of the same operator and without parents."""
         return [
             Proposal(genome, operator, Birth(self._generation, slot))
             for slot, genome in enumerate(map(self._cube.genome, points))
@@ -67,12 +67,12 @@ class InCube(GenerationSearcher):
 
 
 def pick(stream: Generator, count: int) -> int:
-    """A whole number, uniform in 0 .. count - 1."""
+    """Return a whole number, uniform in 0 .. count - 1."""
     return int(stream.random() * count)
 
 
 def draw_gene(stream: Generator, box: Box, gene: int) -> float:
-    """A value of one gene, uniform in its range; discrete genes are uniform over their whole numbers."""
+    """Return a value of one gene, uniform in its range; a discrete gene is uniform over its whole numbers."""
     low, high = box.low[gene], box.high[gene]
     if box.kinds[gene] is GeneKind.CONTINUOUS:
         return min(low + stream.random() * (high - low), high)
@@ -80,11 +80,11 @@ def draw_gene(stream: Generator, box: Box, gene: int) -> float:
 
 
 def draw_genome(stream: Generator, box: Box) -> Genome:
-    """A genome, uniform over the box."""
+    """Return a genome, uniform over the box."""
     return tuple(draw_gene(stream, box, gene) for gene in range(len(box)))
 
 
 def reflected(point: np.ndarray) -> np.ndarray:
-    """A point brought back into the unit cube by mirrors at its faces."""
+    """Return a point reflected into the unit cube at its faces."""
     folded = np.mod(point, 2.0)
     return np.where(folded > 1.0, 2.0 - folded, folded)

@@ -4,8 +4,8 @@
 CMA-ES, by Hansen's own package: a normal distribution that learns the shape of the risk. Hansen (2016), "The CMA
 evolution strategy: a tutorial", arXiv:1604.00772.
 
-NSGA-II: runs that are close *and* fast, no one number to decide between the two. Deb, Pratap, Agarwal and Meyarivan
-(2002), "A fast and elitist multiobjective genetic algorithm: NSGA-II".
+NSGA-II: runs that are close *and* fast, without one number that weighs both. Deb, Pratap, Agarwal and Meyarivan (2002),
+"A fast and elitist multiobjective genetic algorithm: NSGA-II".
 
 MAP-Elites and CMA-ME: the riskiest run for every pair of speeds at closest approach. Mouret and Clune (2015),
 "Illuminating search spaces by mapping elites", arXiv:1504.04909; Fontaine, Togelius, Nikolaidis and Hoover (2020),
@@ -27,9 +27,7 @@ CMAES_STEP = 0.3
 
 
 class CovarianceAdaptation(InCube):
-    """An invalid or failed individual counts as worse than every valid one. A strategy that has converged starts again
-    from a random place.
-    """
+    """An invalid or failed individual is worse than any valid one. A converged strategy restarts at a random place."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         self._cma = needed("cma", "`cmaes` needs", "search")
@@ -47,7 +45,7 @@ class CovarianceAdaptation(InCube):
 
     def _start(self) -> Any:
         stream = self._streams(self._generation, 0)
-        size = max(2, self._cube.size)  # the package knows no one-dimensional case
+        size = max(2, self._cube.size)  # the package requires two dimensions
 
         def normal(*shape: int) -> Floats:
             return stream.standard_normal(shape)
@@ -72,15 +70,15 @@ class CovarianceAdaptation(InCube):
 # -- NSGA-II -----------------------------------------------------------------------------------------------------------
 
 OBJECTIVES = (("min_distance", 1.0), ("closing_speed", -1.0))
-"""Measures and their signs: what is made small."""
+"""Measures and the signs with which they are minimized."""
 WORST = 1e9
-"""Stands for an objective that does not exist; the constraint keeps it out of every front."""
+"""Value of an objective that does not exist; the constraint excludes it from every front."""
 
 
 class NonDominatedSorting(InCube):
-    """An invalid or failed individual breaks a constraint, so that any valid one is preferred to it.
+    """An invalid or failed individual violates a constraint, so every valid individual is preferred.
 
-    Where the package finds fewer new individuals than a generation holds, the rest is drawn at random and kept from it.
+    If the package finds fewer new individuals than a generation holds, the rest is random and is not passed to it.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
@@ -129,13 +127,13 @@ class NonDominatedSorting(InCube):
 
 
 def objectives(results: Sequence[Result]) -> Floats:
-    """(n, 2) what is made small: the least distance, and the closing speed with its sign turned."""
+    """Return (n, 2) the minimized values: the least distance, and the negative closing speed."""
     rows = [[sign * measure(result, name) for name, sign in OBJECTIVES] for result in results]
     return np.nan_to_num(np.array(rows).reshape(len(rows), len(OBJECTIVES)), nan=WORST)
 
 
 def losses(results: Sequence[Result]) -> Floats:
-    """(n, objectives) what is sought with its sign turned."""
+    """Return (n, objectives) the negative objectives, which the method minimizes."""
     return np.nan_to_num(-np.array([result.sought for result in results]), nan=WORST)
 
 
@@ -144,7 +142,7 @@ def losses(results: Sequence[Result]) -> Floats:
 DESCRIPTORS = ("ego_speed", "other_speed")
 """Axes of the archive, both at closest approach."""
 FASTEST = 30.0
-"""End of both axes [m/s]; what is faster counts for the last cell."""
+"""End of both axes [m/s]; faster runs count for the last cell."""
 CELLS = 20
 """Along each axis: 1.5 m/s each."""
 REJECTED = -1.0
@@ -156,8 +154,8 @@ BATCH = 20
 
 
 class Illumination(InCube):
-    """An invalid or failed individual is passed on with a risk that no cell takes. Generations are random until one has
-    filled a cell.
+    """An invalid or failed individual is passed on with a risk that no cell accepts. Generations are random until one
+    of them has filled a cell.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
@@ -207,7 +205,7 @@ class Illumination(InCube):
         )
 
     def _strategies(self) -> list[Any]:
-        """Evolution strategies that rank by what is new to the archive; together they propose one generation."""
+        """Return evolution strategies that rank by novelty to the archive; together they propose one generation."""
         shares = np.array_split(np.arange(self._population), max(1, self._population // BATCH))
         return [
             self._ribs[1].EvolutionStrategyEmitter(
@@ -226,7 +224,7 @@ class Illumination(InCube):
         operator = Operator.RANDOM
         if self._bred:
             operator = Operator.SAMPLED if self._method == "cma_me" else Operator.MUTATION
-            # A strategy keeps its own points; what lies outside the box is run, and stored, at the border.
+            # A strategy keeps its own points; a point outside the box is run, and stored, at the border.
             self._points = np.clip(np.concatenate([emitter.ask() for emitter in self._emitters]), 0.0, 1.0)
         else:
             self._points = self._streams(self._generation, 0).random((self._population, self._cube.size))
@@ -243,7 +241,7 @@ class Illumination(InCube):
             self._share_out(objective, measures, added)
 
     def _share_out(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
-        """Pass to each emitter the results of what it proposed."""
+        """Pass to each emitter the results of its own proposals."""
         shares = np.array_split(np.arange(self._population), len(self._emitters))
         for emitter, share in zip(self._emitters, shares, strict=True):
             own = {key: np.asarray(value)[share] for key, value in added.items()}

@@ -1,4 +1,4 @@
-"""Failures of every kind: a model of all runs foresees how close a new genome comes to a failure, and of which kind.
+"""Failures of every kind: a model of all runs predicts how close a new genome comes to a failure, and of which kind.
 
     archive = every valid run
     for each generation
@@ -13,14 +13,14 @@
             FINE     the same with the finer kinds of best-first search
             FAILING  the largest worth within the kind of failures that has the fewest runs
 
-The promise of a run is how rare it is: failures rank above other contacts, and these above runs without contact;
-within each group the objective decides.
+The promise of a run is how rare it is: failures rank above other contacts, and these above runs without contact; within
+each group the objective decides.
 
-A failure is often a small place in the box, and each scene adds chance, so a single run says little about its genome.
-A hundred runs say much: the model separates contacts that were nearly failures from those that were not. A search that
-only follows worth stays near its first failure, so the kind of a candidate counts as well. Kinds are those of
-`engine.search.insight.kinds`, and runs that did not fail have one, too: through them the search gets from failures of
-one kind to failures of another.
+A failure is often a small place in the box, and each scene adds chance, so a single run says little about its genome. A
+hundred runs say much: the model separates contacts that were nearly failures from those that were not. A search that
+only maximizes predicted worth stays near its first failure, so the kind of a candidate counts as well. Kinds are those
+of `engine.search.insight.kinds`, and runs that did not fail have one, too: through them the search gets from failures
+of one kind to failures of another.
 
 Until something fails, best-first search has the larger part, as it climbs slopes that few runs lead up; until anything
 touches, it has all.
@@ -47,55 +47,59 @@ from engine.search.protocol import Box, Result, StreamAt, measure
 from engine.tables import Bools, Floats, Ints
 
 BEFORE, AFTER = 0.375, 0.75
-"""Share of the places not filled at random that go to foreseen candidates: once something has touched, and once
-something has failed."""
+"""Share of the places not filled at random that are filled with predicted candidates: once a run had a contact, and
+once a run failed.
+"""
 CANDIDATES = 8
-"""For each place."""
+"""Candidates per place."""
 BEST = 3
-"""Runs of each kind that have children …"""
+"""Runs of each kind that have children."""
 TOP, LEAST = 0.05, 20
-"""… beside this share of all runs, and at least so many."""
+"""Share of all runs that have children as well, and their least number."""
 LINES, STRETCH, ASIDE = 0.5, 0.6, 0.02
-"""Share of candidates on a line; standard deviations of their place on it, 0 the parent and 1 the other, and of their
-distance from it."""
+"""Share of candidates on a line; standard deviations of their place on it (0: the parent, 1: the other run) and of
+their distance from it.
+"""
 SHORTEST, LONGEST = 0.005, 0.2
 """Standard deviation of a step, of the unit interval; its logarithm is uniform."""
 SPOT = 0.03
-"""That of the first step when best-first search goes on from a foreseen candidate."""
+"""Standard deviation of the first step when best-first search continues from a predicted candidate."""
 KNOWN = 400
 """Runs that the model is fitted to."""
 COARSE, FINE, FAILING = range(3)
 """Rules by which a place takes a candidate."""
 LENGTH, NOISE = 0.25, 0.3
-"""Over which a model forgets, times the root of the number of genes, and the share of variance that no gene decides."""
+"""Correlation length of the model, in units of the root of the number of genes, and the share of variance that no gene
+explains.
+"""
 
 FailureKind = tuple[int, int, int, int, int]
 
 
 class Candidates(NamedTuple):
-    """Children, row by row."""
+    """Children, one per row."""
 
     parents: Ints
     """(n,) rows of the archive."""
     others: Ints
-    """(n,) of the second one, `NONE` where there is none."""
+    """(n,) Row of the second run, `NONE` if there is none."""
     points: Floats
     """(n, d)"""
 
 
 def nobody(size: int) -> Candidates:
-    """No candidates, in a space of so many genes."""
+    """Return an empty candidate set for a space of `size` genes."""
     return Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, size)))
 
 
 class Foreseen(NamedTuple):
-    """What candidates may come to, row by row: arrays (n,)."""
+    """Predictions for candidates: arrays (n,)."""
 
     worth: Floats
     kind: Ints
-    """Of `FailureKind` …"""
+    """Predicted kind, an index of the kinds of `FailureKind`."""
     fine: Ints
-    """… and of best-first search."""
+    """Predicted kind of best-first search."""
 
 
 class FailureKinds(BestFirst):
@@ -122,7 +126,7 @@ class FailureKinds(BestFirst):
         return points, steps
 
     def _foreseen(self, count: int, stream: Generator) -> Candidates:
-        """The candidates, so many of them, that are run."""
+        """Return the `count` candidates that are run."""
         if not count:
             return nobody(self._cube.size)
         promise = rarity(order(self._fails, self._touched, self._value))
@@ -146,7 +150,7 @@ class FailureKinds(BestFirst):
         return Candidates(parents, np.where(lined, others, NONE), reflected(points))
 
     def _ways(self, lines: Floats, lined: Bools, stream: Generator) -> Floats:
-        """(n, d) from each parent to its child: along the line to another, or a step in some genes."""
+        """Return (n, d) the step from each parent to its child: along the line to another parent, or in some genes."""
         count, size = lines.shape
         moved = stream.random((count, size)) < MOVED / size
         moved[np.arange(count), stream.integers(size, size=count)] = True
@@ -155,16 +159,16 @@ class FailureKinds(BestFirst):
         return np.where(lined[:, np.newaxis], STRETCH * along * lines + ASIDE * aside, step * aside * moved)
 
     def _best_of_each_kind(self, promise: Floats) -> Ints:
-        """Rows of the best runs of every kind."""
+        """Return the rows of the best runs of every kind."""
         of_each = (np.flatnonzero(self._failure_kind == kind) for kind in range(len(self._places_given)))
         return np.concatenate([rows[_first(promise[rows], BEST)] for rows in of_each])
 
     def _of_all_kinds(self, rows: Ints, count: int, stream: Generator) -> Ints:
-        """(count,) of these rows, as many of one kind as of another."""
+        """Return (count,) of these rows; every kind has the same probability."""
         kinds, kind, number = np.unique(self._failure_kind[rows], return_inverse=True, return_counts=True)
         return stream.choice(rows, size=count, p=1.0 / (len(kinds) * number[kind]))
 
-    # -- what is chosen
+    # -- choice
 
     def _foresee(self, candidates: Candidates, promise: Floats, stream: Generator) -> Foreseen:
         from scipy.spatial import KDTree
@@ -181,7 +185,7 @@ class FailureKinds(BestFirst):
         return Foreseen(worth, self._failure_kind[nearest], self._kind[nearest])
 
     def _placed(self, count: int, foreseen: Foreseen, stream: Generator) -> Ints:
-        """(count,) rows of the candidates that are run."""
+        """Return (count,) the rows of the candidates to run."""
         worth, kind, fine = foreseen.worth.copy(), foreseen.kind, foreseen.fine
         failing = np.unique(self._failure_kind[self._fails])
         runs = np.bincount(self._failure_kind, minlength=len(self._places_given))[failing]
@@ -213,9 +217,7 @@ class FailureKinds(BestFirst):
 
 
 def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
-    """(n,) ranks, the larger the better: failures, then other contacts, then the rest, each by value; equal runs share
-    one.
-    """
+    """Return (n,) ranks, larger is better: failures, contacts, the rest; then by value. Equal runs share a rank."""
     rows = np.lexsort((value, touched, fails))
     columns = np.stack([fails, touched, value], axis=1)[rows]
     places = np.empty(len(rows), dtype=np.int64)
@@ -224,12 +226,12 @@ def order(fails: Bools, touched: Bools, value: Floats) -> Ints:
 
 
 def _first(promise: Floats, count: int) -> Ints:
-    """The rows of the largest, of equal ones the earliest."""
+    """Return the rows of the `count` largest values; among equal ones the earliest."""
     return np.argsort(-promise, kind="stable")[:count]
 
 
 def failure_kind(result: Result) -> FailureKind:
-    """Whom the ego met, on which side, the sector from which the other came, and both speeds; -1 of what is unknown."""
+    """Return the kind of a run: the actor that the ego met, its side, its sector, and both speeds; -1 if unknown."""
     pair, side = (-1 if isnan(number) else int(number) for number in (measure(result, n) for n in ("pair", "side")))
     ego, other = (measure(result, name) for name in ("ego_speed", "other_speed"))
     return pair, side, sector_of(result), _pace(ego), _pace(other)

@@ -1,4 +1,4 @@
-"""The genetic algorithm of the CORTEX-AVD paper, with every gap decided.
+"""The genetic algorithm of the CORTEX-AVD paper, with a decision for every gap of its description.
 
     pool = valid individuals of the last generation
     while the new generation is not full:
@@ -7,7 +7,7 @@
         0.1 <= u < 0.9   two parents, one cut point, both children                 (single-point crossover)
         else             one parent, one gene drawn again in its range             (random mutation)
 
-What the paper leaves open, and what is done here:
+Gaps of the paper, and the decisions taken here:
 
 | gap | decision |
 |---|---|
@@ -38,9 +38,9 @@ from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Opera
 
 
 def crossover(stream: Generator, first: Genome, second: Genome) -> tuple[Genome, Genome]:
-    """Both children of a single-point crossover, the cut uniform in 1 .. n - 1.
+    """Return both children of a single-point crossover with a uniform cut in 1 .. n - 1.
 
-    Fewer than two genes leave no place to cut: the children are copies.
+    With fewer than two genes there is no cut, and the children are copies.
     """
     if len(first) < 2:
         return first, second
@@ -49,7 +49,7 @@ def crossover(stream: Generator, first: Genome, second: Genome) -> tuple[Genome,
 
 
 def mutate(stream: Generator, parent: Genome, box: Box) -> Genome:
-    """Return the parent with one gene drawn again in its range. A gene whose range is a point is never chosen."""
+    """Return the parent with one gene drawn again in its range. A gene with a range of one point is never chosen."""
     genes = [gene for gene in range(len(box)) if box.low[gene] < box.high[gene]]
     if not genes:
         return parent
@@ -58,7 +58,7 @@ def mutate(stream: Generator, parent: Genome, box: Box) -> Genome:
 
 
 def tournament(stream: Generator, candidates: Sequence[int], fitness: Sequence[float], size: int) -> int:
-    """The fittest of `size` candidates drawn with replacement; the first drawn wins a tie. Size 1 is uniform.
+    """Return the fittest of `size` candidates drawn with replacement; the first drawn wins a tie. Size 1 is uniform.
 
     Goldberg and Deb (1991), "A comparative analysis of selection schemes used in genetic algorithms".
     """
@@ -71,7 +71,7 @@ def tournament(stream: Generator, candidates: Sequence[int], fitness: Sequence[f
 
 
 def next_elite(ranking: Iterable[int], genomes: Sequence[Genome], taken: set[Genome]) -> int | None:
-    """The first of a ranking (best first) whose genome is not taken, or None when all are."""
+    """Return the first member of a ranking (best first) with a genome that is not taken; None if all are taken."""
     return next((member for member in ranking if genomes[member] not in taken), None)
 
 
@@ -99,13 +99,13 @@ class _Pool:
     births: tuple[Birth, ...] = ()
     results: tuple[Result, ...] = ()
     different: int = 0
-    """How many different genomes there are."""
+    """Number of different genomes."""
 
     def __len__(self) -> int:
         return len(self.genomes)
 
     def others(self, member: int) -> list[int]:
-        """Return all members with another genome than this one's."""
+        """Return all members whose genome differs from that of `member`."""
         if self.different == len(self.genomes):
             return [*range(member), *range(member + 1, len(self.genomes))]
         return [other for other, genome in enumerate(self.genomes) if genome != self.genomes[member]]
@@ -116,7 +116,7 @@ Breed = Callable[[Generator, int], list[_Child]]
 
 
 class GeneticAlgorithm(GenerationSearcher):
-    """Asks for one generation after another; see the table above."""
+    """Searcher that breeds one generation after another; see the table above."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt, config: GAConfig = PRESETS["cortex"]) -> None:
         super().__init__(population, streams)
@@ -142,7 +142,7 @@ class GeneticAlgorithm(GenerationSearcher):
         self._pool = _pool_of(self._asked, results)
 
     def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
-        """One or two proposals from the next slot on, by the operator that the stream chooses."""
+        """Return one or two proposals from the next slot on, by the operator that the stream chooses."""
         u = stream.random()
         elite = next_elite(range(len(self._pool)), self._pool.genomes, taken) if u < self._elite_below else None
         if elite is not None:
@@ -165,7 +165,7 @@ class GeneticAlgorithm(GenerationSearcher):
         ]
 
     def _distinct(self, breed: Breed, stream: Generator, count: int) -> list[_Child]:
-        """Return `count` children, new ones as far as redraws and one mutation can make them so."""
+        """Return `count` children, new ones if redraws and one mutation suffice for that."""
         kept: list[_Child] = []
         stale: list[_Child] = []
         for _ in range(1 + self._max_redraws):
@@ -177,7 +177,7 @@ class GeneticAlgorithm(GenerationSearcher):
         return kept + [self._forced(stream, child) for child in stale]
 
     def _claim(self, genome: Genome) -> bool:
-        """Remember the genome; return whether it was new."""
+        """Store the genome; return True if it was new."""
         before = len(self._known)
         self._known.add(genome)
         return len(self._known) > before
@@ -210,7 +210,11 @@ class GeneticAlgorithm(GenerationSearcher):
 
 
 def tournament_size(config: GAConfig) -> int:
-    """How many compete to be a parent. ValueError for an unknown preset or an empty tournament."""
+    """Return the number of candidates that compete to be a parent.
+
+    Raises:
+        ArgumentError: unknown preset or empty tournament.
+    """
     if config.preset not in PRESETS:
         raise ArgumentError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}", "name one of these")
     if config.tournament < 1:
@@ -221,7 +225,7 @@ def tournament_size(config: GAConfig) -> int:
 
 
 def operator_thresholds(config: GAConfig) -> tuple[float, float]:
-    """Where elitism and crossover end in [0, 1). As shares of individuals, a crossover counts for its two children."""
+    """Return the ends of elitism and crossover in [0, 1). As share of individuals, a crossover counts for two."""
     rates = config.selection_rate, config.crossover_rate, config.mutation_rate
     if not (min(rates) >= 0.0 and abs(sum(rates) - 1.0) < 1e-9):
         raise ArgumentError(

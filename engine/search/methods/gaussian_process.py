@@ -1,8 +1,8 @@
-"""A Gaussian process on what was run: what a point may come to, and how surely that is known.
+"""A Gaussian process on the runs of a search: mean and standard deviation of the value at a point.
 
 Rasmussen and Williams (2006), "Gaussian Processes for Machine Learning": algorithm 2.1, equations 2.30 (likelihood) and
-4.17 (Matern 5/2). Values have mean 0 and variance 1, `noise` of which no gene decides; `lengths` (d,) tell over how far
-along each gene a model forgets.
+4.17 (Matern 5/2). Values have mean 0 and variance 1, of which the share `noise` does not depend on genes; `lengths`
+(d,) are the correlation lengths along each gene.
 """
 
 from math import sqrt
@@ -16,13 +16,13 @@ from engine.tables import Floats
 
 
 def likelihood(points: Floats, values: Floats, lengths: Floats, noise: float) -> float:
-    """The logarithm of the marginal one, but for a constant."""
+    """Return the logarithm of the marginal likelihood, up to a constant."""
     upper, white = _factored(points, lengths, noise, values[:, np.newaxis])
     return float(-0.5 * (white**2).sum() - log(np.diag(upper)).sum())
 
 
 def predicted(points: Floats, values: Floats, lengths: Floats, noise: float, queries: Floats) -> tuple[Floats, Floats]:
-    """(m,) mean and standard deviation of the value at each query."""
+    """Return (m,) mean and standard deviation of the value at each query."""
     from scipy.spatial.distance import cdist
 
     columns = np.column_stack([values, _covariance(cdist(points / lengths, queries / lengths))])
@@ -45,7 +45,7 @@ def _factored(points: Floats, lengths: Floats, noise: float, columns: Floats) ->
 
 def _covariance(apart: Floats) -> Floats:
     """Return the Matern 5/2 covariance at distances of any shape."""
-    from scipy.special import inv_boxcox  # of 0, the exponential: a tenth of the time that `portable.exp` takes
+    from scipy.special import inv_boxcox  # inv_boxcox of 0 is the exponential, in a tenth of the time of `portable.exp`
 
     way = sqrt(5.0) * apart
     return (1.0 + way + way**2 / 3.0) * cast("Floats", inv_boxcox(-way, 0.0))

@@ -1,4 +1,4 @@
-"""Our own genetic algorithm: many children are bred, and of each brood the one is run that promises a *new* failure.
+"""The niching genetic algorithm of cortexc: of each brood of children it runs the child that promises a *new* failure.
 
     archive = everything that was run
     for each place of a generation
@@ -8,11 +8,11 @@
         run the most novel child among those that promise enough, else the most promising
 
 The paper's algorithm breeds only from the last generation and picks parents by risk alone: it finds failures fast, and
-then the same ones again and again. Here the archive remembers all, parents are picked by how alone they are, and what
-is surely harmless or known is never run. Distances weight each gene by how well it separates failures
-from the rest, so that genes that do not matter do not blur the picture.
+then the same failures repeatedly. Here the archive stores all runs, parents are picked by their distance to other
+failures, and children that are surely harmless or known are never run. Distances weight each gene by its separation of
+failures from the rest, so that irrelevant genes do not affect them.
 
-Sources of the parts: preselection by what is known, Rasheed and Hirsh (2000), "Informed operators: speeding up genetic
+Sources of the parts: preselection by known runs, Rasheed and Hirsh (2000), "Informed operators: speeding up genetic
 algorithm based design optimization using reduced models"; novelty, Lehman and Stanley (2011), "Abandoning objectives";
 weights of genes, Kira and Rendell (1992), "A practical approach to feature selection" (Relief).
 """
@@ -27,14 +27,14 @@ from engine.search.protocol import Birth, Box, Operator, Proposal, Result, Strea
 from engine.tables import Bools, Floats, Ints
 
 BROOD = 10
-"""Children of which one is run."""
+"""Number of children per brood; one of them is run."""
 NEIGHBOURS = 8
 ENOUGH = 0.9
 """Promise from which on novelty decides."""
 FRESH = 0.3
 """Share of children that are drawn at random over the box."""
 EXPLORING = 0.05
-"""Share of a generation that is run at random, whatever it promises."""
+"""Share of a generation that is run at random, without regard to its promise."""
 RIVALS = 3
 """Failures that compete, by how alone they are, to be a parent."""
 STEP = 0.15
@@ -52,7 +52,7 @@ SAMPLE = 600
 
 
 class NichingSearch(InCube):
-    """Valid results without failure, and invalid ones, count as harmless; a failed one (an error) is forgotten."""
+    """Valid results without failure, and invalid ones, count as harmless; a failed one (an error) is ignored."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
@@ -89,14 +89,14 @@ class NichingSearch(InCube):
         self._choose_parents()
 
     def _choose_parents(self) -> None:
-        """What to breed from: the failures, or the riskiest so far while there are few of them."""
+        """Choose the parents: the failures, joined by the riskiest runs so far while there are few failures."""
         ranked = np.argsort(-self._risk, kind="stable")[:FEW]
         few = np.zeros(len(self._risk), dtype=bool)
         few[ranked[np.isfinite(self._risk[ranked])]] = True
         self._sought = self._failed if self._failed.sum() >= FEW else self._failed | few
 
     def _bred(self, stream: Generator) -> tuple[Floats, np.ndarray]:
-        """The chosen child of every brood (population, d), and its parents (population, 2), -1 where none."""
+        """Return the chosen child of every brood (population, d), and its parents (population, 2), -1 if missing."""
         failures = self._archive[self._sought]
         children, parents = self._brood(stream, failures)
         promise = self._promise(children)
@@ -107,7 +107,7 @@ class NichingSearch(InCube):
         return children[chosen], np.where(parents[chosen] >= 0, rows[parents[chosen]], -1)
 
     def _brood(self, stream: Generator, failures: Floats) -> tuple[Floats, np.ndarray]:
-        """All children: a lonely failure, in half of them crossed with another, then mutated; some drawn at random."""
+        """Return all children: a lonely failure, half of them crossed with a second, then mutated; some are random."""
         count, size = self._population * BROOD, self._cube.size
         alone = nearest(failures, failures, 4)[0][:, -1]
         rivals = stream.integers(len(failures), size=(count, RIVALS))
@@ -133,9 +133,10 @@ class NichingSearch(InCube):
 
 
 def gene_weights(points: Floats, failed: Bools) -> Floats:
-    """Return (d,) how well each gene separates failures from the rest, 1 for the best: Relief weights of the latest.
+    """Return (d,) the separation of failures from the rest by each gene, 1 for the best: Relief weights of the latest
+    runs.
 
-    A gene counts by how much further away the nearest of the other kind are than the nearest of the own kind.
+    A gene counts by the difference between its distances to the nearest runs of the other kind and of the own kind.
     """
     genes = int(points.shape[1])
     if min(failed.sum(), (~failed).sum()) < 10:
@@ -154,7 +155,9 @@ def gene_weights(points: Floats, failed: Bools) -> Floats:
 
 
 def nearest(points: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
-    """(n, k) distances and row numbers of the k = `count` nearest points of each query, fewer where there are fewer."""
+    """Return (n, k) distances and row numbers of the nearest points of each query; k = `count`, or the number of points
+    if that is smaller.
+    """
     from scipy.spatial import KDTree
 
     ranks = list(range(1, min(count, len(points)) + 1))

@@ -1,90 +1,34 @@
-"""Short optimizers of the textbooks: simulated annealing, the cross-entropy method, differential evolution.
+"""Textbook optimizers: the cross-entropy method and differential evolution.
 
-Annealing: every place of a generation is a walker of its own, and all cool down together. Kirkpatrick, Gelatt and
-Vecchi (1983), "Optimization by simulated annealing". A walker steps to a normal neighbour whose width shrinks with the
-temperature; it stays where it is with probability 1 - exp(-loss / temperature).
-
-Cross-entropy: a distribution over the box that moves towards the riskiest tenth of what it drew. Rubinstein and Kroese
+Cross-entropy: a distribution over the box that moves towards the riskiest tenth of its draws. Rubinstein and Kroese
 (2004), "The Cross-Entropy Method". Continuous genes are normal on the unit interval, cut off at its ends; discrete
 genes have a probability for each value. New estimates are mixed with the old ones (smoothing), and neither a deviation
 nor a probability falls below a floor, so that the distribution never becomes a point.
 
 Differential evolution, DE/rand/1/bin: the difference of two members, added to a third, crossed with a fourth. Storn and
-Price (1997), "Differential evolution: a simple and efficient heuristic for global optimization over continuous
-spaces"; F = 0.5 and CR = 0.9 are their first suggestion.
+Price (1997), "Differential evolution: a simple and efficient heuristic for global optimization over continuous spaces";
+F = 0.5 and CR = 0.9 are their first suggestion.
 """
 
 from collections.abc import Sequence
-from math import exp
 
 import numpy as np
 from numpy.random import Generator
 
 from engine.search.methods.cube import InCube, reflected
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt
 from engine.tables import Floats
-
-HOT, COLD = 4.0, 0.1
-"""First and last temperature, in points of risk."""
-WIDE, NARROW = 0.3, 0.03
-"""First and last width of a step, of the unit interval."""
-CHANGED = 0.5
-"""Share of the genes that a step changes, one at least."""
-
-
-class Annealing(InCube):
-    """An invalid or failed place is never stepped to; a walker without a valid one starts again at random."""
-
-    def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
-        super().__init__(box, population, streams)
-        self._cooling = max(1, generations - 1)
-        self._walkers: list[tuple[Genome, Birth, float] | None] = [None] * population
-
-    def _proposals(self) -> list[Proposal]:
-        return [self._proposal(slot) for slot in range(self._population)]
-
-    def _proposal(self, slot: int) -> Proposal:
-        stream = self._streams(self._generation, slot)
-        birth = Birth(self._generation, slot)
-        here = self._walkers[slot]
-        if here is None:
-            return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, birth)
-        genome, parent, _ = here
-        moved = stream.random(self._cube.size) < CHANGED
-        if self._cube.size:
-            moved[int(stream.random() * self._cube.size)] = True
-        steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
-        moved_to = self._cube.genome(reflected(self._cube.point(genome) + steps))
-        return Proposal(moved_to, Operator.MUTATION, birth, (parent,))
-
-    def _learn(self, results: Sequence[Result]) -> None:
-        temperature = self._between(HOT, COLD)
-        for slot, (proposal, result) in enumerate(zip(self._asked, results, strict=True)):
-            here = self._walkers[slot]
-            if not result.selectable:
-                continue
-            # A number of the walker's own stream, behind those that made the step.
-            chance = self._streams(self._generation, self._population + slot).random()
-            if here is None or chance < exp(min(0.0, (result.continuous - here[2]) / temperature)):
-                self._walkers[slot] = (proposal.genome, proposal.birth, result.continuous)
-
-    def _between(self, first: float, last: float) -> float:
-        """The value of this generation on a geometric way from the first to the last."""
-        return first * (last / first) ** min(1.0, self._generation / self._cooling)
-
-
-# -- cross-entropy -----------------------------------------------------------------------------------------------------
 
 ELITE_SHARE = 0.1
 SMOOTHING = 0.7
 """Weight of the new estimate."""
 DEVIATION_FLOOR = 0.03
-"""Of the unit interval."""
+"""Minimum standard deviation, of the unit interval."""
 PROBABILITY_FLOOR = 0.02
 
 
 class CrossEntropy(InCube):
-    """Invalid and failed results are left out of the elite; a generation without two valid ones changes nothing."""
+    """The elite contains valid results only; a generation with fewer than two of them changes nothing."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
@@ -115,7 +59,7 @@ class CrossEntropy(InCube):
             self._weights[gene] = floored / floored.sum()
 
     def _draw(self, stream: Generator) -> Floats:
-        """(population, d) points of the distribution."""
+        """Return (population, d) points of the distribution."""
         points = truncated_normal(stream, self._mean, self._deviation, self._population)
         for gene, weights in self._weights.items():
             values = stream.choice(len(weights), size=self._population, p=weights)
@@ -128,7 +72,7 @@ def _mixed(new: Floats, old: Floats) -> Floats:
 
 
 def truncated_normal(stream: Generator, mean: Floats, deviation: Floats, rows: int) -> Floats:
-    """(rows, d) normal numbers confined to [0, 1], by inversion: one uniform number each."""
+    """Return (rows, d) normal numbers confined to [0, 1], by inversion of one uniform number each."""
     from scipy.special import ndtr, ndtri
 
     low, high = ndtr((0.0 - mean) / deviation), ndtr((1.0 - mean) / deviation)

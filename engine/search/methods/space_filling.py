@@ -1,9 +1,9 @@
-"""Methods that fill the box and learn nothing.
+"""Methods that fill the box without learning from results.
 
-The random baseline draws independently and uniformly, as many as the search it stands beside. Sobol, Halton and Latin
-hypercubes cover the box more evenly than chance: Owen (1998), "Scrambling Sobol' and Niederreiter-Xing points"; Owen
-(2017), "A randomized Halton algorithm in R"; McKay, Beckman and Conover (1979), "A comparison of three methods for
-selecting values of input variables".
+The random baseline draws independently and uniformly, as many individuals as the search that it is compared with.
+Sobol, Halton and Latin hypercubes cover the box more evenly than chance: Owen (1998), "Scrambling Sobol' and
+Niederreiter-Xing points"; Owen (2017), "A randomized Halton algorithm in R"; McKay, Beckman and Conover (1979), "A
+comparison of three methods for selecting values of input variables".
 """
 
 import warnings
@@ -32,22 +32,22 @@ SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
 
 
 class QuasiRandom(InCube):
-    """Learns nothing from results, be they valid, invalid or failed.
+    """Quasi-random points; results, be they valid, invalid or failed, have no influence.
 
-    Sobol and Halton go on from generation to generation; each generation of `lhs` is a Latin hypercube of its own.
+    Sobol and Halton continue from generation to generation; each generation of `lhs` is a new Latin hypercube.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt, sequence: str) -> None:
         from scipy.stats import qmc
 
         super().__init__(box, population, streams)
-        # scipy spawns generators of its own, which only a seeded one can.
+        # scipy spawns generators from this one, which requires a seeded generator.
         seeded = default_rng(streams(0, 0).integers(1 << 63))
         self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=seeded)
 
     def _proposals(self) -> list[Proposal]:
         with warnings.catch_warnings():
-            # Sobol's balance asks for powers of two; a population that is none is still spread evenly.
+            # Sobol points are balanced for powers of two only; a different population is still spread evenly.
             warnings.simplefilter("ignore", UserWarning)
             points = self._points.random(self._population)[:, : self._cube.size]
         return self._at(points, Operator.RANDOM)

@@ -1,5 +1,5 @@
-"""The table of searchers. A new one is a class with `ask` and `tell`, and a row here: all that is said of it elsewhere,
-from `--method list` to the colours of a report, is read from the row.
+"""The table of searchers. A new searcher is a class with `ask` and `tell`, and a row here; everything else, from
+`--method list` to the colours of a report, is read from the row.
 """
 
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from engine.search.methods.external import CovarianceAdaptation, Illumination, N
 from engine.search.methods.failure_kinds import FailureKinds
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.niching import NichingSearch
-from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
+from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.trust_regions import TrustRegions
 from engine.search.protocol import Box, Searcher, StreamAt
 from engine.streams import method_number
 
 PLUGIN_STYLE = "bright_blue"
-"""Colour of every searcher of another package."""
+"""Colour of every searcher from another package."""
 
 Build = Callable[[Box, Config, StreamAt], Searcher]
 """(box, every setting, streams of the operators) -> a searcher that proposes `config.search.population` at a time."""
@@ -30,34 +30,32 @@ def _no_preset(_: Config) -> str:
 
 @dataclass(frozen=True)
 class SearcherEntry:
-    """One way to search."""
+    """One search method."""
 
     name: str
-    """What users write."""
+    """Name of the method in commands and files."""
     summary: str
-    """One line for lists."""
+    """One-line description for lists."""
     build: Build
     title: str = ""
-    """What reports call it, where that is not its name."""
+    """Name in reports; "" if it equals `name`."""
     style: str = PLUGIN_STYLE
-    """Colour of reports in a terminal, one of its own sixteen."""
+    """Colour in terminal reports, one of the terminal's own sixteen."""
     alias: str = ""
     """A shorter name."""
     preset: Callable[[Config], str] = _no_preset
-    """What a report must name beside the method; "" when there is nothing to name."""
+    """Preset that a report names after the method; "" if there is none."""
     package: str = ""
-    """What must be installed beside cortexc."""
-    paced: bool = False
-    """Whether each step depends on how many are to come, so that a finished run cannot be made longer."""
+    """Package that must be installed in addition to cortexc."""
 
     @property
     def number(self) -> int:
-        """Part of every stream key, so that no two methods share numbers (see `engine.streams`)."""
+        """Return the number in every stream key, so that no two methods share random numbers (`engine.streams`)."""
         return method_number(self.name)
 
 
 def _plain(make: Callable[[Box, int, StreamAt], Searcher]) -> Build:
-    """Of a class that asks for no setting but the population."""
+    """Return the builder of a class that needs no setting except the population."""
     return lambda box, config, streams: make(box, config.search.population, streams)
 
 
@@ -71,10 +69,6 @@ def _grid(method: str) -> Build:
 
 def _ga(box: Box, config: Config, streams: StreamAt) -> Searcher:
     return GeneticAlgorithm(box, config.search.population, streams, config.ga)
-
-
-def _annealing(box: Box, config: Config, streams: StreamAt) -> Searcher:
-    return Annealing(box, config.search.population, config.search.generations, streams)
 
 
 def _preset(config: Config) -> str:
@@ -159,15 +153,6 @@ SEARCHERS: dict[str, SearcherEntry] = {
             alias="ce",
         ),
         SearcherEntry(
-            name="annealing",
-            summary="parallel walkers with one common temperature",
-            build=_annealing,
-            title="simulated annealing",
-            style="red",
-            alias="sa",
-            paced=True,
-        ),
-        SearcherEntry(
             name="differential_evolution",
             summary="mutation by differences of members, DE/rand/1/bin",
             build=_plain(DifferentialEvolution),
@@ -209,4 +194,6 @@ SEARCHERS: dict[str, SearcherEntry] = {
         ),
     )
 }
-"""Our own methods by name, in the order of lists."""
+"""The methods of cortexc by name, in the order of lists."""
+REMOVED = {"annealing": "ga", "sa": "ga"}
+"""Names of methods that were removed, with the method that takes their place."""

@@ -1,4 +1,4 @@
-"""Local models with uncertainty in regions of trust, that start again where another kind of run is promising.
+"""Trust regions with a local model each, which restart where a different kind of run is promising.
 
     archive = everything that was run
     for each region, every generation
@@ -7,14 +7,14 @@
         the box doubles when a better run is found, else it halves
         too small a box, or failures enough: the region starts again, from a good run of a kind seldom started from
 
-A rare failure lies where several params agree to within a few percent. Far away from it the objective says by how much
-a run missed; a model on a hundred runs nearby reads more from that than differences of two. One region finds one
-failure; so there are several, and a new one starts where what happened was another thing: of its kind are the direction
-from which the other came, and who moved.
+A rare failure requires several params to agree to within a few percent. Far away from it the objective shows by how
+much a run missed; a model of a hundred runs nearby gains more from that than differences of two runs. One region finds
+one failure; so there are several regions, and a new one starts at a run of a different kind: the direction from which
+the other actor came, and which of both moved.
 
 Sources of the parts: trust regions by Gaussian processes with Thompson sampling, Eriksson, Pearce, Gardner, Turner and
-Poloczek (2019), "Scalable global optimization via local Bayesian optimization", NeurIPS (TuRBO), whose lengths, box
-shapes and few moved genes are kept, with samples of each candidate alone instead of joint ones.
+Poloczek (2019), "Scalable global optimization via local Bayesian optimization", NeurIPS (TuRBO), with the same lengths,
+box shapes and few moved genes, and independent instead of joint samples of the candidates.
 """
 
 from collections import Counter
@@ -36,33 +36,33 @@ REGIONS = 5
 EXPLORING = 0.1
 """Share of a generation that is run at random, from which later regions start."""
 WIDE, WIDEST, NARROW = 0.4, 0.8, 0.4 * 0.5**6
-"""Sides of a box: at first, at most, and below which a region ends; of the unit cube."""
+"""Sides of a box, of the unit cube: first, largest, and smallest before a region ends."""
 ENOUGH = 20
-"""Failures after which a region has told what it knows."""
+"""Failures after which a region ends."""
 KNOWN = 100
 """Runs nearest to the centre, of which a model is made."""
 CANDIDATES = 400
 MOVED = 20
 """Genes that a candidate moves, about."""
 LENGTH, SHORTEST, LONGEST = 0.5, 0.05, 4.0
-"""Over which a model forgets, in each gene: at first, and its limits; of the unit cube."""
+"""Correlation lengths of a model in each gene, of the unit cube: first, and limits."""
 NOISE = 0.05
-"""Variance of what no gene decides, as a share of all."""
+"""Share of the variance that no gene explains."""
 TRIALS = 4
 """Changes of lengths that a model tries in a generation."""
 SEEN = 0.15
-"""What an earlier start of the same kind costs a start, in shares of all runs that are better."""
+"""Cost of a start for each earlier start of the same kind, in shares of all runs that are better."""
 NEAR = 0.1
 """Nearer to an earlier centre than this, in every gene, no region starts."""
 STANDING = 0.5
-"""Who is slower stands [m/s]."""
+"""Speed below which an actor counts as standing [m/s]."""
 
 Kind = tuple[int, bool, bool]
 
 
 @dataclass
 class Region:
-    """One box, about the best run in it."""
+    """One box around the best run in it."""
 
     centre: Floats
     best: float
@@ -71,7 +71,7 @@ class Region:
     side: float = WIDE
     failures: int = 0
     slots: list[int] = field(default_factory=list)
-    """Its places in the generation that was asked last."""
+    """Its places in the last generation that was proposed."""
 
     @property
     def is_over(self) -> bool:
@@ -79,7 +79,7 @@ class Region:
 
 
 class TrustRegions(InCube):
-    """An invalid or failed result improves nothing, and no model knows of it."""
+    """Invalid and failed results improve no region and enter no model."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
@@ -137,7 +137,7 @@ class TrustRegions(InCube):
             self._started.append(region)
 
     def _start(self, stream: Generator) -> int:
-        """The run to start from: good, of a kind seldom started from, and not where a region was."""
+        """Return the row of the run to start from: good, of a kind with few starts, and not near an earlier start."""
         order = np.argsort(self._value + 0.0, kind="stable")
         promise = np.empty(len(order))
         promise[order] = np.arange(len(order)) / len(order)
@@ -150,7 +150,7 @@ class TrustRegions(InCube):
     # -- what to run
 
     def _chosen(self, region: Region, count: int, stream: Generator) -> Floats:
-        """(count, d) candidates of which a sample of the model is best, each of a sample of its own."""
+        """Return (count, d) candidates; each is the best under an independent sample of the model."""
         nearest = np.argsort(np.abs(self._archive - region.centre).max(axis=1), kind="stable")[:KNOWN]
         points, values = self._archive[nearest], normal_scores(self._value[nearest])
         region.lengths = fitted(points, values, region.lengths, stream)
@@ -165,12 +165,12 @@ class TrustRegions(InCube):
 
 
 def kind_of(result: Result) -> Kind:
-    """From where the other came at the closest approach, and whether each moved."""
+    """Return the direction of the other actor at the closest approach, and for each of both whether it moved."""
     return sector_of(result), measure(result, "ego_speed") > STANDING, measure(result, "other_speed") > STANDING
 
 
 def _candidates(region: Region, stream: Generator) -> Floats:
-    """(CANDIDATES, d) points of a region's box, which is longer in genes of which the model forgets slowly."""
+    """Return (CANDIDATES, d) points of a region's box, which is longer in genes with a longer correlation length."""
     size = len(region.centre)
     shape = region.lengths / exp(log(region.lengths).mean())
     step = region.side * shape * (stream.random((CANDIDATES, size)) - 0.5)
@@ -183,7 +183,7 @@ def _candidates(region: Region, stream: Generator) -> Floats:
 
 
 def normal_scores(values: Floats) -> Floats:
-    """(n,) what a normal number of the same rank is: what is far off bends no model. Equal values have one score."""
+    """Return (n,) normal scores by rank, so that outliers do not distort a model. Equal values have one score."""
     from scipy.special import ndtri
 
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
@@ -192,7 +192,7 @@ def normal_scores(values: Floats) -> Floats:
 
 
 def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -> Floats:
-    """Lengths that explain the values better than those given, where one of a few changes does."""
+    """Return lengths that explain the values better than `lengths`, if one of a few changes does; else `lengths`."""
     best = likelihood(points, values, lengths, NOISE)
     for genes in _subsets(len(lengths), stream):
         for factor in (0.5, 2.0):
@@ -206,5 +206,5 @@ def fitted(points: Floats, values: Floats, lengths: Floats, stream: Generator) -
 
 
 def _subsets(size: int, stream: Generator) -> list[Ints]:
-    """All genes, then single ones."""
+    """Return index arrays: all genes, then single ones."""
     return [np.arange(size), *(np.array([gene]) for gene in stream.integers(size, size=TRIALS).tolist())]

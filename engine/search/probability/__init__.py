@@ -1,1 +1,1 @@
-"""How likely a collision is under a file's distributions: plain Monte Carlo; subset simulation for what is rare."""
+"""Probability of a collision under a file's distributions: plain Monte Carlo; two methods for rare events."""

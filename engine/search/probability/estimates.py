@@ -1,5 +1,5 @@
-"""An estimate of the probability of a collision, however it was made; and estimates kept beside the
-journal of a run, one for each method, condition and event, for reports.
+"""Estimates of the probability of a collision, by any method, and the file next to a run's journal that stores them:
+one per method, condition and event.
 """
 
 import json
@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from engine.atomic import write_one
+from engine.checksums import is_unchanged, stamp, with_checksum
 from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.search.statistics import Interval
@@ -23,7 +24,7 @@ from engine.vocabulary import Verdict
 
 NOT_KNOWN = Interval(math.nan, math.nan)
 PARAMS, JOINT = CONDITIONS = ("params", "joint")
-"""What is drawn again with every attempt at a scene: the scene alone, or the params too."""
+"""Conditions: a new attempt at a scene samples the scene alone (`params`), or the params too (`joint`)."""
 MOST_DRIVEN = 5_000
 """Collisions of an estimate that the reference driver drives again."""
 
@@ -47,7 +48,7 @@ class Withheld(StrEnum):
     LOST = "lost"
     """The driver failed in some runs."""
     APART = "apart"
-    """The chains and the weighted runs contradict each other."""
+    """The estimates from the chains and from the weighted runs contradict each other."""
 
 
 Judge = Callable[[Floats, Ints], Bools]
@@ -61,32 +62,33 @@ class Probability:
     method: str
     """A row of `METHODS`."""
     value: float
-    """NaN where nothing can be said, with its reason."""
+    """NaN if no estimate is possible; `withheld` has the reason."""
     interval: Interval
     """Confidence interval at `level`; NaN where none can be given."""
     level: float
     simulations: int
-    """Runs that the estimate took, invalid ones included."""
+    """Simulations of the estimate, invalid ones included."""
     valid: int
-    """Of them valid."""
+    """Valid simulations."""
     collisions: int
-    """Of them with a collision; under `subset` these are not independent."""
+    """Valid simulations with a collision; under `subset` these are not independent."""
     valid_share: float
     """Estimated probability that a draw gives a valid run."""
     aborted: int = 0
-    """Of the simulations, those that a requirement on the run made invalid: they did run."""
+    """Simulations that a requirement on the run made invalid after they ran."""
     errors: int = 0
-    """Of the simulations, those that failed over a number that does not exist, or otherwise: they count neither way."""
+    """Simulations that failed, for example because a value did not exist; they count as neither valid nor invalid."""
     lost: int = 0
-    """Of the simulations, those in which the driver failed, so that nothing is known of them: the ends of an interval
-    take them for collisions and for none. They are not among those in `valid`; under `mc` they are in `valid_share`.
+    """Simulations in which the driver failed, so that their outcome is unknown. The lower end of an interval takes them
+    for runs without collision, the upper end for collisions. `valid` does not contain them; under `mc`, `valid_share`
+    does.
     """
     levels: tuple[float, ...] = ()
-    """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
+    """Thresholds of the first repetition: least distances of its levels [m]; 0 stands for contact."""
     condition: str = PARAMS
     """`params` or `joint`."""
     max_attempts: int = 0
-    """At a scene for one draw of the params; 0: unknown."""
+    """Attempts at a scene for one draw of the params; 0: unknown."""
     avoidable: float = math.nan
     """P(collision that the reference driver avoids | valid run); NaN where none was driven again."""
     avoidable_interval: Interval = NOT_KNOWN
@@ -95,9 +97,9 @@ class Probability:
     by_partner: tuple[int, ...] = ()
     """Collisions with actor 1, actor 2, …; those that are left out at the end were not met. Under `mc` alone."""
     without_ego: int = 0
-    """Runs in which two others touched. Under `mc` alone."""
+    """Runs in which two actors other than the ego touched. Under `mc` alone."""
     score: str = "distance"
-    """What said how near to a failure a run came: a row of `SCORES`. Under `mc` it plays no part."""
+    """Row of `SCORES` that measures the distance of a run to a failure. Unused under `mc`."""
     withheld: Withheld = Withheld.NOTHING
     """Why there is no interval."""
     tied: float = 0.0
@@ -107,11 +109,11 @@ class Probability:
     effective: float = math.nan
     """Effective sample size of the failures. Under `importance` alone."""
     of: str = ""
-    """The expectation whose being broken takes the place of a collision; "" for collisions."""
+    """Name of the expectation that is the event instead of a collision; "" for collisions."""
 
 
 def around(value: float, half: float) -> Interval:
-    """The interval that is `half` wide to either side in the logarithm of the value, which never reaches 0."""
+    """Return the interval whose ends are `half` away from the value's logarithm, so never 0, cut off at 1."""
     factor = math.exp(half)
     return Interval(value / factor, min(1.0, value * factor))
 
@@ -123,7 +125,7 @@ def checked_samples(method: str, samples: int, least: int) -> None:
 
 
 class Count(NamedTuple):
-    """What runs came to."""
+    """Outcome counts of runs."""
 
     simulations: int = 0
     valid: int = 0
@@ -150,17 +152,18 @@ class Count(NamedTuple):
         )
 
 
-# -- estimates beside a journal ----------------------------------------------------------------------------------------
+# -- estimates with a journal ------------------------------------------------------------------------------------------
 
 KEPT = "probability.json"
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
-    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file, whole or not
-    at all.
+    """Store an estimate for the program with this digest, in place of an earlier one of its kind, and return the file.
+
+    The file is replaced as a whole.
 
     Raises:
-        StoreError: it cannot be written.
+        StoreError: the file cannot be written.
     """
     path = folder / KEPT
     rows = {_place(row): row for row in _rows(path) if row.get("program_digest") == program_digest}
@@ -169,21 +172,21 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     row = {**content(found), **intervals, **named}
     rows[_place(row)] = row
     with store_errors(path):
-        text = json_text(list(rows.values()), indent=2)
-        write_one(path, f"{text}\n".encode())
+        text = json_text({**stamp(), "estimates": list(rows.values())}, indent=2)
+        write_one(path, with_checksum(f"{text}\n"))
     return path
 
 
 def content(found: Probability) -> dict[str, Any]:
-    """All of it, as documents have it; of collisions nothing is said, nor of errors and failures that there are not."""
+    """Return the fields as documents contain them; `of`, `errors` and `lost` only if they are not empty."""
     return {name: value for name, value in asdict(found).items() if name not in ("of", "errors", "lost") or value}
 
 
 def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:
-    """The estimates for the program of this digest in a folder, by method and condition; others are passed over.
+    """Return a folder's estimates for the program with this digest, by method and condition.
 
     Raises:
-        StoreError: the file cannot be read as one of ours.
+        StoreError: the file cannot be read as a file of estimates.
     """
     rows = [row for row in _rows(folder / KEPT) if row.get("program_digest") == program_digest]
     try:
@@ -196,16 +199,21 @@ def _rows(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        rows: object = json.loads(path.read_text(encoding="utf-8"))
+        file = path.read_bytes()
+        content: object = json.loads(file)
     except (OSError, ValueError) as error:
         raise _damaged(path) from error
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in cast("list[object]", rows)):
-        raise _damaged(path)
-    return cast("list[dict[str, Any]]", rows)
+    if isinstance(content, dict) and is_unchanged(file):
+        return cast("dict[str, list[dict[str, Any]]]", content)["estimates"]
+    if isinstance(content, list) and all(isinstance(row, dict) for row in cast("list[object]", content)):
+        return cast("list[dict[str, Any]]", content)  # of an earlier version, which wrote no checksum
+    raise _damaged(path)
 
 
 def _damaged(path: Path) -> StoreError:
-    return StoreError(f"`{path}` cannot be read", "remove it; `cortexc probability` of the run writes it again")
+    return StoreError(
+        f"`{path}` is not what `cortexc probability` wrote", "remove it, and estimate again by that command"
+    )
 
 
 def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:
@@ -213,7 +221,7 @@ def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:
 
 
 def _probability(row: dict[str, Any]) -> Probability:
-    """Of a row; what an earlier version did not write is not known."""
+    """Return the estimate of a row; fields that an earlier version did not write are unknown."""
     return Probability(**{field.name: _value(field.name, row[field.name]) for field in _needed(row)})
 
 

@@ -1,18 +1,18 @@
-"""Importance sampling, for what is rare: draw where failures are, and weigh each run by how likely the file draws it.
+"""Importance sampling for rare events: sample near failures, and weight each run by its likelihood under the file.
 
 Genes are standard normal numbers through their quantile functions, so that the file's own density f is the standard
-normal one. First one climb of `levels.py`, and chains inside the failures that it reaches, show where these are. A
-mixture of normal densities is fitted to them by expectation and maximisation, which minimises the cross-entropy from f
-given a failure: Rubinstein and Kroese (2004), "The cross-entropy method"; with mixtures, for several modes, Kurtz and
-Song (2013), "Cross-entropy-based adaptive importance sampling using Gaussian mixture".
+normal one. First, one climb of `levels.py`, and chains inside the failures that it reaches, locate them. A mixture of
+normal densities is fitted to them by expectation and maximisation, which minimises the cross-entropy from f given a
+failure: Rubinstein and Kroese (2004), "The cross-entropy method"; with mixtures, for several modes, Kurtz and Song
+(2013), "Cross-entropy-based adaptive importance sampling using Gaussian mixture".
 
-The estimate takes new runs alone, drawn from a density q that holds f itself with a share of a tenth, so that no weight
-w = f / q is above ten: Hesterberg (1995), "Weighted average importance sampling and defensive mixture distributions".
-It is the mean of w times failure over these n runs, divided by the share of draws that give a valid run; its error is
-that of a mean of independent numbers (Owen 2013, "Monte Carlo theory, methods and examples", chapter 9), and the
-interval that of its logarithm, by the delta method. The effective sample size (sum w)^2 / sum w^2 of the failures (Kong
-1992, "A note on importance sampling using standardized weights") says whether that may be trusted. Where it is small,
-or the estimate is far from the climb's, a reason takes the interval's place.
+The estimate uses new runs only, drawn from a density q that contains f itself with a share of a tenth, so that no
+weight w = f / q is above ten: Hesterberg (1995), "Weighted average importance sampling and defensive mixture
+distributions". It is the mean of w times failure over these n runs, divided by the share of draws that give a valid
+run; its error is that of a mean of independent numbers (Owen 2013, "Monte Carlo theory, methods and examples", chapter
+9), and the interval that of its logarithm, by the delta method. The effective sample size (sum w)^2 / sum w^2 of the
+failures (Kong 1992, "A note on importance sampling using standardized weights") shows whether the interval can be
+trusted. If it is small, or the estimate is far from the climb's, a reason replaces the interval.
 """
 
 import math
@@ -40,41 +40,41 @@ from engine.search.statistics import Interval
 from engine.tables import Bools, Floats, Ints
 
 LEAST = 1000
-"""Simulations."""
+"""Minimum number of simulations."""
 LEVELS = 10
-"""Levels of which the size is such that as many would take all simulations."""
+"""Number of levels that would use all simulations; it determines the size of a level."""
 LEAST_EFFECTIVE = 100.0
 """Effective sample size of the failures below which no interval is given."""
 FARTHEST = 5.0
-"""Between the estimate and that of the climb, as a factor either way."""
+"""Largest factor, either way, between the estimate and that of the climb."""
 DEFENCE = 0.1
-"""Share of the file's own distribution in what is drawn."""
+"""Share of the file's own distribution in the sampling density."""
 SPREAD = ((0.7, 0.2), (0.2, 1.0))
-"""Shares of the fitted mixture in what is drawn, and of a unit covariance in it. Beyond a border failures fall off like
-an exponential function, slower than a normal density that is as narrow as they are: without the second, what lies far
-beyond is seldom drawn and weighs much.
+"""Shares of the fitted mixture in the sampling density, and of a unit covariance in it. Beyond a border failures
+decrease exponentially, slower than a normal density as narrow as the failures: without the second part, failures far
+beyond the border would rarely be drawn and would have large weights.
 """
 LAST_SHARE = 4
-"""At least one of so many simulations is left for the estimate."""
+"""Reciprocal of the minimum share of simulations that is left for the estimate."""
 BLOCK = 4096
 """Draws that are simulated together."""
 RUN = 100
-"""Of the streams: no repetition of subset simulation has it."""
+"""Number of the run in the stream keys: no repetition of subset simulation has it."""
 MOST_COMPONENTS = 4
-"""Of a mixture that is fitted."""
+"""Maximum number of components of a fitted mixture."""
 ROUNDS = 12
-"""Of expectation and maximisation."""
+"""Rounds of expectation and maximisation."""
 CANDIDATES = 8
-"""For each centre from which a fit starts."""
+"""Candidates for each initial centre of a fit."""
 FAITH = 5.0
-"""What a unit covariance weighs in each component's, in points a dimension: few points say little of many numbers."""
+"""Weight of a unit covariance in each component's, in points per dimension; it regularizes fits to few points."""
 
 # -- mixtures of normal densities in the space in which a file's own distribution is the standard normal one -----------
 
 
 @dataclass(frozen=True)
 class Mixture:
-    """`k` components in `d` dimensions."""
+    """Mixture of `k` normal densities in `d` dimensions."""
 
     shares: Floats
     """(k,)"""
@@ -84,14 +84,14 @@ class Mixture:
     """(k, d, d): lower triangular, covariances are their squares."""
 
     def draw(self, numbers: Generator, count: int) -> Floats:
-        """(count, d) points, as many of each component as its share says, in random order."""
+        """Return (count, d) points in random order, with the numbers per component proportional to the shares."""
         ends: Ints = np.rint(np.cumsum(self.shares) / self.shares.sum() * count).astype(np.int64)
         which = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))[numbers.permutation(count)]
         noise = numbers.standard_normal((count, self.means.shape[1]))
         return self.means[which] + np.einsum("nij,nj->ni", self.factors[which], noise)
 
     def logarithms(self, points: Floats) -> Floats:
-        """(k, n) of share times density, over the standard normal density."""
+        """Return (k, n) logarithms of share times density, over the standard normal density."""
         own = 0.5 * np.einsum("ni,ni->n", points, points)
         rows = np.empty((len(self.shares), len(points)))
         for row, share in enumerate(self.shares.tolist()):
@@ -102,17 +102,17 @@ class Mixture:
         return rows
 
     def ratios(self, points: Floats) -> Floats:
-        """(n,) density over the standard normal density."""
+        """Return (n,) the density over the standard normal density."""
         return exp(np.logaddexp.reduce(self.logarithms(points), axis=0))
 
 
 def nominal(dimensions: int, share: float = 1.0) -> Mixture:
-    """The standard normal density."""
+    """Return the standard normal density."""
     return Mixture(np.array([share]), np.zeros((1, dimensions)), np.eye(dimensions)[np.newaxis])
 
 
 def together(*parts: tuple[float, Mixture]) -> Mixture:
-    """A mixture of mixtures by their shares."""
+    """Return a mixture of mixtures by their shares."""
     return Mixture(
         np.concatenate([share * part.shares for share, part in parts]),
         np.concatenate([part.means for _, part in parts]),
@@ -121,10 +121,11 @@ def together(*parts: tuple[float, Mixture]) -> Mixture:
 
 
 def fitted(points: Floats, numbers: Generator) -> Mixture:
-    """The mixture of few components under which (n, d) points are likely, by Schwarz's criterion.
+    """Return the mixture with few components that fits (n, d) points best, by Schwarz's criterion.
 
     Dempster, Laird and Rubin (1977), "Maximum likelihood from incomplete data via the EM algorithm"; Schwarz (1978),
-    "Estimating the dimension of a model", with the numbers of means and shares: covariances are held by `FAITH`.
+    "Estimating the dimension of a model", which here counts means and shares as parameters: `FAITH` regularizes the
+    covariances.
     """
     distinct = np.unique(points, axis=0)
     fits = [_fitted(points, count, numbers) for count in range(1, min(MOST_COMPONENTS, len(distinct)) + 1)]
@@ -135,7 +136,7 @@ def fitted(points: Floats, numbers: Generator) -> Mixture:
 
 
 def widened(fit: Mixture, share: float) -> Mixture:
-    """With this share of a unit covariance in each component's."""
+    """Return the mixture with this share of a unit covariance in each component's covariance."""
     unit = np.eye(fit.means.shape[1])
     covariances = product(fit.factors, fit.factors.transpose(0, 2, 1))
     return Mixture(fit.shares, fit.means, cholesky((1.0 - share) * covariances + share * unit))
@@ -152,7 +153,7 @@ def _fitted(points: Floats, count: int, numbers: Generator) -> Mixture:
 
 
 def _maximised(points: Floats, parts: Floats) -> Mixture:
-    """Of (k, n) parts that components have in points; a component without any is left out."""
+    """Return the mixture for (k, n) responsibilities of components for points; a component without any is dropped."""
     sizes = parts.sum(axis=1)
     parts, sizes = parts[sizes > 1.0], sizes[sizes > 1.0]
     means = product(parts, points) / sizes[:, np.newaxis]
@@ -167,7 +168,8 @@ def _maximised(points: Floats, parts: Floats) -> Mixture:
 
 
 def _centres(points: Floats, count: int, numbers: Generator) -> Floats:
-    """Points far apart: each next one is the best of some that are drawn by their squared distance from those before.
+    """Return points that are far apart: each is the best of some candidates, drawn by squared distance to the earlier
+    ones.
 
     Arthur and Vassilvitskii (2007), "k-means++: the advantages of careful seeding", in its greedy form.
     """
@@ -182,7 +184,7 @@ def _centres(points: Floats, count: int, numbers: Generator) -> Floats:
 
 
 def _squares(points: Floats, centres: Floats) -> Floats:
-    """(k, n) squared distances."""
+    """Return (k, n) squared distances."""
     return np.stack([((points - centre) ** 2).sum(axis=1) for centre in centres])
 
 
@@ -190,7 +192,7 @@ def _squares(points: Floats, centres: Floats) -> Floats:
 
 
 class _Runs(NamedTuple):
-    """Independent runs, rows aligned, and how much each weighs."""
+    """Independent runs, rows aligned, with their weights."""
 
     weights: Floats
     failed: Bools
@@ -206,10 +208,10 @@ def importance_sampling(
     judge: Judge | None = None,
     score: Score = DISTANCE,
 ) -> Probability:
-    """Importance sampling with about `samples` simulations in all.
+    """Return the estimate of importance sampling with about `samples` simulations in all.
 
     Raises:
-        ValueError: fewer than 1,000.
+        ValueError: fewer than 1,000 samples.
     """
     checked_samples("importance sampling", samples, LEAST)
     chains = Chains(space, evaluate, score, seed, RUN, judge)
@@ -246,13 +248,13 @@ def importance_sampling(
 
 
 def effective_size(weights: Floats) -> float:
-    """Kong's: as many runs of equal weight have an error as large."""
+    """Return Kong's effective sample size: the number of runs of equal weight with the same error."""
     squares = float((weights * weights).sum())
     return float(weights.sum()) ** 2 / squares if squares > 0.0 else 0.0
 
 
 def _density(chains: Chains, failures: Level, size: int) -> Mixture:
-    """What is drawn from: f, and where failures are."""
+    """Return the sampling density: a mixture of f and the fitted density of failures."""
     inside = next_level(chains, failures.rows(failures.failed), math.inf, size)
     fit = fitted(inside.points, chains.numbers())
     parts = [(share, widened(fit, wider)) for share, wider in SPREAD]
@@ -260,7 +262,7 @@ def _density(chains: Chains, failures: Level, size: int) -> Mixture:
 
 
 def _drawn(chains: Chains, density: Mixture, samples: int) -> _Runs:
-    """The runs of the estimate: what simulations are left, and no fewer than a quarter of all."""
+    """Return the runs of the estimate: the simulations that are left, but at least a quarter of all."""
     points = density.draw(chains.numbers(), max(samples - chains.count.simulations, samples // LAST_SHARE))
     parts: list[_Runs] = []
     for start in range(0, len(points), BLOCK):
@@ -272,14 +274,14 @@ def _drawn(chains: Chains, density: Mixture, samples: int) -> _Runs:
 
 
 def _withheld(weights: Floats, value: float, rough: float) -> Withheld:
-    """Why the estimate is not to be trusted, if so."""
+    """Return the reason not to trust the estimate, or `NOTHING`."""
     if effective_size(weights) < LEAST_EFFECTIVE:
         return Withheld.FEW
     return Withheld.NOTHING if rough / FARTHEST <= value <= rough * FARTHEST else Withheld.APART
 
 
 def _estimate(weights: Floats, chains: Chains, level: float) -> tuple[float, Interval]:
-    """Mean weight of failures, given a valid run, and its interval."""
+    """Return the mean weight of failures, given a valid run, and its interval."""
     from scipy.special import ndtri
 
     mean = float(weights.mean()) if len(weights) else 0.0
@@ -287,12 +289,12 @@ def _estimate(weights: Floats, chains: Chains, level: float) -> tuple[float, Int
         return 0.0, NOT_KNOWN
     share = chains.filled / chains.drawn
     relative = float(weights.var(ddof=1)) / (len(weights) * mean * mean) + (1.0 - share) / chains.filled
-    value = min(1.0, mean / share)  # weights are random: their mean may lie above
+    value = min(1.0, mean / share)  # weights are random: their mean may exceed the share
     return value, around(value, float(ndtri((1.0 + level) / 2.0)) * math.sqrt(relative))
 
 
 def _avoidable(runs: _Runs, chains: Chains, level: float) -> tuple[float, Interval]:
-    """The same of failures that can be avoided: of the first runs, whose failures are driven again."""
+    """Return the estimate and interval of avoidable failures, from the first runs, up to `MOST_DRIVEN` failures."""
     if chains.judge is None:
         return math.nan, NOT_KNOWN
     rows = np.flatnonzero(runs.failed)

@@ -1,13 +1,14 @@
-"""Levels of runs that come ever nearer to a failure: where failures are, and how rare, if the score leads there.
+"""Levels of runs that approach a failure: they locate failures and estimate their probability, if the score leads
+there.
 
-Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation": of each level's
-runs the nearest tenth are the seeds of chains in which no run is farther than they are. The chains' proposals are
-those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for subset simulation", section 4.4: every
-gene, as a standard normal number, is drawn a step towards its prior; and in every other step the scene's own random
-numbers are drawn again.
+Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation": the nearest
+tenth of each level's runs are the seeds of chains, in which no run is farther from a failure than they are. The chains'
+proposals are those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for subset simulation",
+section 4.4: every gene, as a standard normal number, is drawn a step towards its prior; and in every other step the
+scene's own random numbers are drawn again.
 
-A score leads nowhere on a plateau, where many different runs are exactly as near as the threshold: of these a level
-cannot take the nearest tenth, and within them chains wander without a direction.
+A score gives no direction on a plateau, where many different runs are exactly at the threshold: a level cannot take
+their nearest tenth, and chains among them move at random.
 """
 
 import math
@@ -26,11 +27,11 @@ from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
 
 SHARE = 0.1
-"""Of a level's runs that are the seeds of the next."""
+"""Share of a level's runs that are the seeds of the next level."""
 TIED = SHARE / 2.0
-"""Of a level's runs that are different and exactly at its threshold: with more of them it is a plateau."""
+"""Largest share of a level's runs that are different and exactly at its threshold; above it the level is a plateau."""
 STEP = 0.6
-"""Of a chain, in standard deviations: sqrt(1 - rho^2) with rho = 0.8."""
+"""Step of a chain, in standard deviations: sqrt(1 - rho^2) with rho = 0.8."""
 MOST_LEVELS = 12
 TRIES = 50
 """Blocks without enough valid runs after which a level cannot be filled."""
@@ -38,7 +39,7 @@ TRIES = 50
 
 @dataclass(frozen=True)
 class Level:
-    """Valid runs, rows aligned: where their genes lie in standard normal space, their keys, how near they came."""
+    """Valid runs, rows aligned: genes as points of standard normal space, keys, and nearness to a failure."""
 
     points: Floats
     keys: Ints
@@ -55,7 +56,7 @@ class Level:
 
 @dataclass
 class Chains:
-    """One way up the levels: where its random numbers come from, and what it has spent.
+    """One climb through the levels, with the source of its random numbers and the simulations it has used.
 
     Of the `drawn` draws of its first level `filled` were valid.
     """
@@ -73,22 +74,22 @@ class Chains:
     step: int = 0
 
     def numbers(self) -> Generator:
-        """A new stream for the next block."""
+        """Return a new stream for the next block."""
         self.step += 1
         return operator_generator(self.seed, int(Method.SAMPLE), self.run, self.step)
 
     def keys(self, count: int, first: int = 0) -> Ints:
-        """New stream keys for scenes, of this block."""
+        """Return new stream keys for the scenes of this block."""
         return key_rows(self.seed, int(Method.SAMPLE), self.run, self.step, range(first, first + count))
 
     def simulate(self, points: Floats, keys: Ints) -> tuple[Level, Bools]:
-        """What became of these scenes, and which of them are valid."""
+        """Return the runs of these scenes, and (n,) True for valid ones."""
         runs = self.evaluate(self.genomes(points), keys)
         self.count = self.count.more(runs)
         return Level(points, keys, nearness(self.score, runs)), runs.verdict == Verdict.VALID
 
     def genomes(self, points: Floats) -> Floats:
-        """Of standard normal numbers, under the file's distributions."""
+        """Return the genomes of standard normal numbers, under the file's distributions."""
         from scipy.special import ndtr
 
         from engine.sampling import from_uniforms
@@ -96,27 +97,27 @@ class Chains:
         return from_uniforms(self.space, np.clip(ndtr(points), 0.0, np.nextafter(1.0, 0.0)))
 
     def avoided(self, level: Level) -> Bools:
-        """(n,) whether the reference driver avoids what happened in each of these runs."""
+        """Return (n,) True where the reference driver avoids the collision."""
         assert self.judge is not None
         self.driven += len(level.keys)
         return self.judge(self.genomes(level.points), level.keys)
 
 
 class Climb(NamedTuple):
-    """Of one way up."""
+    """Result of one climb through the levels."""
 
     value: float
     """Estimated probability of a failure, given a valid run; NaN where valid runs are too rare to begin with."""
     thresholds: tuple[float, ...]
-    """What was left to a failure where each level stopped over; 0 stands for a failure."""
+    """Distance of each level's threshold to a failure, in units of the score; 0 stands for a failure."""
     last: Level | None
     withheld: Withheld = Withheld.NOTHING
     tied: float = 0.0
-    """Share of a level's runs that lie on a plateau."""
+    """Share of a level's runs that are on a plateau."""
 
 
 def climb(chains: Chains, size: int) -> Climb:
-    """Levels of `size` runs, up to one of which a tenth are failures."""
+    """Simulate levels of `size` runs, until a tenth of a level are failures."""
     level = _first_level(chains, size)
     if level is None:
         return Climb(math.nan, (), None, Withheld.INVALID)
@@ -143,7 +144,7 @@ def size_of(level: Level) -> int:
 
 
 def _tied(level: Level, threshold: float) -> float:
-    """Share of a level's runs that are different ones and exactly at the threshold: a chain that stays repeats one."""
+    """Return the share of a level's runs that are different and at the threshold; a resting chain repeats one run."""
     rows = np.flatnonzero(level.near == threshold)
     if len(rows) <= TIED * size_of(level):
         return 0.0
@@ -152,7 +153,7 @@ def _tied(level: Level, threshold: float) -> float:
 
 
 def _first_level(chains: Chains, size: int) -> Level | None:
-    """`size` valid runs under the file's distributions."""
+    """Return `size` valid runs under the file's distributions; None if valid runs are too rare."""
     parts: list[Level] = []
     found = 0
     for _ in range(TRIES):
@@ -169,7 +170,7 @@ def _first_level(chains: Chains, size: int) -> Level | None:
 
 
 def next_level(chains: Chains, seeds: Level, threshold: float, size: int) -> Level:
-    """Runs no farther than the threshold: chains from the seeds, all of them a step at a time."""
+    """Return runs no farther than the threshold: chains from the seeds, advanced together step by step."""
     length = max(1, round(1.0 / SHARE))
     count = max(1, size // length)
     numbers = chains.numbers()
@@ -186,7 +187,7 @@ def next_level(chains: Chains, seeds: Level, threshold: float, size: int) -> Lev
 
 
 def _chosen(accepted: Bools, proposed: Level, state: Level) -> Level:
-    """The proposal where it was accepted, else the state again."""
+    """Return the proposal where it was accepted, elsewhere the previous state."""
     column = accepted[:, np.newaxis]
     return Level(
         np.where(column, proposed.points, state.points),

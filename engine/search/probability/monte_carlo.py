@@ -1,14 +1,14 @@
-"""How probable a collision is under the file's own distributions, given a valid run.
+"""Probability of a collision under the file's own distributions, given a valid run.
 
-Two conditions, and they differ:
+There are two conditions:
 
-- `params`: params are drawn once, then a scene under the requirements is sought in up to `max_attempts` attempts.
-  Params that allow a scene at all count in full, however rarely they do.
+- `params`: params are drawn once, then up to `max_attempts` scenes are drawn until one meets the requirements. Params
+  that allow a scene count in full, even if such scenes are rare.
 - `joint`: params are drawn again with every attempt. This is P(collision | the requirements hold), as they are written:
   params count by how often they allow a scene.
 
-Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
-A run in which a driver of one's own failed is one of which nothing is known: it widens the interval.
+Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run. A
+run in which a driver of one's own failed is one of which nothing is known: it widens the interval.
 
 Three estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and
 Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is
@@ -66,12 +66,12 @@ __all__ = [
 BLOCK = 4096
 """Draws that are simulated together."""
 DRAWS_A_RUN = 200
-"""Under `joint`: draws for each run that was asked for, after which the estimate is made from those that there are."""
+"""Maximum number of draws per requested run under `joint`; the estimate then uses the runs so far."""
 
 
 @dataclass(frozen=True)
 class Estimator:
-    """A method for what is rare: a score leads it to the failures."""
+    """A method for rare events, which a score leads to the failures."""
 
     least: int
     """Samples that it needs."""
@@ -96,13 +96,14 @@ def estimate(
     score: Score = DISTANCE,
     of: str = "",
 ) -> Probability:
-    """The probability for a program, by one of `METHODS`, in the host that the config names; `of` an expectation of
-    the file that is broken, instead of a collision.
+    """Return the probability for a program, by one of `METHODS`, on the host that the config names.
+
+    The event is a collision, or with `of` the violation of that expectation of the file.
 
     Raises:
-        UnknownObjectiveError: the file expects nothing of that name.
-        ValueError: another method than `mc` under `joint`: where a scene's every attempt has params of its own, no
-            neighbourhood of params leads anywhere.
+        UnknownObjectiveError: the file has no expectation of that name.
+        ValueError: a method other than `mc` under `joint`; if every attempt at a scene has params of its own,
+            neighbourhoods of params carry no information.
     """
     from engine.risk import PAPER
     from engine.search.evaluator import make_evaluator
@@ -126,8 +127,9 @@ def estimate(
 
 
 def _recorded(config: Config) -> tuple[Config, ...]:
-    """The settings by which runs are evaluated, and those by which their collisions are judged before: a driver that
-    decides otherwise the second time is judged by what it decided, as far as that is kept.
+    """Return the settings that evaluate runs, and first those that assess their collisions.
+
+    A driver that decides differently the second time is assessed by its recorded decisions, if they are stored.
     """
     if config.driver is None or not config.driver.can_drive_new_scenes:
         return (config,)
@@ -139,7 +141,7 @@ def _recorded(config: Config) -> tuple[Config, ...]:
 
 
 def _all_known(found: Probability) -> Probability:
-    """The estimate, or none: where a driver failed is not known, and no chain goes there."""
+    """Return the estimate, without a value if a driver failed: such outcomes are unknown and no chain visits them."""
     if not found.lost or found.withheld == Withheld.INVALID:
         return found
     none = replace(found, value=math.nan, avoidable=math.nan, withheld=Withheld.LOST)
@@ -147,7 +149,7 @@ def _all_known(found: Probability) -> Probability:
 
 
 def _of_event(evaluate: Evaluate) -> Evaluate:
-    """An evaluator in whose answers a find stands for a collision."""
+    """Return an evaluator that reports a find as a collision."""
 
     def of_event(genomes: Floats, keys: Ints) -> Assessment:
         runs = evaluate(genomes, keys)
@@ -157,8 +159,8 @@ def _of_event(evaluate: Evaluate) -> Evaluate:
 
 
 def make_judge(program: Program, *configs: Config) -> Judge:
-    """The reference driver of `engine.avoidability`, for scenes of this program; by the first of the settings of which
-    the driver can drive a scene.
+    """Return the reference driver of `engine.avoidability` for scenes of this program; a scene is driven by the first
+    of the settings whose driver can drive it.
     """
     from engine.avoidability import avoidability, refuse_missing
     from engine.driving.blocks import can_be_driven, redriven
@@ -191,7 +193,7 @@ def monte_carlo(
     judge: Judge | None = None,
     enough: int | None = None,
 ) -> Probability:
-    """Plain Monte Carlo with at most `samples` draws, fewer where `enough` of them gave valid runs."""
+    """Estimate by plain Monte Carlo with at most `samples` draws, or until `enough` draws gave valid runs."""
     from engine.sampling import draw_genomes
 
     count, driven = Count(), _Driven()
@@ -229,14 +231,14 @@ def monte_carlo(
 
 
 class _Driven(NamedTuple):
-    """Of the first blocks of independent runs: how many were valid, or lost, collided, and could have been avoided."""
+    """Counts of the first blocks of independent runs: valid, lost, with a collision, and avoidable."""
 
     valid: int = 0
     lost: int = 0
     collisions: int = 0
     avoidable: int = 0
     full: bool = False
-    """Whether enough collisions were driven again."""
+    """True if enough collisions were driven again."""
 
     def more(self, genomes: Floats, keys: Ints, runs: Assessment, judge: Judge | None) -> "_Driven":
         rows = np.flatnonzero(runs.collided)

@@ -1,4 +1,4 @@
-"""How near a run came to a failure: what levels of a rare event are made of."""
+"""Scores: measures of the distance of a run to a failure, on which the levels of a rare event are based."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from engine.tables import Bools, Floats
 
 @dataclass(frozen=True)
 class Score:
-    """One row. Both functions take runs and give (n,) values; those of invalid runs mean nothing."""
+    """One score. Both functions take runs and return (n,) values, which are meaningless for invalid runs."""
 
     name: str
     sentence: str
     unit: str
     nearness: Callable[[Assessment], Floats]
-    """Minus what is left to a failure: the larger, the nearer; not read of a failure."""
+    """Minus the distance to a failure, so larger values are nearer; not read for a failure."""
     failed: Callable[[Assessment], Bools]
 
 
@@ -32,6 +32,6 @@ SCORES = {score.name: score for score in (DISTANCE,)}
 
 
 def nearness(score: Score, runs: Assessment) -> Floats:
-    """(n,) by the score; infinite for a failure, minus infinite where nothing is known."""
+    """Return (n,) nearness by the score; infinite for a failure, minus infinite if unknown."""
     near = np.where(score.failed(runs), np.inf, np.minimum(score.nearness(runs), 0.0))
     return np.where(np.isnan(near), -np.inf, near)

@@ -1,16 +1,16 @@
-"""Subset simulation, for what is rare: a small probability as a product of larger ones.
+"""Subset simulation for rare events: a small probability as a product of larger ones.
 
 Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation"; its levels are
 those of `levels.py`.
 
-Within a chain runs are dependent. The variance is therefore taken from outside: the whole estimate is made ten times,
-independently. The mean is the estimate; its interval is Student's with nine degrees of freedom. Such estimates are
-products and skewed to the right: where all ten are low, they also scatter little. The upper end is therefore that of
-the mean's logarithm (by the delta method), which is higher, and leaves out a fifth of what the lower end may: a danger
-is seldom said to be rarer than it is.
+Runs of a chain are dependent. The variance is therefore estimated from ten independent repetitions of the whole
+estimate. The mean is the estimate; its interval is Student's with nine degrees of freedom. Such estimates are products
+and skewed to the right: if all ten are low, they also scatter little. The upper end is therefore that of the mean's
+logarithm (by the delta method), which is higher, and its error probability is a fifth of that of the lower end, so that
+a danger is seldom underestimated.
 
-No interval is given, and a reason instead, where a repetition met a plateau or did not reach a failure, or where
-repetitions differ by more than their mean: then ten of them do not show how far the estimate may be off.
+A reason replaces the interval if a repetition met a plateau or did not reach a failure, or if repetitions differ by
+more than their mean: then ten repetitions do not show the error of the estimate.
 """
 
 import math
@@ -41,7 +41,7 @@ LEAST = 100 * REPETITIONS
 LEFT_OUT_ABOVE = 0.1
 """Share of 1 - level by which the upper end may be too low; the lower end has half of 1 - level."""
 MOST_SCATTER = 1.0
-"""Standard deviation of the repetitions over their mean, beyond which they are no sample to trust."""
+"""Largest ratio of the repetitions' standard deviation to their mean at which they count as a reliable sample."""
 
 
 def subset_simulation(
@@ -53,10 +53,10 @@ def subset_simulation(
     judge: Judge | None = None,
     score: Score = DISTANCE,
 ) -> Probability:
-    """Subset simulation with `samples` runs a level, shared by ten independent repetitions.
+    """Estimate by subset simulation with `samples` runs per level, shared by ten independent repetitions.
 
     Raises:
-        ValueError: fewer than 100 runs a repetition.
+        ValueError: fewer than 100 runs per repetition.
     """
     checked_samples("subset simulation", samples, LEAST)
     ways = [Chains(space, evaluate, score, seed, repetition + 1, judge) for repetition in range(REPETITIONS)]
@@ -90,7 +90,7 @@ def subset_simulation(
 
 
 def _withheld(climbs: Sequence[Climb]) -> Withheld:
-    """Why no interval can be given, if so: the reason that says most."""
+    """Return the most informative reason to give no interval, or `NOTHING`."""
     reasons = [each.withheld for each in climbs]
     for reason in (Withheld.INVALID, Withheld.PLATEAU):
         if reason in reasons:
@@ -102,7 +102,7 @@ def _withheld(climbs: Sequence[Climb]) -> Withheld:
 
 
 def _estimate(values: Floats, withheld: Withheld, level: float) -> tuple[float, Interval]:
-    """Mean of independent estimates and the interval around it; neither where it is withheld."""
+    """Return the mean of independent estimates and its interval; both NaN if withheld, or 0 and NaN if unreached."""
     from scipy.special import stdtrit
 
     if withheld or np.isnan(values).any():
@@ -117,7 +117,7 @@ def _estimate(values: Floats, withheld: Withheld, level: float) -> tuple[float, 
 
 
 def _avoidable(chains: Chains, found: Climb) -> float:
-    """Share of the last level's failures that can be avoided, by driving some of them again; NaN without a judge."""
+    """Return the share of the last level's failures that the reference driver avoids; NaN without a judge."""
     if chains.judge is None or found.last is None:
         return math.nan
     rows = np.flatnonzero(found.last.failed)

@@ -1,13 +1,14 @@
 """The catalogue of codes: each means one thing and has a page, whose examples the compiler itself judges."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.codes import Entry, entries, find, judged, near
+from cortex_dsl.api.codes import Entry, entries, find, near
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.semantics.model import limits, state
 from cortex_dsl.syntax.reading import decode
+from tests.cortex_dsl.once import judged, judging_once
 
 HERE = Path(__file__).parents[1]
 ALL = entries()
@@ -19,10 +20,9 @@ ADVISED = {entry.code for entry in COMPILED if entry.page and entry.page.options
 
 
 @pytest.fixture(autouse=True)
-def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files that would take too long are refused sooner here."""
-    monkeypatch.setattr(limits, "EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr(state, "BODY_LIMIT", 200)
+def _once() -> Iterator[None]:
+    with judging_once():
+        yield
 
 
 def by_code(entry: Entry) -> str:

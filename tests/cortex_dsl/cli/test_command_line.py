@@ -2,31 +2,29 @@
 
 import re
 from dataclasses import fields
-from importlib import import_module
-from inspect import signature
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.command_table import MODES, SUBCOMMANDS
-from cortex_dsl.cli.file_options import build_parser, to_request
-from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.cli.command_table import FILE, MODES, SUBCOMMANDS
+from cortex_dsl.cli.file_options import OPTIONS, to_request
+from cortex_dsl.console.command import Command, Option, settle
 from cortex_dsl.console.request import CompileRequest, Mode, Request, RunRequest, SearchRequest
 from cortex_dsl.version import VERSION
 
 
 def request_of(*arguments: str) -> Request:
-    return to_request(build_parser().parse_args(list(arguments)), arguments)
+    return to_request(settle(OPTIONS, FILE.parser().parse_args(arguments)))
 
 
 def test_help_is_complete(capsys: pytest.CaptureFixture[str]) -> None:
     """`--help` answers on stdout and names every option with a sentence of its own."""
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
-    for action in build_parser()._actions:
-        assert action.help
-        assert all(name in text for name in action.option_strings if name != "--no-color")
+    for row in FILE.rows:
+        assert row.help
+        assert all(name in text for name in row.flag.split() if name not in ("file", "--no-color"))
     assert "exit codes" in text
     assert "\x1b" not in text
 
@@ -84,22 +82,24 @@ def test_options_arrive() -> None:
     )
 
 
-def test_a_mode_gets_only_what_it_reads() -> None:
-    """Every part that a row names is one of the request, and its function takes them all, then the terminal."""
-    parts = {field.name for field in fields(Request)} - {"mode"}
-    for row in MODES.values():
-        module, _, name = row.function.partition(":")
-        taken = list(signature(getattr(import_module(module), name)).parameters)
-        assert set(row.reads) <= parts
-        assert len(taken) == len(row.reads) + 1
-        assert taken[-1] == "terminal"
+def test_every_mode_is_a_row() -> None:
+    """Each mode has a function, and a flag that chooses it, unless it is the run that no flag chooses."""
+    assert set(MODES) == set(Mode)
+    assert {row.choice for row in OPTIONS if row.choice} == {mode.value for mode in Mode} - {Mode.RUN.value}
+
+
+def test_every_option_arrives_in_one_part_of_the_request() -> None:
+    """A row is named as one field of one part; those that choose a method or an answer make a field together."""
+    names = [field.name for part in (CompileRequest, RunRequest, SearchRequest, Request) for field in fields(part)]
+    for row in OPTIONS:
+        together = row.choice or row.answer or row.dest in ("help", "no_colour")
+        assert together or names.count(row.dest) == 1, row.flag
 
 
 @pytest.mark.parametrize("name", SUBCOMMANDS)
 def test_a_subcommand_is_a_row(name: str) -> None:
     """What a row of the table names is a command of that name, which says what it does."""
-    module, _, attribute = SUBCOMMANDS[name].command.partition(":")
-    command = getattr(import_module(module), attribute)
+    command = SUBCOMMANDS[name].load()
     assert isinstance(command, Command)
     assert command.name == name
     assert command.description
@@ -156,25 +156,18 @@ def test_no_file(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPatch) -> None:
     """A command and a row in the table are all that a new one takes."""
-    import sys
-    from types import SimpleNamespace
-
     from cortex_dsl.cli import command_table
 
     seen: list[tuple[str, ...]] = []
-
-    def add_flag(parser: Parser) -> None:
-        parser.add_argument("--flag")
 
     new = Command(
         name="new",
         usage="[--flag X]",
         description="Does something new.",
-        options=add_flag,
-        function=lambda options, terminal: seen.append(options.words) or 7,
+        options=(Option("--flag", "a flag", "X"),),
+        function=lambda options, terminal: seen.append(options.command_line) or 7,
     )
-    monkeypatch.setitem(sys.modules, "a_new_command", SimpleNamespace(NEW=new))
-    row = command_table.Subcommand("a_new_command:NEW", "does something new")
+    row = command_table.Subcommand(lambda: new, "does something new")
     monkeypatch.setitem(command_table.SUBCOMMANDS, "new", row)
     assert main(["new", "--flag", "x"]) == 7
     assert seen == [("--flag", "x")]

@@ -1,14 +1,11 @@
 """The files beside a journal are what follows from it, whatever was done to them, whenever the search was stopped."""
 
 import json
-import os
 import random
 import shutil
-import signal
 import sqlite3
-import time
-from collections.abc import Callable, Mapping
-from contextlib import closing, suppress
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -21,38 +18,11 @@ from cortex_dsl.api.runs import open_run
 from engine.search.chain import last_link
 from engine.search.journal_reader import read_journal
 from engine.tables import Ints
+from tests.folders import content, files
 from tests.fork_server import RUN, ForkServer
-from tests.laws import share
 
 Command = Callable[..., Any]
 SEARCH = ("--ga", "--generations", 4, "--population", 30, "--seed", 2, "--jobs", 1)
-MADE_BY_SEARCH = (".csv", ".jsonl", ".json", ".md", ".scn")
-OF_TIME = ("seconds", "per_second", "elapsed")
-
-
-def files(run: Path) -> Mapping[str, bytes]:
-    """Every file that follows from the journal, and what it holds."""
-    return {str(path.relative_to(run)): path.read_bytes() for path in run.rglob("*") if path.suffix in MADE_BY_SEARCH}
-
-
-def content(run: Path) -> Mapping[str, Any]:
-    """Every file of a run without the time that it took; of the journal, all tables but those of time."""
-    found: dict[str, Any] = dict(files(run))
-    found["summary.json"] = timeless(json.loads(found["summary.json"]))
-    with closing(sqlite3.connect(run / "journal.sqlite")) as connection:
-        for table in ("manifest", "generation", "individual", "simulation"):
-            found[table] = connection.execute(f"SELECT * FROM {table}").fetchall()
-    found["manifest"] = [row for row in found["manifest"] if row[0] not in ("command_line", "started")]
-    found["status"] = read_journal(run / "journal.sqlite").status
-    return found
-
-
-def timeless(value: Any) -> Any:
-    """A document without times and without the command line."""
-    if isinstance(value, dict):
-        left_out = (*OF_TIME, "command_line", "started")
-        return {name: timeless(each) for name, each in value.items() if name not in left_out}
-    return [timeless(each) for each in value] if isinstance(value, list) else value
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +53,7 @@ def test_one_changed_byte_in_any_file_is_found(then: str, whole: Path, cortexc: 
         changed = bytes([*before[:place], before[place] ^ 1, *before[place + 1 :]])
         (run / name).write_bytes(changed)
         others = {each: changed if each == name else content for each, content in right.items()}
-        assert differing(whole, others) == [name]
+        assert list(differing(whole, others)) == [name]
     found = cortexc("verify", run, "--sample", 0)
     assert found.code == 2
     assert all(f"`{run / name}`" in found.said for name in right)
@@ -111,6 +81,68 @@ def test_missing_and_stale_files(whole: Path, cortexc: Command, tmp_path: Path) 
     said = cortexc("report", run, "--cases", 0).said
     assert "written again from the journal: worst/02.scn, worst/77.scn" in said
     assert files(run) == files(whole)
+
+
+def flipped(content: bytes, chance: random.Random) -> bytes:
+    place = chance.randrange(len(content))
+    return bytes([*content[:place], content[place] ^ 1, *content[place + 1 :]])
+
+
+def test_files_with_a_checksum(whole: Path, cortexc: Command, tmp_path: Path) -> None:
+    """A page, an estimate and a second opinion: a changed byte is found, and so is a file of another run. One of an
+    earlier state of the run is no damage.
+    """
+    run = shutil.copytree(whole, tmp_path / "run")
+    for words in (("report", run, "--cases", 1), ("probability", run, "--samples", 100)):
+        assert cortexc(*words).code == 0
+    assert cortexc("verify", run, "--model", "dynamic", "--worst", 1).code == 0
+    assert cortexc("verify", run, "--sample", 0, "--json").document["notes"] == []
+    chance = random.Random(5)
+    for name in ("report.html", "probability.json", "verification.json"):
+        right = (run / name).read_bytes()
+        (run / name).write_bytes(flipped(right, chance))
+        found = cortexc("verify", run, "--sample", 0)
+        assert found.code == 2, name
+        assert f"`{run / name}` is changed" in found.said
+        (run / name).write_bytes(right)
+    assert cortexc("resume", run, "--generations", 5).code == 0
+    notes = cortexc("verify", run, "--sample", 0, "--json").document["notes"]
+    assert notes == [f"`{name}` was made from an earlier state of the journal" for name in OF_JOURNAL]
+    other = shutil.copytree(whole, tmp_path / "other")
+    for name in OF_JOURNAL:
+        shutil.copy(run / name, other)
+    assert cortexc("resume", run, "--generations", 6).code == 0
+    assert cortexc("report", run).code == 0
+    shutil.copy(run / "report.html", other)
+    found = cortexc("verify", other, "--sample", 0)
+    assert found.code == 2
+    assert f"`{other / 'report.html'}` was made from another journal" in found.said
+
+
+OF_JOURNAL = ("report.html", "verification.json")
+
+
+def test_files_of_a_study(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """`verify` finds a changed byte in each table, and `report` and `resume` write it again; a page of an earlier state
+    is no damage.
+    """
+    study, chance = tmp_path / "study", random.Random(6)
+    size = ("--runs", 2, "--generations", 2, "--population", 6, "--jobs", 1)
+    assert cortexc("study", left_turn, *size, "--out", study).code == 0
+    right = files(study)
+    assert len(right) == 4
+    for again in ("report", "resume"):
+        for name, before in right.items():
+            (study / name).write_bytes(flipped(before, chance))
+        found = cortexc("verify", study)
+        assert found.code == 2
+        assert all(f"`{study / name}` is changed" in found.said for name in right)
+        assert cortexc(again, study).code == 0
+        assert files(study) == right
+    page = (study / "report.html").read_bytes()
+    assert "5 files beside the study follow from it" in cortexc("verify", study).out
+    (study / "report.html").write_bytes(flipped(page, chance))
+    assert cortexc("verify", study).code == 2
 
 
 @pytest.fixture(params=["blamed", "probe_genes"])
@@ -149,33 +181,3 @@ def test_an_interrupted_analysis(
     assert cortexc("verify", run, "--sample", 0).code == 0
     again(then, run, cortexc)
     assert content(run) == content(whole)
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_stopped_at_any_instant(
-    number: signal.Signals, command_server: ForkServer, left_turn: Path, whole: Path, tmp_path: Path
-) -> None:
-    """A signal is never lost: the command exits with its code, and what `resume` leaves is what an unstopped search
-    leaves, in every file.
-    """
-    begin = time.perf_counter()
-    assert command_server.run(RUN, left_turn, *SEARCH, "--out", tmp_path / "timed").status == 0
-    long, chance, expected = time.perf_counter() - begin, random.Random(int(number)), content(whole)
-    for count in range(share(20)):
-        run = tmp_path / str(count)
-        process = command_server.start(RUN, left_turn, *SEARCH, "--out", run)
-        time.sleep(chance.uniform(0.0, 1.1 * long))
-        with suppress(ProcessLookupError):  # it has ended already
-            os.kill(process.pid, number)
-        ended = process.end()
-        came_late = ended.status == 0
-        assert ended.status in (0, 128 + number, -number), ended
-        assert not came_late or read_journal(run / "journal.sqlite").status == "finished"
-        assert "Traceback" not in ended.err
-        assert "ignored" not in ended.err
-        if not (run / "journal.sqlite").exists():  # it had not begun
-            continue
-        resumed = command_server.run(RUN, "resume", run)
-        assert resumed.status == 0, resumed
-        assert content(run) == expected
-        shutil.rmtree(run)

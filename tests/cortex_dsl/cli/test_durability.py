@@ -222,14 +222,8 @@ def test_a_finished_run_can_become_longer(cortexc: Command, left_turn: Path, tmp
     assert settings["search"]["generations"] == 6
 
 
-def test_what_cannot_become_longer(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """Annealing paces itself by the number of its generations; and no run has fewer than it has."""
-    cortexc(left_turn, "--method", "sa", *SMALL, "--out", tmp_path / "sa")
-    refused = cortexc("resume", tmp_path / "sa", "--generations", 9)
-    assert refused.code == 2
-    assert "paces itself by the number of its generations" in refused.said
-    assert "going on" not in refused.said
-    assert cortexc("resume", tmp_path / "sa", "--generations", 4).code == 0
+def test_a_run_cannot_become_shorter(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """`resume` refuses fewer generations than the run has."""
     cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "random")
     refused = cortexc("resume", tmp_path / "random", "--generations", 3)
     assert refused.code == 2

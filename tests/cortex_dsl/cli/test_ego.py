@@ -453,7 +453,7 @@ def test_what_a_driver_observes_is_kept(home: Path, capsys: pytest.CaptureFixtur
     assert main(["probability", "run", "--samples", "8", *EGO, "--ego-observes", "egocentric"]) == 2
     assert "--ego-observes has no effect on a run" in capsys.readouterr().err
     assert main(["mine.scn", "--ego-observes", "egocentric"]) == 2
-    assert "--ego-observes has no effect without a driver" in capsys.readouterr().err
+    assert "--ego-observes has no effect without --ego" in capsys.readouterr().err
 
 
 def test_a_scenario_is_replayed_and_exported_as_it_is_driven(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -464,7 +464,10 @@ def test_a_scenario_is_replayed_and_exported_as_it_is_driven(home: Path, capsys:
     capsys.readouterr()
     for words in (["replay", "run"], ["export", "run", "--to", "csv"]):
         assert main([*words, *EGO]) == 2
-        assert "--ego is for a scenario, and a run keeps what its driver decided" in capsys.readouterr().err
+        assert (
+            "--ego has no effect on a run, whose cases have scenes and decisions of their own"
+            in capsys.readouterr().err
+        )
 
 
 def test_where_a_driver_raised_is_shown(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,5 @@
 """`cortexc examples` and `cortexc new`: what comes with cortexc can be had anywhere, and nothing is written over."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -48,12 +47,11 @@ def test_copies_them(cortexc: Command, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.rglob("*.scn"))])
 def test_a_copy_compiles_where_it_lies(name: str, cortexc: Command, tmp_path: Path) -> None:
-    """It brings the files that it needs beside it, and no others; only of maps is something said, which is not read."""
+    """It brings the files that it needs beside it, and no others."""
     assert cortexc("examples", name, "--copy", tmp_path).code == 0
     done = cortexc(tmp_path / f"{name}.scn", "--check")
     with_map = name in ("on_ramp", "village")
-    assert (done.code, re.findall(r"\[(SCN\d+)\]", done.err)) == (0, ["SCN466"] * with_map)
-    assert bool(done.err) == with_map
+    assert (done.code, done.err) == (0, "")
     assert len(list(tmp_path.glob("*.xodr"))) == with_map
 
 

@@ -11,6 +11,7 @@ import pytest
 from cortex_dsl.api import codes
 from cortex_dsl.semantics.errors.chance import STUCK, UNDEFINED
 from cortex_dsl.semantics.errors.problems import Problem
+from tests.cortex_dsl.once import judging_once
 
 Command = Callable[..., Any]
 
@@ -26,11 +27,10 @@ def test_a_page(cortexc: Command) -> None:
 
 
 @pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)
-def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command) -> None:
     """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
-    monkeypatch.setattr("cortex_dsl.semantics.model.limits.EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr("cortex_dsl.semantics.model.state.BODY_LIMIT", 200)
-    result = cortexc("explain", entry.code)
+    with judging_once():
+        result = cortexc("explain", entry.code)
     assert result.code == 0
     assert entry.title in result.out
     assert f"[{entry.code}]" in result.out or (entry.page and entry.page.shown)

@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -99,7 +100,8 @@ def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeyp
     from engine.interchange.contract import Finding
 
     finding = Finding("a.csv, ego", "it is elsewhere", "bring it back")
-    monkeypatch.setattr("cortex_dsl.interchange.formats.checker_of", lambda _: lambda *_: iter([finding, finding]))
+    row = replace(FORMATS["csv"], checker=lambda *_: iter([finding, finding]))
+    monkeypatch.setitem(FORMATS, "csv", row)
     result = cortexc("export", run, "--to", "csv", "--check", "--out", tmp_path)
     assert result.code == Exit.DIAGNOSTICS
     assert "a.csv, ego: it is elsewhere" in result.out
@@ -167,11 +169,19 @@ WRONG = {
     "unknown format": (["{run}", "--to", "mp4"], "there is no format `mp4`", "commonroad"),
     "case": (["{run}", "--case", "999", "--to", "csv"], "has no case 999", "1 is the worst"),
     "case 0": (["{run}", "--case", "0", "--to", "csv"], "must be at least 1", "lists every option"),
-    "both": (["{run}", "--case", "1", "--top", "2", "--to", "csv"], "not allowed with", "lists every option"),
+    "both": (
+        ["{run}", "--case", "1", "--top", "2", "--to", "csv"],
+        "--case and --top ask for different things",
+        "give one of them",
+    ),
     "run": (["{run}x", "--to", "csv"], "there is no folder", "did you mean"),
     "file": (["gone.scn", "--to", "csv"], "there is no file `gone.scn`", ""),
-    "case of a file": (["{scn}", "--case", "1", "--to", "csv"], "--case names cases of a run", "leave --case out"),
-    "seed of a run": (["{run}", "--seed", "1", "--to", "csv"], "--seed is for a scenario", "--case K"),
+    "case of a file": (
+        ["{scn}", "--case", "1", "--to", "csv"],
+        "--case has no effect on a scenario, which has no cases",
+        "leave --case out",
+    ),
+    "seed of a run": (["{run}", "--seed", "1", "--to", "csv"], "--seed has no effect on a run", "--case K"),
     "osc without xosc": (["{run}", "--to", "csv", "--osc", "1.0"], "--osc has no effect", "add xosc"),
     "osc": (["{run}", "--to", "xosc", "--osc", "2.0"], "invalid choice", "lists every option"),
     "recording": (["case.csv", "--to", "xosc"], "is a recording already", "cortexc measure"),

@@ -34,7 +34,12 @@ def test_a_row_is_all_that_a_method_needs(
 ) -> None:
     """A new one of ours is listed, searches under numbers of its own, is replayed, studied and coloured by its row."""
     row = replace(
-        SEARCHERS["annealing"], name="strolls", title="Sunday strolls", summary="walks", alias="st", style="bright_red"
+        SEARCHERS["cross_entropy"],
+        name="strolls",
+        title="Sunday strolls",
+        summary="walks",
+        alias="st",
+        style="bright_red",
     )
     monkeypatch.setitem(SEARCHERS, "strolls", row)
     assert "strolls (st)" in cortexc("--method", "list").out
@@ -53,6 +58,15 @@ def test_a_row_is_all_that_a_method_needs(
     read = read_study(tmp_path / "study")
     keys = read_evaluations(read, Address(0, "strolls", 1)).keys
     assert set(keys[..., 1].flat) == {method_number("strolls")}
+
+
+@pytest.mark.parametrize("name", ["annealing", "Annealing", "sa"])
+def test_a_removed_method_names_another(cortexc: Command, left_turn: Path, name: str) -> None:
+    """The refusal of a method that was removed names the method to use."""
+    refused = cortexc(left_turn, "--method", name)
+    assert refused.code == 2
+    assert f"method: `{name}` was removed" in refused.said
+    assert "use `ga`" in refused.said
 
 
 def test_several_side_by_side(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:

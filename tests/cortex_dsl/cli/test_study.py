@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -16,8 +17,9 @@ import pytest
 from cortex_dsl.console.terminal import Exit
 from tests.fork_server import Ended, ForkServer, Running
 from tests.journals import reseal
+from tests.runs import STUDY, said_of
 
-TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
+TINY = tuple(map(str, STUDY))
 
 
 def contents(folder: Path) -> list[tuple]:
@@ -30,17 +32,16 @@ def contents(folder: Path) -> list[tuple]:
         ]
 
 
-def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_a_study_is_shown_and_kept(small_study: Path) -> None:
     """Both methods, all eight measures, the verdict with its caution, and the files."""
-    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
-    assert result.code == Exit.FINE
-    assert "ga against random: avoidable undecided" in result.out
-    assert "with 2 runs of each this is at most a hint" in result.out
+    out = said_of(small_study)
+    assert "ga against random: avoidable undecided" in out
+    assert "with 2 runs of each this is at most a hint" in out
     for measure in ("avoidable kinds", "colliding genomes", "kinds", "RL", "NC", "MDG", "MDEC", "NIS"):
-        assert f"\n  {measure}" in result.out
-    names = {path.name for path in (tmp_path / "s").iterdir()}
+        assert f"\n  {measure}" in out
+    names = {path.name for path in small_study.iterdir()}
     assert {"study.sqlite", "programs", "runs.csv", "generations.csv", "tests.csv", "summary.json"} <= names
-    assert all(len(line) <= 100 for line in result.out.splitlines())
+    assert all(len(line) <= 100 for line in out.splitlines())
 
 
 def test_a_number_that_does_not_exist_is_a_mistake_of_the_file(cortexc: Callable[..., Any], tmp_path: Path) -> None:
@@ -59,12 +60,11 @@ def test_a_number_that_does_not_exist_is_a_mistake_of_the_file(cortexc: Callable
     assert "did you mean `root`?" in unknown.said
 
 
-def test_what_the_last_ten_of_three_are(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_what_the_last_ten_of_three_are(small_study: Path) -> None:
     """All of them, and it says so; the table has over how many generations each measure counts."""
-    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
-    assert "NIS, all 3" in result.out
-    assert "NIS, last 10" not in result.out
-    rows = list(csv.DictReader((tmp_path / "s" / "tests.csv").read_text().splitlines()))
+    assert "NIS, all 3" in said_of(small_study)
+    assert "NIS, last 10" not in said_of(small_study)
+    rows = list(csv.DictReader((small_study / "tests.csv").read_text().splitlines()))
     assert {row["generations"] for row in rows} == {"3"}
     assert all(float(row["a12_high"]) - float(row["a12_low"]) > 0.2 for row in rows if row["a12_low"])
 
@@ -83,20 +83,21 @@ def test_a_folder_is_its_scenarios(cortexc: Callable[..., Any], left_turn: Path,
     assert "no scenario" in result.said
 
 
-def test_runs_on_a_cluster_are_the_same(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_runs_on_a_cluster_are_the_same(
+    cortexc: Callable[..., Any], left_turn: Path, small_study: Path, tmp_path: Path
+) -> None:
     """Bit for bit, begun and gone on with."""
     pytest.importorskip("distributed")
-    assert cortexc("study", left_turn, *TINY, "--out", tmp_path / "here").code == 0
     assert (
         cortexc("study", left_turn, *TINY[:-2], "--jobs", 2, "--dask", "local", "--out", tmp_path / "there").code == 0
     )
-    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+    assert contents(tmp_path / "there") == contents(small_study)
     with closing(sqlite3.connect(tmp_path / "there" / "study.sqlite")) as connection, connection:
         for table in ("run", "evaluations", "pace"):
             connection.execute(f"DELETE FROM {table} WHERE run = 1")
         reseal(connection)
     assert cortexc("resume", tmp_path / "there", "--jobs", 1, "--dask", "local").code == 0
-    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+    assert contents(tmp_path / "there") == contents(small_study)
 
 
 def test_a_scheduler_that_is_not_there(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
@@ -162,9 +163,11 @@ def test_a_file_with_errors_ends_it_before_anything_is_written(
     assert not (tmp_path / "s").exists()
 
 
-def test_a_folder_that_is_taken_is_refused(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_taken_is_refused(
+    cortexc: Callable[..., Any], left_turn: Path, small_study: Path, tmp_path: Path
+) -> None:
     """A study is never overwritten."""
-    assert cortexc("study", left_turn, *TINY, "--out", tmp_path / "s").code == Exit.FINE
+    shutil.copytree(small_study, tmp_path / "s")
     again = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert again.code == Exit.USAGE
     assert "not empty" in again.said or "already" in again.said
@@ -200,11 +203,13 @@ def test_an_edited_file_is_said_and_passed_over(
 
 @pytest.mark.parametrize("width", [60, 80, 120])
 def test_tables_fit_the_terminal(
-    cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
+    cortexc: Callable[..., Any], small_study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
 ) -> None:
     """Nothing is cut off where there is less room: columns go, and words wrap."""
+    shutil.copytree(small_study, tmp_path / "s")
     monkeypatch.setenv("COLUMNS", str(width))
-    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    result = cortexc("study", "--resume", tmp_path / "s")
+    assert result.code == Exit.FINE
     assert all(len(line) <= min(width, 100) for line in result.out.splitlines())
     assert "…" not in result.out
 
@@ -219,9 +224,9 @@ def test_a_folder_that_cannot_be_written_is_reported(
     assert "help:" in result.said
 
 
-def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], small_study: Path, tmp_path: Path) -> None:
     """Its runs would be compared as if they were of one."""
-    cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    shutil.copytree(small_study, tmp_path / "s")
     with sqlite3.connect(tmp_path / "s" / "study.sqlite") as connection:
         connection.execute("UPDATE manifest SET value = '\"older\"' WHERE field = 'engine'")
         for table in ("run", "evaluations", "pace"):

@@ -230,13 +230,10 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
     assert "--case" in result.said
 
 
-def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_study_is_no_run(cortexc: Command, small_study: Path) -> None:
     """The command for it is shown."""
-    folder = tmp_path / "study"
-    small = ("--runs", "1", "--generations", "1", "--population", "4")
-    assert cortexc("study", left_turn, *small, "--out", folder).code == 0
     for name in ("analyse", "replay"):
-        result = cortexc(name, folder)
+        result = cortexc(name, small_study)
         assert result.code == 2
         assert "`cortexc report" in result.said
 
@@ -257,7 +254,7 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     result = cortexc("probability", run, "--samples", 2000, "--json")
     assert "kept in" in result.said
     assert cortexc("probability", run, "--method", "subset", "--samples", 1000).code == 0
-    rows = json.loads((run / "probability.json").read_text())
+    rows = json.loads((run / "probability.json").read_text())["estimates"]
     assert [row["method"] for row in rows] == ["mc", "subset"]
     assert rows[0]["simulations"] == result.document["simulations"] == 2000
     assert cortexc("report", run, "--cases", 0).code == 0
@@ -272,7 +269,7 @@ def test_an_estimate_of_an_earlier_version_is_shown(cortexc: Command, run: Path)
     """It knows neither the condition nor what could have been avoided."""
     assert cortexc("probability", run, "--samples", 500).code == 0
     path = run / "probability.json"
-    (row,) = json.loads(path.read_text())
+    (row,) = json.loads(path.read_text())["estimates"]
     for name in ("condition", "max_attempts", "avoidable", "avoidable_interval", "driven"):
         del row[name]
     path.write_text(json.dumps([row]))

@@ -10,7 +10,7 @@ import pytest
 
 from cortex_dsl import compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
-from cortex_dsl.interchange.formats import FORMATS, checker_of, missing_extra, writer_of
+from cortex_dsl.interchange.formats import FORMATS, missing_extra
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.mcap.write import write_mcap
 from engine.interchange.recording import Recording
@@ -21,7 +21,7 @@ STEM = "left_turn-case01"
 
 def spoiled(case: ExportCase, name: str, folder: Path, file: str, pattern: str, new: str) -> list[Finding]:
     """What the check says once the first match of a pattern in one of the files is replaced."""
-    export = writer_of(name)(case, STEM, ExportOptions())
+    export = FORMATS[name].writer(case, STEM, ExportOptions())
     for each, content in export.files.items():
         data = content if isinstance(content, bytes) else content.encode()
         if each == file:
@@ -29,7 +29,7 @@ def spoiled(case: ExportCase, name: str, folder: Path, file: str, pattern: str, 
             assert count == 1
             data = text.encode()
         (folder / each).write_bytes(data)
-    return list(checker_of(name)(case, folder, list(export.files), ExportOptions()))
+    return list(FORMATS[name].checker(case, folder, list(export.files), ExportOptions()))
 
 
 SPOILED = {
@@ -56,15 +56,15 @@ SPOILED = {
 def test_values_of_nobody_are_found(worst: ExportCase, tmp_path: Path) -> None:
     """A file of known cases without one, which the schema refuses, too."""
     options = ExportOptions(mode="maneuver")
-    export = writer_of("xosc")(worst, STEM, options)
+    export = FORMATS["xosc"].writer(worst, STEM, options)
     for each, content in export.files.items():
         (tmp_path / each).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(checker_of("xosc")(worst, tmp_path, list(export.files), options)) == []
+    assert list(FORMATS["xosc"].checker(worst, tmp_path, list(export.files), options)) == []
     champions = tmp_path / f"{STEM}.champions.xosc"
     tag = "ValueSetDistribution"
     text, count = re.subn(rf"(?s)<{tag}>.*</{tag}>", f"<{tag} />", champions.read_text())
     champions.write_text(text)
-    (found,) = checker_of("xosc")(worst, tmp_path, list(export.files), options)
+    (found,) = FORMATS["xosc"].checker(worst, tmp_path, list(export.files), options)
     assert count == 1
     assert found.place.startswith(champions.name)
     assert found.reason == "<ValueSetDistribution> holds no values"
@@ -101,10 +101,10 @@ def test_another_brake_is_found(tmp_path: Path) -> None:
     """A copy that ends when the run did, but drove otherwise."""
     case = scene_case(BRAKING, "braking")
     stem = case.recording.name
-    (text,) = writer_of("scn")(case, stem, ExportOptions()).files.values()
+    (text,) = FORMATS["scn"].writer(case, stem, ExportOptions()).files.values()
     for spoilt, said in ((str(text), []), (str(text).replace("(0.5)", "(0.1)"), ["it does not run the same way"])):
         (tmp_path / f"{stem}.scn").write_text(spoilt)
-        findings = list(checker_of("scn")(case, tmp_path, [f"{stem}.scn"], ExportOptions()))
+        findings = list(FORMATS["scn"].checker(case, tmp_path, [f"{stem}.scn"], ExportOptions()))
         assert [finding.reason for finding in findings][:1] == said
 
 
@@ -153,10 +153,10 @@ def test_who_never_comes_in_is_left_out_and_reported(name: str, tmp_path: Path) 
     """The way back is the run of those who took part."""
     case = scene_case(NEVER, "never")
     assert case.recording.never_there == (2,)
-    export = writer_of(name)(case, case.recording.name, ExportOptions())
+    export = FORMATS[name].writer(case, case.recording.name, ExportOptions())
     for file, content in export.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(checker_of(name)(case, tmp_path, list(export.files), ExportOptions())) == []
+    assert list(FORMATS[name].checker(case, tmp_path, list(export.files), ExportOptions())) == []
     if name != "scenic":  # where it stands in the source, in a scenario that nobody starts
         assert export.remarks[0] == "`box` never comes in, and is left out"
         assert not any(b"box" in (tmp_path / file).read_bytes() for file in export.files)
@@ -180,7 +180,7 @@ def test_a_film_of_another_run_is_found(
     (data,) = write_mcap(spoil(worst.recording), STEM).files.values()
     assert isinstance(data, bytes)
     (tmp_path / f"{STEM}.mcap").write_bytes(data)
-    findings = list(checker_of("mcap")(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
+    findings = list(FORMATS["mcap"].checker(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
     assert any(said in finding.reason for finding in findings), findings[:3]
     assert all(finding.place.startswith(f"{STEM}.mcap") for finding in findings)
 
@@ -191,13 +191,13 @@ def test_a_broken_film_is_reported(worst: ExportCase, tmp_path: Path) -> None:
     assert isinstance(data, bytes)
     for spoilt in (b"", data[:200], data[:5000] + b"?" + data[5001:]):
         (tmp_path / f"{STEM}.mcap").write_bytes(spoilt)
-        assert list(checker_of("mcap")(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
+        assert list(FORMATS["mcap"].checker(worst, tmp_path, [f"{STEM}.mcap"], ExportOptions()))
 
 
 def test_two_millimetres_are_found(worst: ExportCase, tmp_path: Path) -> None:
     """In the middle of the replay of one actor."""
     pattern = r'(?s)((?:.*?<WorldPosition x=")(?:.*?<WorldPosition x="){6})(-?[0-9.]+)'
-    export = writer_of("xosc")(worst, STEM, ExportOptions())
+    export = FORMATS["xosc"].writer(worst, STEM, ExportOptions())
     text = str(export.files[f"{STEM}.xosc"])
     found = re.match(pattern, text)
     assert found is not None

@@ -8,7 +8,7 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.interchange import formats
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.formats import FORMATS, checker_of, missing_extra, writer_of
+from cortex_dsl.interchange.formats import FORMATS, missing_extra
 from cortex_dsl.interchange.writing import gather
 from engine.extras import installing
 from engine.interchange.contract import MODES, OSC_VERSIONS, Export, ExportOptions, InterchangeError
@@ -21,7 +21,7 @@ EVERY_FORMAT = pytest.mark.parametrize("name", INSTALLED)
 @EVERY_FORMAT
 def test_it_writes_the_files_of_its_row(worst: ExportCase, name: str) -> None:
     """Names begin with the case's or the road's, and end as the row says, the one to open first before the others."""
-    export = writer_of(name)(worst, worst.recording.name, ExportOptions())
+    export = FORMATS[name].writer(worst, worst.recording.name, ExportOptions())
     endings = FORMATS[name].suffixes
     assert len(export.files) == len(endings)
     for file, ending in zip(export.files, endings, strict=True):
@@ -32,24 +32,18 @@ def test_it_writes_the_files_of_its_row(worst: ExportCase, name: str) -> None:
 @EVERY_FORMAT
 def test_the_same_case_gives_the_same_files(worst: ExportCase, name: str) -> None:
     """Byte for byte: an export can be repeated, and compared."""
-    once, again = (writer_of(name)(worst, "case", ExportOptions()) for _ in range(2))
+    once, again = (FORMATS[name].writer(worst, "case", ExportOptions()) for _ in range(2))
     assert once == again
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_what_a_row_names_is_there(name: str) -> None:
-    assert callable(writer_of(name))
-    assert callable(checker_of(name))
 
 
 @EVERY_FORMAT
 @pytest.mark.parametrize("mode", MODES)
 def test_nothing_that_was_written_is_found_fault_with(worst: ExportCase, name: str, mode: str, tmp_path: Path) -> None:
     """`--check` has nothing to say about our own files."""
-    export = writer_of(name)(worst, worst.recording.name, ExportOptions(mode=mode))
+    export = FORMATS[name].writer(worst, worst.recording.name, ExportOptions(mode=mode))
     for file, content in export.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert list(checker_of(name)(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
+    assert list(FORMATS[name].checker(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
 
 
 def test_a_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,7 +62,7 @@ ASKED += [("xosc", ExportOptions(osc, mode)) for osc in OSC_VERSIONS for mode in
 @pytest.mark.parametrize(("name", "how"), ASKED)
 def test_remarks_are_of_one_style(worst: ExportCase, name: str, how: ExportOptions) -> None:
     """No full stop, and a small letter first unless it is a name: they stand in lists, behind their format."""
-    for remark in writer_of(name)(worst, worst.recording.name, how).remarks:
+    for remark in FORMATS[name].writer(worst, worst.recording.name, how).remarks:
         assert not remark[0].isupper() or remark.startswith(NAMES), remark
         assert not remark.endswith("."), remark
 
@@ -116,8 +110,8 @@ def test_a_missing_package_stops_its_own_format_only(worst: ExportCase, monkeypa
 @pytest.mark.skipif("parquet" not in INSTALLED, reason="pyarrow is not installed")
 def test_a_parquet_table_has_the_road(worst: ExportCase, tmp_path: Path) -> None:
     """In its metadata; what is read is the `.xodr` that is exported, and goes along with what is made of the table."""
-    (road,) = writer_of("xodr")(worst, "case", ExportOptions()).files.values()
-    export = writer_of("parquet")(worst, "case", ExportOptions())
+    (road,) = FORMATS["xodr"].writer(worst, "case", ExportOptions()).files.values()
+    export = FORMATS["parquet"].writer(worst, "case", ExportOptions())
     (content,) = export.files.values()
     assert not any("of the road" in remark for remark in export.remarks)
     (tmp_path / "case.parquet").write_bytes(content if isinstance(content, bytes) else b"")

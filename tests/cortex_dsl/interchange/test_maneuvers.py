@@ -12,9 +12,9 @@ import pytest
 from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.api.runs import OpenedRun, every_case, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
+from cortex_dsl.interchange.formats import opendrive
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
 from cortex_dsl.interchange.maneuvers.formulas import nearest_lane
-from cortex_dsl.interchange.writing import opendrive
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure

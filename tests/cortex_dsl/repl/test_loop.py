@@ -63,9 +63,7 @@ def test_unsaved_work_is_asked_for_once(leave: str | None, capsys: pytest.Captur
 
 
 def test_every_command_has_its_function() -> None:
-    """The table names what exists."""
-    from importlib import import_module
-
+    """A row carries the function of its own name."""
     for row in commands.COMMANDS.values():
-        assert callable(getattr(import_module(f"cortex_dsl.repl.{row.module}"), f"do_{row.name}"))
+        assert getattr(row.function, "__name__", "") == f"do_{row.name}"
     assert set(commands.SAME.values()) <= set(commands.COMMANDS)

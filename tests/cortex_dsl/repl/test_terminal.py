@@ -121,6 +121,20 @@ def test_typing_at_a_terminal(start: Start, tmp_path: Path) -> None:
     assert "require SPEEDD > 50 km/h" in (tmp_path / "state" / "cortexc" / "history").read_text()
 
 
+@pytest.mark.parametrize("typed", ["    wait", "\x1b[200~    wait\x1b[201~"])
+def test_a_line_that_begins_with_blanks_is_taken_as_it_is(start: Start, tmp_path: Path, typed: str) -> None:
+    """Typed or pasted, it replaces the indentation that Enter wrote."""
+    screen = start(columns=80)
+    screen.wait("still to come: ego")
+    screen.send("behavior Go():\r", "...")
+    screen.send(f"{typed}\r\r", "scn>", 2)
+    screen.press_ctrl_d()
+    screen.press_ctrl_d()
+    assert screen.end() == 0
+    history = (tmp_path / "state" / "cortexc" / "history").read_text()
+    assert "+behavior Go():\n+    wait\n" in history
+
+
 def test_ctrl_c_ends_a_search_and_not_the_session(start: Start) -> None:
     """What was found until then is shown, and the session goes on."""
     screen = start(str(LEFT_TURN), columns=120)

@@ -1,11 +1,98 @@
-"""No command waits for kernels without saying so."""
+"""No command waits for kernels without saying so, and how many there are."""
+
+import os
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from numba import njit
 
 from cortex_dsl.console.terminal import Terminal
-from cortex_dsl.repl.state import Kernels
-from cortex_dsl.report.terminal.kernel_progress import COMPILING
+from cortex_dsl.repl import session_kernels
+from cortex_dsl.repl.session_kernels import Kernels
+from cortex_dsl.report.terminal.kernel_progress import COMPILED, COMPILING
+from engine import compiling_apart
+from engine.compiling_apart import KernelDemand, Part
+from engine.kernels import jit
+
+LONG = 60.0
+"""Time that a compilation takes, if nobody ends it [s]."""
+
+
+def first() -> None: ...
+
+
+def second() -> None: ...
+
+
+def kernels_of(_demand: KernelDemand) -> tuple[Callable[..., object], ...]:
+    return first, second
+
+
+def store(_demand: KernelDemand) -> None:
+    """Leave what stands for two compiled kernels."""
+    for kernel in (first, second):
+        _note(f"{kernel.__name__}.0.nbc")
+
+
+def store_slowly(_demand: KernelDemand) -> None:
+    _note(f"first.0.nbc.{os.getpid()}.0123456789ab")
+    time.sleep(LONG)
+
+
+def _note(name: str) -> None:
+    folder = Path(os.environ["CORTEXC_CACHE"]) / "numba-0" / "test_waiting"
+    folder.mkdir(exist_ok=True)
+    (folder / f"test_waiting.{name}").write_text("")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache, in which a session finds none of its two kernels."""
+    (made := tmp_path / "numba-0").mkdir()
+    monkeypatch.setenv("CORTEXC_CACHE", str(tmp_path))
+    monkeypatch.setattr(jit, "cache_folder", lambda: made)
+    monkeypatch.setattr(jit, "packaged", lambda: None)
+    monkeypatch.setattr(session_kernels, "SESSION", ("weigh",))
+    monkeypatch.setattr(session_kernels, "warm_up", lambda scenario: None)
+    monkeypatch.setattr(session_kernels, "PATIENCE", 0.0)
+    return made
+
+
+@pytest.mark.parametrize("background", [False, True])
+def test_kernels_are_counted(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, background: bool
+) -> None:
+    """As commands count them, whether they are compiled when a command needs them or since the session began."""
+    monkeypatch.setitem(compiling_apart.PARTS, "weigh", Part(kernels_of, store))
+    kernels = Kernels()
+    if background:
+        kernels.start()
+    for _ in range(2):
+        kernels.wait(Terminal(colour=False), ("weigh",))
+    said = capsys.readouterr().err.replace("loading kernels …\n", "")
+    assert said.startswith(COMPILING)
+    assert re.findall(r"kernels: (\d of \d), \d+ s", said)[-1:] == ["2 of 2"]
+    assert said.count(COMPILING) == 1
+    assert not COMPILED.sub("", said)
+    assert not kernels.failed
+
+
+def test_the_end_of_a_session_ends_what_it_compiles(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long before the compilation would, and without a part of a file."""
+    monkeypatch.setitem(compiling_apart.PARTS, "weigh", Part(kernels_of, store_slowly))
+    kernels = Kernels()
+    kernels.start()
+    assert kernels.thread is not None
+    while not list(folder.rglob("*.nbc.*")):
+        assert kernels.thread.is_alive()
+        time.sleep(0.05)
+    kernels.stop()
+    assert not list(folder.rglob("*.nbc*"))
+    kernels.thread.join(LONG)
+    assert [type(error) for error in kernels.failed] == [SystemExit]
 
 
 def test_a_compilation_is_told_once_a_command(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from cortex_dsl import CompileError, compile_text
 from cortex_dsl.semantics.model import limits
-from cortex_dsl.semantics.names.properties import SCENIC_ONLY
+from cortex_dsl.semantics.names.properties import IGNORED, SCENIC_ONLY
 from engine.vocabulary import Column, Verdict
 from tests.cortex_dsl.semantics.conftest import findings
 
@@ -450,6 +450,16 @@ def test_the_lane_at_a_known_point_is_a_lane() -> None:
     rows(text + "assert lane in network.lanes and len(lane.maneuvers) == 3\nrequire ego in lane\n")
     rows(f"{HERE}assert network.laneAt(new Point at (1.75, -30)) is network.laneAt((1.75, -20))\n{EGO}")
     assert errors(f"{HERE}x = network.laneAt((0.3, 0.4)).maneuvers\n{EGO}") == ["SCN630"]
+
+
+@pytest.mark.parametrize("name", IGNORED)
+def test_a_property_that_is_not_read_is_named(name: str) -> None:
+    """Of a class of the file, and behind `with`; once, with the number of places."""
+    text = f"class T(Car):\n    {name}: 1\nego = new T at (0, 0)\na = new Car at (9, 9), with {name} 1\n"
+    (note,) = (found for found in findings(text) if found.code == "SCN226")
+    assert note.message == f"not read: `{name}` (2)"
+    assert text[note.label.span.start : note.label.span.end] == name
+    assert "SCN226" not in {found.code for found in findings(text + "# allow SCN226\n")}
 
 
 @pytest.mark.parametrize("name", SCENIC_ONLY)

@@ -1,6 +1,7 @@
 """A driver in a process of its own: it drives as one in this process does, and what befalls it is told."""
 
 import hashlib
+import importlib.util
 import os
 import random
 import select
@@ -380,3 +381,19 @@ def test_nan_of_a_process_is_told(scenario: cx.Scenario, tmp_path: Path) -> None
     name = client(tmp_path, "write.write(np.full((n, 3), np.nan).astype('<f8').tobytes())")
     with pytest.raises(ControllerError, match="the controller `ego` gave throttle = nan, in scene 0"):
         driven(scenario, name)
+
+
+def test_the_folder_of_a_driver_hides_no_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A driver is found in the current folder, now and when it imports a neighbour later; other modules are not."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [path for path in sys.path if path not in ("", str(tmp_path))])
+    text = "def drive(seen):\n    import neighbour_of_it\n    return neighbour_of_it.ACTION\n"
+    contents = {"driver_of_here": text, "neighbour_of_it": "ACTION = 1", "wave": "", "second_here": text}
+    for name, content in contents.items():
+        (tmp_path / f"{name}.py").write_text(content)
+    for name in ("driver_of_here", "second_here"):
+        named_driver(f"python:{name}:drive")
+        spec = importlib.util.find_spec("wave")
+        assert spec is not None
+        assert not str(spec.origin).startswith(str(tmp_path))
+        assert sys.modules[name].drive(None) == 1

@@ -4,7 +4,7 @@ import csv
 import json
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from engine.study.comparisons import MEASURES, PRIMARY, compare_all, measures_of
 from engine.study.database import Study, read_evaluations
 from engine.study.plan import Address, Plan
 from engine.study.run_records import FIELDS, RunRecord, curve_of, smoothed
-from engine.study.study_files import GENERATIONS, RUNS, SUMMARY, TESTS, write_study
+from engine.study.study_files import GENERATIONS, RUNS, SUMMARY, TESTS, study_files
 from engine.study.verdict import beside_paper, findings, own_row, random_rates, studies, verdict
 
 FIRST_COLLISION = next(measure for measure in MEASURES if measure.name == "first collision")
@@ -263,23 +263,28 @@ def test_smoothing_keeps_a_parabola_and_short_courses() -> None:
 
 
 def test_exports_say_what_the_records_say(study: Study) -> None:
-    write_study(study, findings(study.plan, study.records))
-    with (study.folder / RUNS).open() as file:
+    files = study_files(study, findings(study.plan, study.records))
+    with StringIO(files[RUNS].decode()) as file:
         runs = list(csv.DictReader(file))
     assert len(runs) == len(study.records)
     assert float(runs[-1]["rl"]) == study.records[-1].figures.individuals.rl
     assert int(runs[-1]["distinct_collisions"]) == study.records[-1].figures.distinct_collisions
-    with (study.folder / GENERATIONS).open() as file:
+    with StringIO(files[GENERATIONS].decode()) as file:
         generations = list(csv.DictReader(file))
     assert len(generations) == 4 * len(study.records)
     last = study.records[-1].course[:, FIELDS.index("nis"), -1]
     assert [float(generations[-1][name]) for name in ("nis", "simulated_nis")] == last.tolist()
-    with (study.folder / TESTS).open() as file:
+    with StringIO(files[TESTS].decode()) as file:
         assert len(list(csv.DictReader(file))) == 2 * len(measures_of(rollouts=1))
-    document = json.loads((study.folder / SUMMARY).read_text())
+    document = json.loads(files[SUMMARY])
     assert document["complete"]
     assert document["presets"] == {"ga": "cortex"}
     assert document["tests"][0]["measure"] == "avoidable"
+    own = document["this_study"]
+    assert own["simulations"] == sum(record.figures.simulations.runs for record in study.records)
+    assert own["seconds_per_simulation"] > 0.0
+    assert [row["method"] for row in own["methods"]] == ["ga", "random"]
+    assert all(0 < row["collisions"] < row["valid"] <= row["individuals"] for row in own["methods"])
 
 
 def test_addresses_fill_all_cells_evenly(study: Study) -> None:
@@ -287,12 +292,12 @@ def test_addresses_fill_all_cells_evenly(study: Study) -> None:
     assert first == [Address(s, m, 0) for s in (0, 1) for m in ("random", "ga")]
 
 
-def test_a_study_without_a_single_run_can_be_shown(study: Study, tmp_path: Path) -> None:
+def test_a_study_without_a_single_run_can_be_shown(study: Study) -> None:
     """Ctrl-C may come first."""
     found = findings(study.plan, [])
     assert "0 runs" in found.verdict[-1]
     assert not any(row.beats or row.loses for row in found.comparisons)
-    write_study(replace(study, folder=tmp_path, records=()), found)
+    assert set(study_files(replace(study, records=()), found)) == {RUNS, GENERATIONS, TESTS, SUMMARY}
 
 
 def test_the_last_ten_of_ten_or_fewer_are_all() -> None:

@@ -146,7 +146,7 @@ def test_an_edited_file_is_noticed(plan: Plan, carry_out: Callable, tmp_path: Pa
     study = carry_out(Plan((subject,), ("random",), 1), tmp_path / "study")
     assert study.edited == ()
     path.write_text(subject.program.source_text + "\n# a remark\n")
-    assert read_study(study.folder).edited == (str(path),)
+    assert read_study(study.folder).edited == ("../edited.scn",)
 
 
 @pytest.mark.parametrize(

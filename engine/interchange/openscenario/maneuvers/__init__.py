@@ -1,7 +1,7 @@
 """Maneuver mode of OpenSCENARIO: a case as an `.xosc` in speeds, routes and triggers over parameters, for other tools
 to vary, with files of parameter values: those of known cases, and the ranges to draw from.
 
-formula -> maneuver_plan (what is intended) -> storyboard (how it is written) -> the files, here
+formula -> maneuver_plan (intentions) -> storyboard (their notation) -> the files, here
 
 Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
 """
@@ -35,10 +35,10 @@ __all__ = ["ManeuverPlan", "champions_file", "is_listed", "ranges_file", "write_
 def write_maneuvers(
     recording: Recording, plan: ManeuverPlan, stem: str, options: ExportOptions, road_file: str, road_map: RoadMap
 ) -> Export:
-    """`<stem>.xosc`: what the actors of `plan` intend, on the road of `road_file`; the names of actors are the plan's.
+    """Write `<stem>.xosc`: the intentions of the actors of `plan`, on the road of `road_file`; names are the plan's.
 
     Raises:
-        InterchangeError: no actor takes part.
+        InterchangeError: the plan has no actor.
     """
     if not plan.actors:
         raise InterchangeError("a scenario without actors has no maneuvers", "record a run first")
@@ -58,7 +58,7 @@ def write_maneuvers(
 
 
 def _varied(plan: ManeuverPlan, version: Version) -> tuple[Parameter, ...]:
-    """Parameters on which something in the file depends."""
+    """Return the parameters on which a part of the file depends."""
     if version.has_expressions:
         return plan.parameters
     bare = {each.name for each in plan.formulas() if each.name}
@@ -71,14 +71,14 @@ def _declared(parameter: Parameter, version: Version) -> ParameterDeclaration:
 
 
 def _units(varied: tuple[Parameter, ...]) -> Iterator[ParameterDeclaration]:
-    """A parameter is a bare number: its unit is one of provenance's notation."""
+    """Yield the units of parameters, in the notation of provenance, as a parameter is a bare number."""
     for each in varied:
         if each.unit:
             yield ParameterDeclaration(f"{FILE_PREFIX}unit_of_{each.name}", each.unit)
 
 
 def _without(recording: Recording, varied: tuple[Parameter, ...]) -> Recording:
-    """The recording, whose provenance no longer says what parameters of their own say."""
+    """Return the recording without the facts of provenance that are parameters."""
     provenance, names = recording.provenance, {each.name for each in varied}
     genome = {name: text for name, text in provenance.genome.items() if plain_name(name) not in names}
     return replace(recording, provenance=replace(provenance, genome=genome))
@@ -95,15 +95,16 @@ def _remarks(plan: ManeuverPlan, varied: tuple[Parameter, ...], version: Version
 # -- files of parameter values -----------------------------------------------------------------------------------------
 
 RUNS = 100
-"""How many draws a stochastic file asks for."""
+"""Number of draws that a stochastic file requests."""
 MOST_VALUES = 100
-"""An integer with more values than these is drawn like any number: no law of OpenSCENARIO draws integers alone."""
+"""Number of values from which on an integer is sampled as a real number: OpenSCENARIO has no distribution of integers.
+"""
 
 
 def champions_file(
     scenario_file: str, sets: Sequence[Mapping[str, float]], provenance: Provenance, version: Version
 ) -> str:
-    """A deterministic distribution: one set of values for each known case, of which there must be one."""
+    """Return a deterministic distribution: one set of values per known case, of which there must be one."""
     root, body = _document(scenario_file, provenance, version)
     multi = child(child(body, "Deterministic"), "DeterministicMultiParameterDistribution")
     values = child(multi, "ValueSetDistribution")
@@ -117,7 +118,7 @@ def champions_file(
 def ranges_file(
     scenario_file: str, parameters: Sequence[Parameter], provenance: Provenance, version: Version, seed: float
 ) -> str:
-    """A stochastic distribution: every parameter as a plain run draws it."""
+    """Return a stochastic distribution: every parameter with the law of a plain run."""
     root, body = _document(scenario_file, provenance, version)
     stochastic = child(body, "Stochastic", numberOfTestRuns=RUNS, randomSeed=seed)
     for parameter in parameters:
@@ -126,7 +127,7 @@ def ranges_file(
 
 
 def is_listed(parameter: Parameter) -> bool:
-    """Whether the ranges name each value of a parameter, so that no other is drawn."""
+    """Return True if the ranges name each value of a parameter, so that no other value is sampled."""
     return parameter.whole and parameter.high - parameter.low < MOST_VALUES
 
 

@@ -1,8 +1,8 @@
-"""Numbers of a maneuver that others may vary: arithmetic over the parameters of a file.
+"""Variable numbers of a maneuver: arithmetic over the parameters of a file.
 
 Written, a formula is an expression of OpenSCENARIO 1.1 or later: `${$EGO_SPEED / 3.6}`. Of functions all versions have
 sqrt. 1.3 has max and min, too (ASAM OpenSCENARIO XML 1.3.1, 9.2.1), but ASAM's own checker (asam-qc-openscenarioxml
-1.0.0) takes them for errors there, so everywhere max(x, 0) is said as (x + sqrt(x^2)) / 2.
+1.0.0) takes them for errors there, so max(x, 0) is always written as (x + sqrt(x^2)) / 2.
 """
 
 import math
@@ -17,7 +17,7 @@ OPERATORS: Mapping[str, tuple[int, Callable[[float, float], float]]] = {
     "*": (2, lambda a, b: a * b),
     "/": (2, lambda a, b: a / b if b else math.nan),
 }
-"""How strongly each binds, and what it does."""
+"""Binding strength and function of each operator."""
 FUNCTIONS: Mapping[str, Callable[[float], float]] = {
     "sqrt": lambda a: math.sqrt(a) if a >= 0.0 else math.nan,
     "floor": math.floor,
@@ -26,10 +26,10 @@ FUNCTIONS: Mapping[str, Callable[[float], float]] = {
     "square": lambda a: a * a,
     "positive": lambda a: max(a, 0.0),
 }
-"""Of one operand; the last two are no words of OpenSCENARIO."""
+"""Functions of one operand; the last two are not functions of OpenSCENARIO."""
 ATOM = 3
 DIGITS = 12
-"""After the point, of numbers that were added up here."""
+"""Decimals of numbers that were added here."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Formula:
 
     @property
     def plain(self) -> bool:
-        """Whether it depends on no parameter."""
+        """Return True if it depends on no parameter."""
         return not self.parameters()
 
     def parameters(self) -> frozenset[str]:
@@ -51,7 +51,7 @@ class Formula:
         return own.union(*(operand.parameters() for operand in self.operands))
 
     def value(self, parameters: Mapping[str, float]) -> float:
-        """What it is worth; NaN where it has no value."""
+        """Return its value; NaN if it has none."""
         if self.name:
             return parameters[self.name]
         values = [operand.value(parameters) for operand in self.operands]
@@ -62,7 +62,7 @@ class Formula:
         return OPERATORS[self.operator][1](values[0], values[1])
 
     def expression(self) -> str:
-        """As an attribute of OpenSCENARIO 1.1 or later: a number, `$NAME`, or `${…}`."""
+        """Return an attribute of OpenSCENARIO 1.1 or later: a number, `$NAME`, or `${…}`."""
         text, _ = _written(self)
         return f"${{{text}}}" if self.operands else text
 
@@ -79,7 +79,7 @@ ZERO = number(0.0)
 
 
 def add(one: Formula, other: Formula) -> Formula:
-    """A sum, without brackets and with its numbers gathered as far as they stand next to each other."""
+    """Return a sum without brackets, with adjacent numbers added."""
     if other.operator == "+":
         return add(add(one, other.operands[0]), other.operands[1])
     if other.operator == "-":
@@ -98,7 +98,7 @@ def subtract(one: Formula, other: Formula) -> Formula:
 
 
 def _shifted(formula: Formula, by: float) -> Formula:
-    """A formula and a number more, which joins the first number of a sum that begins with one."""
+    """Return the formula plus a number, which is added to the first number of a sum that begins with one."""
     if by == 0.0:
         return formula
     if _is_number(formula):
@@ -113,7 +113,7 @@ def _shifted(formula: Formula, by: float) -> Formula:
 
 
 def _first(formula: Formula) -> Formula | None:
-    """The number that a sum begins with."""
+    """Return the number at the beginning of a sum, or None."""
     while formula.operator in ("+", "-"):
         formula = formula.operands[0]
     return formula if _is_number(formula) else None
@@ -134,7 +134,7 @@ def divide(one: Formula, other: Formula) -> Formula:
 
 
 def scaled(formula: Formula, scale: float) -> Formula:
-    """`formula * scale`, as a quotient where that is the shorter text: km/h become m/s by / 3.6."""
+    """Return `formula * scale`, as a quotient if that is the shorter text: km/h become m/s by / 3.6."""
     inverse = round(1.0 / scale, 12) if scale else math.inf
     if abs(inverse * scale - 1.0) < 1e-15 and len(repr(inverse)) < len(repr(scale)):
         return divide(formula, number(inverse))
@@ -142,12 +142,12 @@ def scaled(formula: Formula, scale: float) -> Formula:
 
 
 def positive(formula: Formula) -> Formula:
-    """max(formula, 0)"""
+    """Return max(formula, 0)."""
     return _combined("positive", formula)
 
 
 def applied(function: str, formula: Formula) -> Formula:
-    """A function of `FUNCTIONS`."""
+    """Return the formula under a function of `FUNCTIONS`."""
     return _combined(function, formula)
 
 
@@ -179,7 +179,7 @@ def _folded(formula: Formula) -> Formula:
 
 
 def _written(formula: Formula) -> tuple[str, int]:
-    """Text, and how strongly it binds."""
+    """Return text and binding strength."""
     if formula.name:
         return f"${formula.name}", ATOM
     if not formula.operands:
@@ -192,7 +192,7 @@ def _written(formula: Formula) -> tuple[str, int]:
 
 
 def _call(function: str, inner: tuple[str, int]) -> tuple[str, int]:
-    """Without `pow`: the schema of 1.1.0 lets no comma into an expression."""
+    """Return the text of a function; `pow` is not used, as the schema of 1.1.0 allows no comma in an expression."""
     strength = OPERATORS["*"][0]
     square = f"{_inside(inner, strength)} * {_inside(inner, strength + 1)}"
     if function == "square":

@@ -1,8 +1,8 @@
-"""What actors intend, as far as OpenSCENARIO can say it: where they start, which way they go, how fast, and what they
-react to. Neutral: knows neither the language nor XML. SI units, distances and places are those of rear axles.
+"""Intentions of actors, as far as OpenSCENARIO can express them: starts, routes, speeds and reactions. Independent of
+the language and of XML. SI units; distances and places are those of rear axles.
 
 Target speeds are lowered for bends as the simulator's drivers do. They slow down to sqrt(lateral acceleration /
-curvature), with a steady `PLANNED` deceleration that ends just before the bend begins. Where there is no room for that
+curvature), with a steady `PLANNED` deceleration that ends just before the bend begins. If there is no room for that
 they first brake fully (`engine.kernels.steering`). After the bend they speed up again.
 """
 
@@ -20,33 +20,33 @@ from engine.kernels.steering import PLANNED_BRAKING as PLANNED
 
 # -- when -------------------------------------------------------------------------------------------------------------
 class Measure(Enum):
-    """What a condition looks at."""
+    """Quantity of a condition."""
 
     TIME = "time"
-    """Since the start [s]."""
+    """Time since the start [s]."""
     TRAVELLED = "travelled"
-    """Way of an actor since the start [m]."""
+    """Distance that an actor has travelled since the start [m]."""
     SPEED = "speed"
-    """Of an actor [m/s]."""
+    """Speed of an actor [m/s]."""
     RELATIVE_DISTANCE = "relative distance"
-    """From an actor to another, as the crow flies [m]."""
+    """Straight distance between two actors [m]."""
     TIME_TO_COLLISION = "time to collision"
-    """Of an actor with another [s]."""
+    """Time to collision of an actor with another actor [s]."""
     DISTANCE_TO_START = "distance to its start"
-    """From an actor to where it started, as the crow flies [m]."""
+    """Straight distance from an actor to its start [m]."""
     DISTANCE_TO_POINT = "distance to a point"
-    """From an actor to a point of the plane, as the crow flies [m]."""
+    """Straight distance from an actor to a point of the plane [m]."""
     COLLISION = "collision"
-    """Whether an actor touches another; has no limit."""
+    """Contact of an actor with another actor; without a limit."""
 
 
 ONE_SIDED: Mapping[Measure, bool] = {Measure.TRAVELLED: False, Measure.COLLISION: True}
-"""Measures with one side only: that an actor has gone so far, or touches another."""
+"""Measures with one side only: travelled distance (at or above), and contact."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Whether a measure is below a limit (or, not `below`, at or above it)."""
+    """True while a measure is below a limit (or, not `below`, at or above it)."""
 
     measure: Measure
     limit: Formula
@@ -57,7 +57,7 @@ class Condition:
 
     @property
     def can_be_said(self) -> bool:
-        """Whether OpenSCENARIO has this side of the measure."""
+        """Return True if OpenSCENARIO has this side of the measure."""
         return ONE_SIDED.get(self.measure, self.below) == self.below
 
     def negated(self) -> "Condition":
@@ -65,7 +65,7 @@ class Condition:
 
 
 Trigger = tuple[tuple[Condition, ...], ...]
-"""Holds where all conditions of any one of its groups hold."""
+"""Trigger that holds if all conditions of any one of its groups hold."""
 NEVER: Trigger = ()
 ALWAYS: Trigger = ((),)
 
@@ -80,7 +80,7 @@ def all_of(triggers: Iterable[Trigger]) -> Trigger:
 
 
 def none_of(trigger: Trigger) -> Trigger:
-    """The opposite of a trigger."""
+    """Return the negation of a trigger."""
     return all_of(tuple((each.negated(),) for each in group) for group in trigger)
 
 
@@ -89,7 +89,7 @@ def none_of(trigger: Trigger) -> Trigger:
 
 @dataclass(frozen=True)
 class Start:
-    """Where an actor begins: on a lane, or where none is near, in the plane."""
+    """Start of an actor: on a lane, or in the plane if no lane is near."""
 
     pose: tuple[float, float, float]
     """x, y, heading of this case."""
@@ -98,14 +98,14 @@ class Start:
     s: Formula = ZERO
     """Along its centre line [m]."""
     offset: float = 0.0
-    """To the left of it [m]."""
+    """Offset to the left of it [m]."""
     turned: float = 0.0
-    """Anticlockwise against it [rad]."""
+    """Rotation relative to it [rad], anticlockwise."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """A speed to go to, and how fast [m/s, m/s^2]."""
+    """Target speed [m/s] and acceleration [m/s^2]."""
 
     speed: Formula
     rate: Formula
@@ -113,19 +113,19 @@ class Change:
 
 @dataclass(frozen=True)
 class Phase:
-    """What an actor wants from some point of its way on."""
+    """Intention of an actor from some point of its way on."""
 
     name: str
     begins: Formula
     """Way since the start [m]."""
     change: Change
     faster_than: Formula | None = None
-    """Only an actor that is faster than this at the start [m/s] has this phase, and once."""
+    """Speed at the start [m/s]: only a faster actor has this phase, once."""
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """What replaces the phases while a trigger holds."""
+    """Reaction that replaces the phases while a trigger holds."""
 
     name: str
     when: Trigger
@@ -137,40 +137,40 @@ class ActorPlan:
     name: str
     start: Start
     speed: Formula
-    """At the start [m/s]."""
+    """Speed at the start [m/s]."""
     route: tuple[int, ...] = ()
-    """Ids of the lanes it goes along; empty for an actor that stays where it is."""
+    """Ids of the lanes of its route; empty for an actor that does not move."""
     phases: tuple[Phase, ...] = ()
-    """In the order of the way."""
+    """Phases in the order of the way."""
     reactions: tuple[Reaction, ...] = ()
-    """In the order of precedence; their triggers exclude each other."""
+    """Reactions in the order of precedence; their triggers exclude each other."""
     leaves: Formula | None = None
     """Way after which it leaves the scene [m]."""
     exact: bool = False
-    """Whether it goes along its recorded trajectory, because nothing else says what it does."""
+    """True if it follows its recorded trajectory, because its motion has no other description."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that others may vary."""
+    """A number that may be varied."""
 
     name: str
     value: float
-    """In this case."""
+    """Value in this case."""
     low: float = float("-inf")
     high: float = float("inf")
     normal: tuple[float, float] | None = None
-    """Mean and standard deviation, where its law is a normal one within the bounds."""
+    """Mean and standard deviation of a normal law within the bounds; None: uniform."""
     whole: bool = False
-    """Whether it is an integer."""
+    """True for an integer."""
     is_drawn: bool = True
-    """Whether a plain run draws it; else it is known of single cases only."""
+    """True if a plain run samples it; else its values are known for single cases only."""
     unit: str = ""
 
 
 @dataclass(frozen=True)
 class End:
-    """What ends the run."""
+    """Condition that ends the run."""
 
     name: str
     when: Trigger
@@ -178,7 +178,7 @@ class End:
 
 @dataclass(frozen=True)
 class ManeuverPlan:
-    """Everything that a file in maneuver mode says of one case."""
+    """Content of a file in maneuver mode, for one case."""
 
     actors: tuple[ActorPlan, ...]
     parameters: tuple[Parameter, ...]
@@ -187,11 +187,11 @@ class ManeuverPlan:
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Of all parameters, in this case."""
+        """Return the values of all parameters in this case."""
         return {each.name: each.value for each in self.parameters}
 
     def formulas(self) -> tuple[Formula, ...]:
-        """All that stand in the plan."""
+        """Return all formulas of the plan."""
         found = [each.limit for end in self.ends for group in end.when for each in group]
         for actor in self.actors:
             found += [actor.speed, actor.start.s, *(each.begins for each in actor.phases)]
@@ -203,22 +203,22 @@ class ManeuverPlan:
         return tuple(found)
 
     def used(self) -> frozenset[str]:
-        """Names of the parameters on which something depends."""
+        """Return the names of the parameters that a formula of the plan uses."""
         return frozenset[str]().union(*(each.parameters() for each in self.formulas()))
 
 
 # -- speeds along a way ------------------------------------------------------------------------------------------------
 
 EARLY = 0.25
-"""So long before the bend begins its speed is reached [s]: drivers look 0.5 s ahead, and lag by half of it."""
+"""Time before a bend at which its speed is reached [s]: drivers look 0.5 s ahead, and lag by half of it."""
 GAP = 0.1
-"""Bends that lie closer together are one [m]."""
+"""Distance below which two bends become one [m]."""
 
 
 @dataclass(frozen=True)
 class Bend:
     begin: float
-    """Where along the way [m], as the next."""
+    """Position along the way [m], as is `end`."""
     end: float
     curvature: float
     """[1/m], without sign."""
@@ -226,26 +226,26 @@ class Bend:
 
 @dataclass(frozen=True)
 class Way:
-    """Where an actor goes, as far as it concerns its speed."""
+    """Properties of an actor's way that affect its speed."""
 
     bends: tuple[Bend, ...] = ()
     along: Formula = formula.ZERO
-    """Where on the way it starts [m] …"""
+    """Start on the way [m]."""
     furthest: float = 0.0
-    """… and up to where it may, whatever the parameters [m]."""
+    """Largest start on the way [m], for all parameter values."""
     lateral: float = math.inf
     """Lateral acceleration that it accepts [m/s^2]."""
     braking: float = HARDEST
-    """What its brakes can do [m/s^2]."""
+    """Maximum deceleration [m/s^2]."""
 
     def ahead(self, at: float) -> Formula:
-        """Way from the start to a place, at least 0 [m]."""
+        """Return the way from the start to a place, at least 0 [m]."""
         way = formula.subtract(formula.number(at), self.along)
         return way if at >= self.furthest else formula.positive(way)
 
 
 def phases_of(way: Way, initial: Formula, free: Change) -> tuple[Phase, ...]:
-    """Return the phases of an actor that starts with a speed [m/s]; `free` is what it does where nothing hinders it."""
+    """Return the phases of an actor that starts with a speed [m/s]; `free` is its speed without a bend."""
     phases = [Phase("drives", formula.ZERO, free)]
     bends = _joined(way.bends) if way.lateral < math.inf else []
     fastest = formula.most(initial, free.speed)
@@ -260,7 +260,7 @@ def phases_of(way: Way, initial: Formula, free: Change) -> tuple[Phase, ...]:
 
 
 def _joined(bends: Sequence[Bend]) -> list[Bend]:
-    """Bends that follow one another at once are one, as sharp as the sharpest."""
+    """Return bends where adjacent ones are one, with the largest of their curvatures."""
     joined: list[Bend] = []
     for bend in bends:
         if joined and bend.begin - joined[-1].end < GAP:
@@ -273,7 +273,7 @@ def _joined(bends: Sequence[Bend]) -> list[Bend]:
 
 @dataclass(frozen=True)
 class _Braking:
-    """Braking from a speed v for a bend that allows b: v^2 - b^2 = 2 a way."""
+    """Braking from a speed v for a bend with the permitted speed b: v^2 - b^2 = 2 a way."""
 
     excess: Formula
     """v^2 - b^2."""
@@ -294,18 +294,18 @@ class _Braking:
 
     @property
     def missing(self) -> Formula:
-        """v^2 less what may be driven at the start; above 0 where there is too little room."""
+        """Return v^2 less the largest permitted square at the start; above 0 if there is too little room."""
         return formula.subtract(self.excess, formula.multiply(formula.number(2.0 * PLANNED), self.room))
 
     def steady(self, target: Formula, name: str, later: Formula = formula.ZERO) -> Phase:
-        """With the planned deceleration. An actor that is slow enough keeps its speed."""
+        """Return the phase with the planned deceleration. A sufficiently slow actor keeps its speed."""
         spare = formula.divide(formula.subtract(formula.ZERO, self.missing), formula.number(2.0 * PLANNED))
         begins = formula.add(formula.positive(spare), later)
         change = Change(formula.least(target, formula.number(self.allowed)), formula.number(PLANNED))
         return Phase(name, begins, change)
 
     def hard(self) -> Phase:
-        """With too little room: full braking, until the planned deceleration is enough."""
+        """Return the phase with too little room: full braking, until the planned deceleration suffices."""
         limit = formula.add(self._squared(), formula.multiply(formula.number(2.0 * PLANNED), self.room))
         share = self.hardest / (self.hardest - PLANNED)
         left = formula.multiply(_rounded(2.0 * PLANNED * share), self.room)
@@ -315,7 +315,7 @@ class _Braking:
         return Phase("brakes_hard", formula.ZERO, change, formula.applied("sqrt", limit))
 
     def after_hard(self, target: Formula) -> Phase:
-        """The rest with the planned deceleration; at once where the room was enough."""
+        """Return the rest of the braking, with the planned deceleration; at once if the room sufficed."""
         over = formula.divide(formula.positive(self.missing), _rounded(2.0 * (self.hardest - PLANNED)))
         return self.steady(target, "slows_1", over)
 

@@ -12,11 +12,11 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, S
 from engine.interchange.xml_writing import Element, child, decimal
 
 MIDDLE = 0.5
-"""A lane on the way is named by its middle, which is on no other lane."""
+"""Position on a lane, as a share of its length, that names the lane: its middle is on no other lane."""
 ROUNDING = 1e-9
-"""Shares that differ less are one."""
+"""Difference below which shares are equal."""
 BEFORE_END = 1.0
-"""The last place of a way lies so far before the end of its lane [m]."""
+"""Distance of the last place of a way from the end of its lane [m]."""
 
 Text = Callable[[Formula], str]
 
@@ -27,23 +27,23 @@ class Places:
 
     roads: RoadMap
     starts: Mapping[str, Start]
-    """By actor."""
+    """Starts by actor."""
     values: Mapping[str, float]
-    """Of the parameters, in this case."""
+    """Values of the parameters in this case."""
 
     def start(self, parent: Element, actor: str, text: Text) -> Element:
-        """The `Position` of an actor's rear axle at the beginning."""
+        """Add the `Position` of an actor's rear axle at the beginning."""
         start = self.starts[actor]
         if start.lane is None:
             return world_position(parent, start.pose)
         lane = self.roads.places[start.lane]
         position = self._on_lane(parent, lane, start.s, text, start.offset)
-        if start.turned or not lane.forward:  # readers differ in what a relative heading is relative to
+        if start.turned or not lane.forward:  # readers disagree on the reference of a relative heading
             child(position, "Orientation", type="absolute", h=start.pose[2])
         return position
 
     def way(self, parent: Element, plan: ActorPlan, text: Text) -> None:
-        """The waypoints of a route, one for each lane."""
+        """Add the waypoints of a route, one for each lane."""
         self.start(child(parent, "Waypoint", routeStrategy="shortest"), plan.name, text)
         lanes = [self.roads.places[lane] for lane in plan.route]
         for lane in lanes[1:]:
@@ -54,7 +54,7 @@ class Places:
             self._on_lane(child(parent, "Waypoint", routeStrategy="shortest"), lanes[0], end, text)
 
     def _on_lane(self, parent: Element, lane: LanePlace, along: Formula, text: Text, left: float = 0.0) -> Element:
-        """`along` our lane, `left` of its centre line [m]."""
+        """Add a position `along` a lane of the network, `left` of its centre line [m]."""
         here, s = along.value(self.values), along
         if lane.knots:
             s = _beside(lane, along, here)
@@ -68,7 +68,7 @@ class Places:
 
 
 def _beside(lane: LanePlace, along: Formula, here: float) -> Formula:
-    """Arc length on the road, by the arcs that a lane and its road have at `here` along the lane [m]."""
+    """Return the arc length on the road, by the arcs of a lane and its road at `here` along the lane [m]."""
     pieces = [piece for piece in pairwise(lane.knots) if piece[1][0] > piece[0][0]]
     (begin, s), (end, last) = next((piece for piece in reversed(pieces) if piece[0][0] <= here), pieces[0])
     share = (last - s) / (end - begin)

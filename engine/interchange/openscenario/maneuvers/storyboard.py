@@ -1,9 +1,9 @@
-"""The storyboard of a plan: where all begin and which way they go, then for each actor its phases and reactions.
+"""The storyboard of a plan: starts and routes of all actors, then the phases and reactions of each actor.
 
 Events are `parallel`: a new action on an actor's speed ends the one before, and with it its event, which may start
-again (OpenSCENARIO 1.3, 7.5.1). An event that is overridden would be over for good, however often it might run
-(8.4.2.2). Of several that start at once the last one stays: so phases stand in the order of the way, and reactions,
-whose triggers exclude each other and the phases, need no order.
+again (OpenSCENARIO 1.3, 7.5.1). An overridden event would end for good, for any maximum number of executions (8.4.2.2).
+Of several events that start at once the last one stays active: so phases are in the order of the way; reactions, with
+triggers that exclude each other and the phases, need no order.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -48,21 +48,21 @@ START = "StartTrigger"
 
 @dataclass(frozen=True)
 class Notation:
-    """How numbers, places and rules are written in one file."""
+    """Notation of numbers, places and rules in one file."""
 
     version: Version
     values: Mapping[str, float]
-    """Of the parameters, in this case."""
+    """Values of the parameters in this case."""
     places: Places
 
     def text(self, formula: Formula) -> str:
-        """A formula as an attribute; a number where the version cannot say more."""
+        """Return a formula as an attribute; a number if the version has no expressions."""
         if self.version.has_expressions or not formula.operands:
             return formula.expression()
         return decimal(formula.value(self.values))
 
     def time(self, condition: Condition) -> str:
-        """The limit of a condition on the time."""
+        """Return the limit of a condition on the time."""
         if condition.limit.plain and not condition.below:
             return decimal(self.version.time_value(condition.limit.number))
         return self.text(condition.limit)
@@ -73,14 +73,14 @@ class Notation:
 
 @dataclass(frozen=True)
 class Edged:
-    """A condition, and whether it must have become true just now."""
+    """A condition; with `rises` it must have become true just now."""
 
     condition: Condition
     rises: bool = False
 
 
 def steady(trigger: Trigger) -> tuple[tuple[Edged, ...], ...]:
-    """A trigger that is set for as long as it holds."""
+    """Return a trigger that is set while it holds."""
     return tuple(tuple(Edged(each) for each in group) for group in trigger)
 
 
@@ -88,10 +88,10 @@ Groups = Sequence[Sequence[Edged]]
 
 
 def add_trigger(parent: Element, tag: str, named: Iterable[tuple[str, Groups]], notation: Notation) -> Element:
-    """A `StartTrigger` or `StopTrigger`, as its parent's last child; each name is that of its groups' conditions.
+    """Add a `StartTrigger` or `StopTrigger` as its parent's last child; each name is that of its groups' conditions.
 
     Raises:
-        InterchangeError: OpenSCENARIO has no words for a condition.
+        InterchangeError: OpenSCENARIO cannot express a condition.
     """
     trigger = child(parent, tag)
     for name, groups in named:
@@ -176,7 +176,7 @@ WRITERS: Mapping[Measure, Callable[[Element, Condition, Notation], None]] = {
 # -- the storyboard ----------------------------------------------------------------------------------------------------
 
 OFTEN = 1000
-"""How often an event may happen that has no limit of its own."""
+"""Maximum number of executions of an event without a limit of its own."""
 STANDING = formula.number(0.01)
 """An actor that is slower counts as standing [m/s]."""
 
@@ -186,7 +186,7 @@ def add_storyboard(root: Element, recording: Recording, plan: ManeuverPlan, nota
     actions = child(child(storyboard, "Init"), "Actions")
     add_environment(actions, recording, notation.version)
     for index, actor in enumerate(plan.actors):
-        if recording.there[0, index]:  # an actor that is not named is absent at the start
+        if recording.there[0, index]:  # an entity without a <Private> is absent at the start
             _begin(child(actions, "Private", entityRef=actor.name), actor, notation)
     act = child(child(storyboard, "Story", name="maneuver_story"), "Act", name="maneuver_act")
     for index, actor in enumerate(plan.actors):
@@ -196,9 +196,9 @@ def add_storyboard(root: Element, recording: Recording, plan: ManeuverPlan, nota
             maneuver = child(add_group(act, actor.name), "Maneuver", name=f"{actor.name}_maneuver")
             _events(maneuver, actor, notation)
     if not len(act):
-        add_group(act, plan.actors[0].name)  # all stand still, and an act needs a group
+        add_group(act, plan.actors[0].name)  # no actor moves, but an act needs a group
     time_trigger(act, START, "maneuver_begins", 0.0, notation.version)
-    # two ends may have one name, which readers take for one condition
+    # two ends may have equal names, which readers take for one condition
     ends = [(f"end {number}, {end.name}:", steady(end.when)) for number, end in enumerate(plan.ends, 1)]
     add_trigger(storyboard, STOP, ends, notation)
     return storyboard
@@ -223,7 +223,7 @@ def _begin(private: Element, actor: ActorPlan, notation: Notation) -> None:
 def _events(maneuver: Element, actor: ActorPlan, notation: Notation) -> None:
     busy = any_of(reaction.when for reaction in actor.reactions)
     for number, phase in enumerate(actor.phases):
-        if number or phase.change.speed != actor.speed:  # else it has that speed already
+        if number or phase.change.speed != actor.speed:  # otherwise it has that speed already
             _phase(maneuver, actor, phase, none_of(busy), notation)
         if busy and phase.faster_than is None:
             _resumed(maneuver, actor, phase, none_of(busy), notation)
@@ -236,7 +236,7 @@ def _events(maneuver: Element, actor: ActorPlan, notation: Notation) -> None:
 
 
 def _phase(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, notation: Notation) -> None:
-    """Once, where the phase begins, or as soon after that as nothing else is on."""
+    """Add an event that runs once, where the phase begins, or as soon after that as no reaction is active."""
     when = all_of([calm, _after(actor, phase.begins)])
     if phase.faster_than is not None:
         fast = Condition(Measure.SPEED, phase.faster_than, below=False, actor=actor.name)
@@ -245,7 +245,7 @@ def _phase(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, not
 
 
 def _resumed(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, notation: Notation) -> None:
-    """Each time that a reaction is over. All phases that have begun are resumed, of which the last one stays."""
+    """Add an event for each end of a reaction. All phases that have begun are resumed; the last one stays active."""
     begun = _after(actor, phase.begins)[0]
     groups = [
         [*(Edged(each, rises=each is last) for each in group), *map(Edged, begun)] for group in calm for last in group
@@ -254,7 +254,7 @@ def _resumed(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, n
 
 
 def _reaction(maneuver: Element, actor: ActorPlan, reaction: Reaction, notation: Notation) -> None:
-    """For as long as its trigger holds and the actor moves."""
+    """Add an event that runs while its trigger holds and the actor moves."""
     moves = Condition(Measure.SPEED, STANDING, below=False, actor=actor.name)
     when = all_of([reaction.when, ((moves,),)])
     _changes(maneuver, f"{actor.name}_{reaction.name}", OFTEN, reaction.change, steady(when), notation)
@@ -279,7 +279,7 @@ def _event(maneuver: Element, name: str, times: int) -> Element:
 
 
 def _changes(maneuver: Element, name: str, times: int, change: Change, when: Groups, notation: Notation) -> None:
-    """An event that goes to another speed."""
+    """Add an event that changes the speed."""
     event = _event(maneuver, name, times)
     action = child(child(event, "Action", name=f"{name}_action"), "PrivateAction")
     rate = {"dynamicsShape": "linear", "value": notation.text(change.rate), "dynamicsDimension": "rate"}

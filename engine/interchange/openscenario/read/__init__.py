@@ -1,12 +1,12 @@
-"""`read_openscenario`: a scenario of timed polylines as a recording, with its road, whichever tool wrote
-it. Versions 1.0 to 1.3.
+"""`read_openscenario`: reader of scenarios with timed polylines as recordings, with their roads, from any tool.
+Versions 1.0 to 1.3.
 
 file -> xml -> parameters and catalogs put in -> entities, road -> actions in the order of time -> tracks (motion) ->
-one grid of samples, whose speeds are judged. Whatever is wrong with a file is an `InterchangeError`.
+one grid of samples, with a check of their speeds. Every defect of a file is an `InterchangeError`.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -30,24 +30,25 @@ from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_
 from engine.interchange.openscenario.read.speeds import judged
 from engine.interchange.own_metadata import FILE_PREFIX, TIME
 from engine.interchange.recording import Provenance, Recording
+from engine.interchange.road_levels import LEVEL, level_notes
 from engine.interchange.unread import unread_elements
 from engine.interchange.xml import LIMITS, NUMBER, Limits, Node, read_xml
 from engine.opendrive.read import read_opendrive
 from engine.opendrive.roads import OdrNetwork
 from engine.vocabulary import State
 
-# -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------
+# -- actions in order of time: a track for each entity, and remarks on omissions of a replay ---------------------------
 
 
 @dataclass
 class _Stage:
-    """Where each entity is, action after action."""
+    """Tracks of all entities, extended action after action."""
 
     road: OdrNetwork | None
     catalogs: Catalogs
     tracks: dict[str, Track]
     speeds: dict[str, float] = field(default_factory=dict)
-    """Of those who begin at a speed."""
+    """Initial speeds of entities."""
 
     def around(self, time: float) -> Surroundings:
         def other(name: str, node: Node) -> Placed:
@@ -83,7 +84,7 @@ class _Stage:
                 return self._at_speed(track, timed)
 
     def _speed(self, entity: str) -> float:
-        """At which it begins what comes next."""
+        """Return the speed at which it begins its next leg."""
         last = self.tracks[entity].legs[-1:]
         return last[0].end_speed if last and isinstance(last[0], Polyline) else self.speeds.get(entity, 0.0)
 
@@ -105,11 +106,11 @@ class _Stage:
 
 
 KEPT = 40.0
-"""Who is put deeper under the road than this [m] is not there: a player that cannot do without keeps it there."""
+"""Depth under the road [m] from which on an entity is absent: some players place absent entities there."""
 
 
 def _kept(track: Track, action: Node, time: float) -> Track:
-    """The track of who is put under the road, or comes up from there."""
+    """Return the track of an entity that is put under the road, or comes up from there."""
     position = next((node for node in action.walk() if node.tag == "WorldPosition"), None)
     if position is None:
         return track
@@ -122,10 +123,10 @@ def _kept(track: Track, action: Node, time: float) -> Track:
 def read_tracks(
     entities: Sequence[Entity], actions: Sequence[TimedAction], road: OdrNetwork | None, catalogs: Catalogs
 ) -> tuple[list[Track], list[str]]:
-    """One track for each entity, in their order, and remarks.
+    """Return one track per entity, in their order, and remarks.
 
     Raises:
-        InterchangeError: an entity is moved otherwise than by a trajectory, or has no place.
+        InterchangeError: an entity is moved without a trajectory, or has no place.
     """
     stage = _Stage(road, catalogs, {entity.node.text("name"): Track() for entity in entities})
     for timed in actions:
@@ -142,7 +143,7 @@ def read_tracks(
 
 
 def _of_others(stage: _Stage, actions: Sequence[TimedAction]) -> list[str]:
-    """Remarks on actions that only a simulator could work out, of those who have a trajectory, too."""
+    """Return remarks on actions that require a simulator, of entities that also have a trajectory."""
     for timed in actions:
         if not stage.tracks[timed.entity].follows:
             raise timed.action.error(
@@ -154,13 +155,13 @@ def _of_others(stage: _Stage, actions: Sequence[TimedAction]) -> list[str]:
 
 
 def _of_track(entity: Entity, track: Track) -> list[str]:
-    """Remarks on where a replay had to guess."""
+    """Return remarks on assumptions of a replay."""
     name = entity.node.text("name")
     if not track.legs:
         raise entity.node.error(f"nothing says where `{name}` is", "place it by a TeleportAction in <Init>")
     said = [f"{name} jumps {distance:.1f} m at {time:g} s" for time, distance in track.jumps()]
     first = track.legs[0]
-    instant = len(entity.properties.get(TIME, "").split()) == 1  # there once, in a recording of ours
+    instant = len(entity.properties.get(TIME, "").split()) == 1  # present for one instant, in a recording of cortexc
     if isinstance(first, Coast) and first.speed and not track.follows and not instant:
         said.append(f"{name} follows no trajectory: it goes on at {first.speed:g} m/s, along its lane where known")
     elif isinstance(first, Polyline) and first.begin > 0.0 and not track.absent:
@@ -176,10 +177,10 @@ SHORTEST_STEP = 1e-4
 
 @dataclass(frozen=True)
 class Imported:
-    """What a file says, and what it says that could not be taken over."""
+    """Content of a file, and remarks on facts that could not be imported."""
 
     recording: Recording
-    """Without contact, which `measure` finds."""
+    """Recording without contact, which `measure` finds."""
     road: OdrNetwork | None
     remarks: tuple[str, ...]
 
@@ -189,8 +190,8 @@ def read_openscenario(
 ) -> Imported:
     """Read a scenario in which every entity that moves follows a timed polyline.
 
-    Actor 0 is the entity `ego`, or the one called ego or hero, or the first. Without `step` [s] samples stand where
-    vertices do, and every 0.05 s where these are further than 0.2 s apart.
+    Actor 0 is the entity `ego`, or the entity named ego or hero, or the first. Without `step` [s] samples are at the
+    times of vertices, and every 0.05 s where these are further than 0.2 s apart.
 
     Raises:
         InterchangeError: the file, its road or a catalog cannot be read, or it needs a simulator to be played.
@@ -216,15 +217,27 @@ def read_openscenario(
     on_motion = [*(remark for part in parts for remark in part.remarks), *filter(None, jumps)]
     recording, on_contact = _motion_alone(recording)
     unread = unread_elements(scenario, READ, (*REMARKED, *(timed.action.tag for timed in actions if not timed.is_read)))
-    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end, *on_contact, *unread))
+    flat = () if road is None else level_notes(road)
+    on_heights = (*flat, *_on_heights(scenario))
+    return Imported(
+        recording, road, (*remarks, *said, *on_heights, *on_motion, *times.remarks, *on_end, *on_contact, *unread)
+    )
+
+
+def _on_heights(scenario: Node) -> Iterator[str]:
+    """Yield the remark on world positions of different heights, but for those of actors that are not there."""
+    every = (node for node in scenario.walk() if node.tag == "WorldPosition" and node.has("z"))
+    heights = [z for node in every if (z := node.number("z")) >= -KEPT]
+    if heights and max(heights) - min(heights) >= LEVEL:
+        yield f"positions have heights from {min(heights):g} to {max(heights):g} m: all are judged in one plane"
 
 
 GOING = {"through": "go on through each other", "stop": "stand"}
-"""What our own files show after contact that is no motion of the run."""
+"""Motion after contact in files of cortexc that is not motion of the run."""
 
 
 def _motion_alone(recording: Recording) -> tuple[Recording, tuple[str, ...]]:
-    """Without what our own files show after contact that is no motion of the run, and a remark on it."""
+    """Return the recording without such motion after contact, and a remark on it."""
     facts = recording.provenance.facts
     after, time = facts.get(FACT), facts.get("contact_time", "")
     if after not in GOING or not NUMBER.fullmatch(time):
@@ -239,14 +252,14 @@ def _check_step(step: float | None) -> None:
 
 
 def _read_end(storyboard: Node) -> tuple[float, list[str]]:
-    """When it ends at the latest [s], and remarks on ends that only a simulator would see."""
+    """Return the latest end [s], and remarks on ends that require a simulator."""
     end, passed_over = stop_time(storyboard)
     names = dict.fromkeys(map(condition_name, passed_over))
     return end, [f"the end by <{name}> is not taken over: it ends with the last vertex" for name in names]
 
 
 def _of_kind(root: Node) -> Node:
-    """The file itself, if it is a scenario of a version that is read here."""
+    """Return the root of a scenario of a supported version, or raise InterchangeError."""
     header = root.need("FileHeader")
     major, minor = header.text("revMajor"), header.text("revMinor", "0")
     if major != "1":
@@ -260,7 +273,7 @@ def _of_kind(root: Node) -> Node:
 
 
 def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork | None, list[str]]:
-    """The road that the scenario names, looked for beside it."""
+    """Return the road that the scenario names, searched for next to the scenario, and remarks."""
     network = scenario.find("RoadNetwork")
     lights = network.find("TrafficSignals") if network else None
     remarks = ["its traffic lights are not taken over"] if lights and lights.children else []
@@ -277,7 +290,7 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
 
 
 def _beside(node: Node, folder: Path, name: str) -> Path:
-    """Where the road file is: where the scenario says, or in the scenario's own folder."""
+    """Return the path of the road file: that in the scenario, else in the scenario's own folder."""
     for candidate in (folder / name, folder / Path(name).name):
         try:
             if candidate.exists():
@@ -309,12 +322,12 @@ def _carries_commands(part: Part) -> bool:
 
 
 def _title(description: str, facts: Mapping[str, str]) -> str:
-    """Our own descriptions go on with the facts, which stand in parameters, too."""
+    """Return the title of a description: those of cortexc continue with facts that are also parameters."""
     return description.split(f" - {next(iter(facts))}: ")[0] if facts else description
 
 
 def _provenance(root: Node, path: Path) -> Provenance:
-    """What the header says, and what our own files say of themselves in parameters."""
+    """Return the provenance from the header, and from the parameters of files of cortexc."""
     header = root.need("FileHeader")
     declarations = root.find("ParameterDeclarations")
     declared = {

@@ -1,11 +1,10 @@
-"""What a storyboard has its entities do, and when: actions in the order of time, and the timed polylines that they
-follow.
+"""Actions of a storyboard's entities in the order of time, and the timed polylines that they follow.
 
-Only triggers on the simulation's time are known beforehand; every other one depends on a run that is not made here.
-Polylines without times are refused with that reason. Times in seconds of the simulation.
+Only triggers on the simulation's time are known in advance; every other trigger depends on a simulation, which is not
+run here. Polylines without times are rejected with that reason. Times in seconds of the simulation.
 
-Source: ASAM OpenSCENARIO XML 1.2, classes FollowTrajectoryAction, Polyline, Vertex, Timing. In 1.0 the trajectory
-stands in the action itself, later in a `TrajectoryRef`.
+Source: ASAM OpenSCENARIO XML 1.2, classes FollowTrajectoryAction, Polyline, Vertex, Timing. In 1.0 the trajectory is in
+the action itself, later in a `TrajectoryRef`.
 """
 
 import math
@@ -31,7 +30,7 @@ from engine.portable import arctan2
 from engine.tables import Floats
 
 ACTED_ON = ("TeleportAction", "SpeedAction", "FollowTrajectoryAction", "AddEntityAction", "DeleteEntityAction")
-"""What is replayed; a speed only where all begin."""
+"""Actions that are replayed; a speed only at the start."""
 WITHOUT_MOTION = (
     "AppearanceAction",
     "ControllerAction",
@@ -60,16 +59,16 @@ class TimedAction:
     time: float
     entity: str
     action: Node
-    """One of `ACTED_ON`, or one that moves the entity in a way that only a simulator can compute."""
+    """One of `ACTED_ON`, or an action whose motion requires a simulator."""
     is_read: bool
-    """Whether it is replayed; if not, its time is not known, and 0."""
+    """True if it is replayed; if not, its time is unknown, and 0."""
 
 
 def timed_actions(storyboard: Node) -> list[TimedAction]:
-    """All actions that concern motion, in the order of time, and of the file at the same time.
+    """Return all actions that concern motion, in the order of time, and of the file at equal times.
 
     Raises:
-        InterchangeError: one of `ACTED_ON` waits for something that does not follow from the file alone.
+        InterchangeError: the time of one of `ACTED_ON` does not follow from the file alone.
     """
     acts = [act for story in storyboard.every("Story") for act in story.every("Act")]
     parts = [_initial(storyboard.need("Init", "Actions")), *map(_of_act, acts)]
@@ -80,7 +79,7 @@ def timed_actions(storyboard: Node) -> list[TimedAction]:
 
 
 def stop_time(storyboard: Node) -> tuple[float, list[Node]]:
-    """When it ends at the latest [s], infinite where that depends on the motion, and conditions that are ignored."""
+    """Return the latest end [s], infinite if it depends on the motion, and conditions that are ignored."""
     passed_over: list[Node] = []
     trigger, earliest = storyboard.find("StopTrigger"), math.inf
     for group in trigger.every("ConditionGroup") if trigger else []:
@@ -92,7 +91,7 @@ def stop_time(storyboard: Node) -> tuple[float, list[Node]]:
 
 
 def condition_name(condition: Node) -> str:
-    """What a condition waits for: the deepest element whose name says so."""
+    """Return the name of a condition: that of the deepest element whose tag ends in `Condition`."""
     names = [node.tag for node in condition.walk() if node.tag.endswith("Condition")]
     return names[-1]
 
@@ -119,7 +118,7 @@ def _of_act(act: Node) -> Iterator[TimedAction]:
 
 
 class _Start:
-    """When something starts; the error is raised only where the time is needed."""
+    """Start time of an element; the error is raised only if the time is needed."""
 
     def __init__(self, trigger: Node | None, after: "_Start | None" = None) -> None:
         self._trigger = trigger
@@ -127,11 +126,7 @@ class _Start:
 
     @cached_property
     def time(self) -> float:
-        """In seconds.
-
-        Raises:
-            InterchangeError: a condition depends on the run.
-        """
+        """Return the time [s]."""
         earliest = self._after.time if self._after else 0.0
         groups = self._trigger.every("ConditionGroup") if self._trigger else []
         if not groups:
@@ -153,7 +148,7 @@ def _known_time(condition: Node) -> float:
 
 
 def _condition_time(condition: Node) -> float | None:
-    """When a condition first holds, or None if that depends on the run."""
+    """Return the time at which a condition first holds, or None if that depends on the run."""
     time = condition.find("ByValueCondition", "SimulationTimeCondition")
     if time is None:
         return None
@@ -178,7 +173,7 @@ def _timed(start: _Start, names: list[str], action: Node, initial: bool) -> Iter
 
 
 def _leaf(action: Node) -> tuple[Node | None, str | None]:
-    """The innermost action, None if it does not concern motion, and the entity that it names itself."""
+    """Return the innermost action, None if it does not concern motion, and the entity that it names."""
     node, entity = action, None
     while (inner := next((child for child in node.children if child.tag.endswith("Action")), None)) is not None:
         node, entity = inner, inner.attributes.get("entityRef", entity)
@@ -192,17 +187,17 @@ def _leaf(action: Node) -> tuple[Node | None, str | None]:
 # -- `FollowTrajectoryAction` with a timed polyline --------------------------------------------------------------------
 
 SHORTEST_WAY = 0.1
-"""A trajectory that leads no farther, and slower than a walk, has no direction [m]."""
+"""Length below which a slow trajectory (slower than a walk) has no direction [m]."""
 TOO_NEAR = 1e-10
-"""Vertices this near in time [s] say a jump."""
+"""Time between vertices below which they mean a jump [s]."""
 TIMED = 'only a timed polyline is replayed: <Polyline> with time="…" on each vertex'
 
 
 def read_path(action: Node, start: float, speed: float, around: Surroundings, catalogs: Catalogs) -> Polyline:
-    """The path of an action that starts at a time [s] and a speed [m/s].
+    """Return the path of an action that starts at a time [s] and a speed [m/s].
 
     Raises:
-        InterchangeError: not a polyline, without times, fewer than one vertex, times that do not ascend.
+        InterchangeError: not a polyline, no times, no vertex, or times that do not ascend.
     """
     trajectory = _trajectory(action, catalogs)
     shape = trajectory.need("Shape")
@@ -226,7 +221,7 @@ def read_path(action: Node, start: float, speed: float, around: Surroundings, ca
 
 
 def is_steered(action: Node) -> bool:
-    """Whether an actor follows its trajectory as a vehicle does, and not as a picture of one."""
+    """Return True if an actor follows its trajectory as a vehicle, with steering."""
     mode = action.find("TrajectoryFollowingMode")
     return mode is not None and mode.text("followingMode") == "follow"
 
@@ -236,7 +231,7 @@ def _path(start: float, times: Floats, vertices: Sequence[Node], around: Surroun
     given = [each.given for each in placed]
     raw = np.array([each.pose for each in placed], dtype=np.float64)
     if len(vertices) == 1 and not given[0]:
-        given = [True]  # one place: it looks where that place looks
+        given = [True]  # one place: its heading is used
     poses = along_polyline(times, raw, given, vertices[0])
     return Polyline(start, times, poses, final_speed(times, poses))
 
@@ -252,7 +247,7 @@ def _trajectory(action: Node, catalogs: Catalogs) -> Node:
 
 
 def _timing(action: Node) -> tuple[float, float, bool]:
-    """Offset, scale and whether times count from the start of the action."""
+    """Return offset, scale, and True if times count from the start of the action."""
     timing = action.find("TimeReference", "Timing")
     if timing is None:
         raise action.error(
@@ -287,10 +282,9 @@ def _check_order(times: Floats, vertices: Sequence[Node]) -> None:
 
 
 def along_polyline(times: Floats, poses: Floats, given: Sequence[bool], node: Node) -> Floats:
-    """Poses whose missing headings are those of the way to the next vertex elsewhere, as esmini has it.
+    """Return poses in which missing headings are those of the way to the next distant vertex, as in esmini.
 
-    Elsewhere is farther than the noise of the vertices (`marks_of`). Given ones are turned by whole turns to be next to
-    the one before.
+    Distant means farther than the noise of the vertices (`marks_of`). Given headings are unwrapped.
     """
     marks = marks_of(times, poses[:, :2], SHORTEST_WAY)
     if len(marks) < 2 and not all(given):
@@ -304,10 +298,10 @@ def along_polyline(times: Floats, poses: Floats, given: Sequence[bool], node: No
 
 
 def steady_paces(times: Floats, poses: Floats, speed: float) -> Floats:
-    """(vertices, 2): who begins at a speed goes from each vertex to the next at the acceleration that brings it there
-    in time; or, where that would take it back, at the one with which it stops there earlier.
+    """Return (vertices, 2) the speed at each vertex and the acceleration to the next, from an initial speed.
 
-    Source: esmini 3.6.0, `PolyLineShape::CalculatePolyLine`, following mode `follow`.
+    The acceleration is constant and reaches the next vertex in time; if that would require reversing, the actor stops
+    there earlier. Source: esmini 3.6.0, `PolyLineShape::CalculatePolyLine`, following mode `follow`.
     """
     paces: list[tuple[float, float]] = []
     for way, span in zip(np.hypot(*np.diff(poses[:, :2], axis=0).T).tolist(), np.diff(times).tolist(), strict=True):
@@ -323,7 +317,7 @@ def steady_paces(times: Floats, poses: Floats, speed: float) -> Floats:
 
 
 def final_speed(times: Floats, poses: Floats) -> float:
-    """Signed speed over the last segment; 0 for a single vertex or at standstill."""
+    """Return the signed speed over the last segment; 0 for a single vertex or at standstill."""
     if len(times) < 2:
         return 0.0
     way = poses[-1, :2] - poses[-2, :2]

@@ -1,12 +1,12 @@
-"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all others."""
+"""Names of the elements of a scenario that this reader reads; `engine.interchange.unread` notes all other elements."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from engine.interchange.openscenario.read.actions import ACTED_ON
 from engine.interchange.openscenario.read.entities import BODIES
 from engine.interchange.openscenario.read.motion import KINDS
 
-READ: Mapping[str, None] = dict.fromkeys(
+READ: Mapping[str, Collection[str] | None] = dict.fromkeys(
     (
         *("OpenSCENARIO", "FileHeader", "ParameterDeclarations", "CatalogLocations", "RoadNetwork", "LogicFile"),
         *("Entities", "ScenarioObject", "CatalogReference", "Properties", "Property", *BODIES, "BoundingBox", "Center"),
@@ -26,7 +26,16 @@ READ: Mapping[str, None] = dict.fromkeys(
             "ParameterAssignments",
         ),
     )
-)
-"""Elements of a scenario that are read, or hold such."""
+) | {
+    "WorldPosition": ("x", "y", "z", "h"),
+    "RelativeWorldPosition": ("entityRef", "dx", "dy"),
+    "RelativeObjectPosition": ("entityRef", "dx", "dy"),
+    "Orientation": ("type", "h"),
+    "Trajectory": ("name",),
+    "SpeedActionDynamics": ("dynamicsShape", "dynamicsDimension"),
+}
+"""Elements of a scenario that are read, or contain elements that are read, and the attributes that are read of elements
+whose other attributes change a run.
+"""
 REMARKED = ("TrafficSignals", "ByEntityCondition")
-"""What has remarks of its own, beside actions that are not replayed."""
+"""Elements with remarks of their own, in addition to actions that are not replayed."""

@@ -1,7 +1,7 @@
-"""Who takes part: `ScenarioObject` elements as actors, and what our own files say of them besides.
+"""Entities: `ScenarioObject` elements as actors, with the additional properties of files of cortexc.
 
-Lengths in metres. The reference point is the middle of the rear axle on the ground, and `BoundingBox/Center` says
-where the middle of the outline lies from there (ASAM OpenSCENARIO XML 1.2, classes BoundingBox and Axles).
+Lengths in metres. The reference point is the middle of the rear axle on the ground, and `BoundingBox/Center` is the
+position of the outline's centre relative to it (ASAM OpenSCENARIO XML 1.2, classes BoundingBox and Axles).
 """
 
 import math
@@ -18,7 +18,7 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 EGO_NAMES = ("ego", "hero", "ego_vehicle", "egovehicle")
-"""What the ego is called, by esmini, by CARLA and by others; small letters."""
+"""Names of the ego in esmini, in CARLA and in other tools; small letters."""
 CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
     {
         "car": ActorKind.CAR,
@@ -34,14 +34,14 @@ CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
     }
 )
 EGO = "ego_vehicle"
-"""What the property `type` of the ego is, by which CARLA's ScenarioRunner finds it."""
+"""Value of the ego's property `type`, by which CARLA's ScenarioRunner finds it."""
 LONGEST = 1000.0
-"""Of an outline [m]; a wall may be long."""
+"""Maximum length of an outline [m]; a wall may be long."""
 
 
 @dataclass(frozen=True)
 class Entity:
-    """One who takes part, where its outline lies from its reference point, and its `cortexc.…` properties."""
+    """An actor, the position of its outline relative to its reference point, and its `cortexc.…` properties."""
 
     actor: RecordedActor
     forward: float
@@ -49,11 +49,11 @@ class Entity:
     properties: Mapping[str, str]
     node: Node
     is_ego: bool
-    """Whether its property `type` says so."""
+    """True if its property `type` marks it as the ego."""
 
 
 def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[Entity]:
-    """All of them, the ego first.
+    """Return all entities, the ego first.
 
     Raises:
         InterchangeError: there are none, too many, two of one name, or one without an outline.
@@ -75,7 +75,7 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
 
 
 def _renamed(entities: list[Entity]) -> list[Entity]:
-    """Under the names that our own files remember, since other readers take few letters only."""
+    """Return the entities under the original names in files of cortexc, as some readers accept few letters only."""
     names = [own_metadata.name_in(entity.properties, entity.actor.name) for entity in entities]
     if len(set(names)) < len(names):
         return entities
@@ -83,7 +83,7 @@ def _renamed(entities: list[Entity]) -> list[Entity]:
 
 
 def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
-    """The one of that name, as it is shown or else as it stands in the file; without a name, see `_usual_ego`."""
+    """Return the entity of that name, as displayed or else as written in the file; without a name see `_usual_ego`."""
     shown, written = ([name(each) for each in entities] for name in (_shown_name, _written_name))
     if ego is None:
         return _usual_ego(entities)
@@ -94,8 +94,8 @@ def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
 
 
 def _usual_ego(entities: list[Entity]) -> Entity:
-    """The one that the file calls so by a property, as ScenarioRunner wants it; in our own files the first; else the
-    one of a usual name, or the first.
+    """Return the entity that a property marks as ego, as for ScenarioRunner; in files of cortexc the first; else the
+    entity with a usual name, or the first.
     """
     if (said := next((each for each in entities if each.is_ego), None)) is not None:
         return said
@@ -140,7 +140,7 @@ def _rows(body: Node) -> list[Node]:
 
 
 def _kind(body: Node, said: own_metadata.Properties) -> ActorKind:
-    """Of an element; our own files say theirs."""
+    """Return the kind of an element; files of cortexc name their kinds."""
     if (kind := own_metadata.kind_in(said)) is not None:
         return kind
     if body.tag != "Vehicle":
@@ -178,14 +178,14 @@ def _wheelbase(body: Node, default: float) -> float:
 
 
 def _max_steer(body: Node, default: float) -> float:
-    """Of the front axle [rad]; more than a right angle is another unit, or a steering wheel's."""
+    """Return the limit of the front axle [rad]; above a right angle it is in another unit, or the steering wheel's."""
     front = body.find("Axles", "FrontAxle")
     steer = front.number("maxSteering", default, low=0.0) if front else default
     return steer if steer <= math.pi / 2 else default
 
 
 SMALLEST = 1e-6
-"""Of an outline, or between two axles [m]."""
+"""Minimum length of an outline, or distance between two axles [m]."""
 BODIES: Mapping[str, ActorKind] = MappingProxyType(
     {"Vehicle": ActorKind.CAR, "Pedestrian": ActorKind.PEDESTRIAN, "MiscObject": ActorKind.OBSTACLE}
 )

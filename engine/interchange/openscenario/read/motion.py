@@ -1,8 +1,8 @@
-"""Where an entity's reference point is: a `Position` of OpenSCENARIO as a pose, and its motion as legs over time.
+"""Motion of an entity's reference point: a `Position` of OpenSCENARIO as a pose, and its motion as legs over time.
 
-A leg is a timed polyline, or coasting: on along the lane where that is known, else straight on, at a constant speed.
-Between two vertices position and heading run linearly (esmini's mode `segment`); in the following mode `follow`, where
-vertices stand far apart, at a constant acceleration, as in esmini 3.6. Metres, seconds, radians.
+A leg is a timed polyline, or coasting at a constant speed: along the lane if it is known, else straight. Between two
+vertices position and heading are linear (esmini's mode `segment`); in the following mode `follow`, if vertices are far
+apart, the acceleration is constant, as in esmini 3.6. Metres, seconds, radians.
 
 Source: ASAM OpenSCENARIO XML 1.2, classes WorldPosition, LanePosition, RoadPosition and their relatives.
 """
@@ -25,7 +25,7 @@ from engine.tables import Floats
 
 
 class RoadPosition(NamedTuple):
-    """Where on a road: on a lane and so far left of its middle, or without a lane left of the reference line."""
+    """A place on a road: on a lane with an offset to the left of its middle, or left of the reference line."""
 
     road: str
     lane: int | None
@@ -35,31 +35,31 @@ class RoadPosition(NamedTuple):
 
 @dataclass(frozen=True)
 class Placed:
-    """A pose, and what is known besides."""
+    """A pose, with the place on a road if known."""
 
     pose: Pose
-    """Its heading is the one given, or else the one that follows from the place."""
+    """Pose with the given heading, or else the heading of the place."""
     given: bool
-    """Whether the file says a heading."""
+    """True if the file has a heading."""
     on_road: RoadPosition | None = None
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What positions may refer to."""
+    """Objects to which positions may refer."""
 
     road: OdrNetwork | None
     others: Callable[[str, Node], Placed]
-    """Where an entity is at that time; the node is who asks."""
+    """(entity, node) -> place of an entity at that time; the node is that of the reference."""
 
 
 def place(position: Node, around: Surroundings) -> Placed:
-    """Where a `Position` lies.
+    """Return the place of a `Position`.
 
     Raises:
-        InterchangeError: of a kind that is not read here, off the network, or relative to what is not known.
+        InterchangeError: of a kind that is not read, off the network, or relative to an unknown place.
     """
-    known = position.every(*KINDS)  # an element of another name beside it is not read, and noted
+    known = position.every(*KINDS)  # other elements next to it are not read, but noted
     node = known[0] if len(known) == 1 else position.only()
     if node.tag not in KINDS:
         raise node.error(f"<{node.tag}> is not read here", f"write one of {', '.join(KINDS)}")
@@ -129,13 +129,13 @@ def _other_on_road(node: Node, around: Surroundings) -> RoadPosition:
 
 
 def _counted(lane: int, change: int) -> int:
-    """A lane so many to the left of another; there is no lane 0 to drive on."""
+    """Return the lane `change` to the left of a lane; lane 0 cannot be driven on."""
     target = lane + change
     return target if (target > 0) == (lane > 0) and target else target + (1 if change > 0 else -1)
 
 
 def _oriented(pose: Pose, node: Node, where: RoadPosition | None = None) -> Placed:
-    """The pose with the element's `Orientation`: relative to the place's own heading, or absolute."""
+    """Return the pose with the element's `Orientation`: relative to the place's own heading, or absolute."""
     orientation = node.find("Orientation")
     if orientation is None or "h" not in orientation.attributes:
         return Placed(pose, False, where)
@@ -151,7 +151,7 @@ def _offset(node: Node, name: str, default: float | None = None) -> float:
 
 ANGLES = (-1e4, 1e4)
 FARTHEST = 1e5
-"""From a road or from an entity [m]: further away is another place."""
+"""Maximum distance from a road or from an entity [m]."""
 KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
     {
         "WorldPosition": _world,
@@ -169,16 +169,16 @@ KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
 COARSE = 0.2
 """Vertices further apart than this [s] get samples in between, and their mode matters."""
 STANDING = 0.05
-"""An entity that is slower than this stands after its trajectory [m/s]."""
+"""Speed below which an entity stands after its trajectory [m/s]."""
 SAME_PLACE = 1e-6
 """Nearer vertices give no direction [m]."""
 JUMP = 0.5
-"""From one leg to the next, further than this is worth a remark [m]."""
+"""Distance between two legs from which on a remark names it [m]."""
 
 
 @dataclass(frozen=True)
 class Coast:
-    """From a place on at a constant speed, from `begin` on."""
+    """Motion from a place at a constant speed, from `begin` on."""
 
     begin: float
     placed: Placed
@@ -186,7 +186,7 @@ class Coast:
     road: OdrNetwork | None = None
 
     def placed_at(self, time: float) -> Placed:
-        """Where it is then; on a lane as long as that lasts."""
+        """Return the place at a time; along the lane to its end."""
         way = self.speed * max(time - self.begin, 0.0)
         where = self.placed.on_road
         if way == 0.0:
@@ -210,7 +210,7 @@ class Coast:
         return Placed(pose.moved(left, 0.0), True, None if left else where._replace(s=s))
 
     def at(self, times: Floats) -> Floats:
-        """(times, 3) poses."""
+        """Return (times, 3) poses."""
         if self.speed == 0.0:
             return np.tile(np.array(self.placed.pose, dtype=np.float64), (len(times), 1))
         return np.array([self.placed_at(time).pose for time in times.tolist()], dtype=np.float64).reshape(-1, 3)
@@ -227,7 +227,7 @@ class Polyline:
     """(vertices, 3), headings unwrapped."""
     end_speed: float
     paces: Floats | None = None
-    """(vertices, 2) speed at each and acceleration up to the next; None: from one to the next at a constant speed."""
+    """(vertices, 2) Speed at each vertex and acceleration to the next; None: constant speeds between vertices."""
 
     @property
     def _coast(self) -> Coast:
@@ -237,7 +237,7 @@ class Polyline:
         return Placed(Pose(*self.at(np.array([time]))[0].tolist()), True)
 
     def at(self, times: Floats) -> Floats:
-        """(times, 3) poses."""
+        """Return (times, 3) poses."""
         even = times if self.paces is None else self._evened(times, self.paces)
         poses: Floats = np.column_stack([np.interp(even, self.times, self.poses[:, n]) for n in range(3)])
         after = times > self.times[-1]
@@ -246,7 +246,7 @@ class Polyline:
         return poses
 
     def _evened(self, times: Floats, paces: Floats) -> Floats:
-        """When it would be where it is, at a constant speed from each vertex to the next."""
+        """Return the times at which constant speeds between vertices would give the same places."""
         vertex = np.clip(np.searchsorted(self.times, times, "right") - 1, 0, len(self.times) - 2)
         span, (speed, acceleration) = np.diff(self.times)[vertex], paces[vertex].T
         since = np.clip(times - self.times[vertex], 0.0, span)
@@ -260,11 +260,11 @@ class Polyline:
 
 @dataclass(frozen=True)
 class Track:
-    """All legs of one entity, in order, and when it comes and goes."""
+    """All legs of one entity, in order, with its absences."""
 
     legs: tuple[Coast | Polyline, ...] = ()
     absent: tuple[tuple[float, float], ...] = ()
-    """Times from which (inclusive) and until when (exclusive) it is not there."""
+    """Times from which (inclusive) and until which (exclusive) it is absent."""
 
     @property
     def follows(self) -> bool:
@@ -277,17 +277,19 @@ class Track:
         return replace(self, absent=(*self.absent, (time, math.inf)))
 
     def enters(self, time: float) -> "Track":
-        """It is there from then on; if it never left before, it was absent until then."""
+        """Return the track with the entity present from then on; without an earlier departure, it was absent until
+        then.
+        """
         last = self.absent[-1][0] if self.absent else -math.inf
         return replace(self, absent=(*self.absent[:-1], (last, time)))
 
     def placed_at(self, time: float) -> Placed | None:
-        """Where it is then, or None where nothing says so."""
+        """Return the place at a time, or None if it is unknown."""
         begun = bisect.bisect_right(self.legs, time, key=lambda leg: leg.begin)
         return self.legs[begun - 1].placed_at(time) if begun else None
 
     def poses(self, times: Floats) -> Floats:
-        """(times, 3) poses with headings that run on; before its first leg it waits where that begins."""
+        """Return (times, 3) poses with continuous headings; before its first leg it waits at that leg's beginning."""
         leg_of = np.searchsorted([leg.begin for leg in self.legs[1:]], times, "right")
         poses = np.empty((len(times), 3))
         for number, leg in enumerate(self.legs):
@@ -296,14 +298,14 @@ class Track:
         return poses
 
     def there(self, times: Floats) -> np.ndarray:
-        """(times,) whether it takes part."""
+        """Return (times,) True while it is present."""
         there = np.ones(len(times), dtype=bool)
         for start, end in self.absent:
             there &= (times < start) | (times >= end)
         return there
 
     def jumps(self) -> list[tuple[float, float]]:
-        """Times and distances of legs that begin elsewhere than the last one led, while it is there."""
+        """Return times and distances of legs that do not begin at the end of the leg before, while it is present."""
         found: list[tuple[float, float]] = []
         entries = {end for _, end in self.absent}
         for before, leg in zip(self.legs, self.legs[1:], strict=False):

@@ -1,5 +1,4 @@
-"""What stands elsewhere in a scenario, put in before anything else is read: `$name`, `${arithmetic}`, entries of
-catalogs.
+"""Substitution of references in a scenario, before it is read: `$name`, `${arithmetic}`, entries of catalogs.
 
 Source: ASAM OpenSCENARIO XML 1.2, user guide, "Parameters" and "Expressions".
 """
@@ -23,9 +22,9 @@ NOTHING: Mapping[str, str] = MappingProxyType({})
 LONGEST = 500
 """Letters of an expression."""
 NOT_READ = frozenset({"ObjectController", "AssignControllerAction", "Controller"})
-"""Elements that no recording is made from: what they refer to need not be there."""
+"""Elements that a recording does not use: their references may be missing."""
 Scope = ChainMap[str, str]
-"""Values by name, innermost first; a chain, so that many small scopes in a large one cost little."""
+"""Values by name, innermost first; a chain makes many small scopes within a large scope cheap."""
 
 
 def _divide(one: float, other: float) -> float:
@@ -67,10 +66,10 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
 
 
 def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, str] = NOTHING) -> Node:
-    """The same element with every parameter put in; `assigned` are values that replace declared ones.
+    """Return the element with every parameter substituted; `assigned` are values that replace declared values.
 
     Raises:
-        InterchangeError: an undeclared parameter, or a text that is no expression.
+        InterchangeError: an undeclared parameter, or a text that is not an expression.
     """
     if node.tag in NOT_READ:
         return node
@@ -87,13 +86,13 @@ def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, s
 def _declared(declarations: Node, scope: Scope, assigned: Mapping[str, str]) -> Scope:
     known = scope.new_child()
     for row in declarations.every("ParameterDeclaration"):
-        name = row.text("name").removeprefix("$")  # as some writers have it, against the standard
+        name = row.text("name").removeprefix("$")  # some writers have a `$` here, against the standard
         known[name] = assigned[name] if name in assigned else resolved(row.text("value"), known, row)
     return known
 
 
 def resolved(text: str, scope: Mapping[str, str], node: Node) -> str:
-    """The text of one attribute with its parameter or expression worked out."""
+    """Return the text of one attribute with its parameter or expression evaluated."""
     if not text.startswith("$"):
         return text
     if text.startswith("${") and text.endswith("}"):
@@ -111,7 +110,7 @@ def _value(name: str, scope: Mapping[str, str], node: Node) -> str:
 
 
 def _worked_out(text: str, scope: Mapping[str, str], node: Node) -> float:
-    """The value of the inside of `${…}`. Arithmetic is on floats only, so that no number can grow without bound."""
+    """Return the value of the inside of `${…}`. Arithmetic is on floats, so that no number grows without bound."""
     wrong = node.error(f"the expression ${{{quoted(text)[1:-1]}}} cannot be evaluated", "write a number")
     values: dict[str, float] = {}
 
@@ -152,10 +151,10 @@ def _evaluated(tree: ast.expr, values: Mapping[str, float]) -> float:
             raise ValueError(tree)
 
 
-# -- entries of catalogs that stand beside a scenario, with their parameters put in ------------------------------------
+# -- entries of a scenario's catalogs, with their parameters -----------------------------------------------------------
 
 MOST_FILES = 100
-"""Of one catalog folder."""
+"""Maximum number of files in one catalog folder."""
 
 
 class Catalogs:
@@ -171,10 +170,10 @@ class Catalogs:
         self._read: dict[str, list[Node]] | None = None
 
     def entry(self, reference: Node) -> Node:
-        """The element that a `CatalogReference` names, its parameters assigned.
+        """Return the element that a `CatalogReference` names, with its parameters assigned.
 
         Raises:
-            InterchangeError: no such catalog or entry, said by name.
+            InterchangeError: no such catalog or entry; the message names it.
         """
         catalog, entry = reference.text("catalogName"), reference.text("entryName")
         if self._read is None:
@@ -194,14 +193,14 @@ class Catalogs:
         return substituted(rows[entry], assigned=assigned)
 
     def _by_name(self) -> dict[str, list[Node]]:
-        """All catalogs of each name; of entries that are called alike in two of them, the former's counts."""
+        """Return all catalogs by name; of entries with equal names in two of them, the first counts."""
         found: dict[str, list[Node]] = {}
         for name, catalog in self._files():
             found.setdefault(name, []).append(catalog)
         return found
 
     def _files(self) -> Iterator[tuple[str, Node]]:
-        """Catalogs by name, and by the name of their file, which some writers refer to."""
+        """Yield catalogs by name, and by the name of their file, to which some writers refer."""
         for folder in self._folders:
             for path in self._paths(folder):
                 root = read_xml(path, "OpenSCENARIO", self._limits)

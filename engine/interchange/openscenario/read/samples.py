@@ -1,4 +1,4 @@
-"""From tracks to a recording's samples: one grid of times for all, and the state of each entity on it."""
+"""Conversion of tracks to a recording's samples: one grid of times for all entities, and the state of each at it."""
 
 import math
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from engine.tables import Bools, Floats
 from engine.vocabulary import State
 
 FINE = 0.05
-"""From one sample to the next where vertices are further apart than `COARSE` [s]."""
+"""Time between samples if vertices are further apart than `COARSE` [s]."""
 SOON = 0.002
-"""A trigger this close before a sample means that sample [s]: 1.0 can only say "later than a moment before"."""
+"""Time before a sample within which a trigger means that sample [s]: 1.0 can only express "later than"."""
 FEW = 5
-"""Fewer samples than this may all stand at uneven distances, where contact comes within a step."""
+"""Number of samples below which all may be at uneven distances, as contact falls within a step."""
 COARSEST = 10.0
 """No step is longer [s]."""
 MOST_NUMBERS = 2_000_000
@@ -30,29 +30,29 @@ MOST_NUMBERS = 2_000_000
 
 @dataclass(frozen=True)
 class Part:
-    """One entity's part in a recording: who, where when, and what its own file says besides."""
+    """One entity's part of a recording: actor, track, and the data of files of cortexc."""
 
     entity: Entity
     track: Track
     carried: Carried | None
     """Its samples, if their times fit those of the vertices."""
     believed: bool = False
-    """Whether the speeds and commands at these samples fit, too: see `reading.judging`."""
+    """True if the speeds and commands at these samples fit, too: see `speeds`."""
     remarks: tuple[str, ...] = ()
 
     @property
     def times(self) -> Floats:
-        """Of its vertices and samples, ascending."""
+        """Return the times of its vertices and samples, ascending."""
         times = [leg.times for leg in self.track.legs if isinstance(leg, Polyline)]
         return _merged(np.concatenate([*times, np.zeros(0) if self.carried is None else self.carried.time]))
 
     def there(self, times: Floats) -> np.ndarray:
-        """Whether the entity takes part at each time."""
+        """Return (times,) True while the entity is present."""
         return self.track.there(times) if self.carried is None else self.carried.there(times)
 
 
 def part_of(entity: Entity, track: Track) -> Part:
-    """One entity's part, before what it carries is held against its vertices."""
+    """Return one entity's part, before its data are compared with its vertices."""
     carried = read_carried(entity.properties)
     if carried is None:
         return Part(entity, track, None)
@@ -67,19 +67,19 @@ class Grid(NamedTuple):
     """Times of all samples [s]."""
 
     given: Floats
-    """Those at which the file says something of an entity, from 0 to the end."""
+    """Times at which the file has data of an entity, from 0 to the end."""
     times: Floats
-    """These, and with a step that is asked for, or where they are far apart, whole steps."""
+    """These times and, if a step is requested or they are far apart, whole steps."""
     step: float
-    """Of the recording [s]."""
+    """Time step of the recording [s]."""
     remarks: tuple[str, ...] = ()
 
 
 def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> Grid:
-    """The times of all vertices, of all samples that our own files carry, and of actions.
+    """Return the times of all vertices, of all samples in files of cortexc, and of actions.
 
     Raises:
-        InterchangeError: no times at all, or more samples than memory should hold.
+        InterchangeError: no times at all, or more samples than the limit.
     """
     given = _given_times(parts, end, file)
     spacing, usual = _spacing(parts)
@@ -94,13 +94,13 @@ def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> Gr
 
 
 def usual_step(parts: Sequence[Part]) -> float:
-    """The most common distance of two samples that our own files carry [s]; infinite where there are not two."""
+    """Return the most common time between two samples in files of cortexc [s]; infinite for fewer than two."""
     times = _merged(np.concatenate([np.zeros(0), *(part.carried.time for part in parts if part.carried)]))
     return _most_common(np.diff(times)) if len(times) > 1 else math.inf
 
 
 def _said_step(parts: Sequence[Part], given: Floats) -> tuple[float | None, tuple[str, ...]]:
-    """Return the step that a file of ours says, if its samples stand so far apart, as far as a few of them can show."""
+    """Return the step that a file of cortexc states, if it fits the samples, as far as a few of them can show."""
     said = dict.fromkeys(step for part in parts if (step := step_in(part.entity.properties)) is not None)
     usual = usual_step(parts)
     few = len(given) < FEW
@@ -117,10 +117,10 @@ def _said_step(parts: Sequence[Part], given: Floats) -> tuple[float | None, tupl
 
 
 def states(part: Part, times: Floats) -> Floats:
-    """(samples, len(State)) of one entity.
+    """Return (samples, len(State)) the states of one entity.
 
-    Speeds are those that our own files carry, where they fit. Else they are the motion of the reference point along
-    the heading, by central differences over the neighbouring samples (one-sided at both ends).
+    Speeds are those in files of cortexc, if they fit. Else they are the motion of the reference point along the
+    heading, by central differences over the neighbouring samples (one-sided at both ends).
     """
     poses, carried = part.track.poses(times), part.carried
     there, _ = presence(part, times)
@@ -137,9 +137,9 @@ def states(part: Part, times: Floats) -> Floats:
 
 
 def presence(part: Part, times: Floats) -> tuple[Bools, str]:
-    """Return when an entity is there (samples,), without the jumps of its track, and what is to be said of these.
+    """Return (samples,) True while an entity is present, except at jumps of its track, and a remark on jumps.
 
-    A file of ours replays what was simulated, and has none.
+    A file of cortexc replays a simulation, and has none.
     """
     there = part.there(times)
     if part.carried is not None:
@@ -152,7 +152,7 @@ def presence(part: Part, times: Floats) -> tuple[Bools, str]:
 
 
 def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:
-    """Return the times from 0 to the end [s] at which the file says something of an entity."""
+    """Return the times from 0 to the end [s] at which the file has data of an entity."""
     times = _merged(np.concatenate([part.times for part in parts]))
     if not len(times):
         raise InterchangeError(
@@ -166,7 +166,7 @@ def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:
 
 
 def _with_moments(times: Floats, moments: Sequence[float]) -> Floats:
-    """The times, and those moments that no time stands for."""
+    """Return the times, and those moments that are not near a time."""
     wanted = np.array(moments)
     after = np.minimum(np.searchsorted(times, wanted - SAME_INSTANT), len(times) - 1)
     soon = (times[after] >= wanted - SAME_INSTANT) & (times[after] <= wanted + SOON)
@@ -174,7 +174,7 @@ def _with_moments(times: Floats, moments: Sequence[float]) -> Floats:
 
 
 def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
-    """The times, and all whole steps between the first and the last of them."""
+    """Return the times, and all whole steps between the first and the last of them."""
     _check_size((times[-1] - times[0]) / step, actors, file)
     first, last = math.ceil(float(times[0]) / step), math.floor(float(times[-1]) / step)
     whole = np.arange(first, last + 1, dtype=np.float64) * step
@@ -182,7 +182,7 @@ def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
 
 
 def _action_times(parts: Sequence[Part]) -> list[float]:
-    """Beginnings of legs, comings and goings."""
+    """Return the beginnings of legs, and the ends of presence and absence."""
     begins = [leg.begin for part in parts for leg in part.track.legs]
     changes = [time for part in parts for pair in part.track.absent for time in pair]
     return [time for time in begins + changes if math.isfinite(time)]
@@ -195,13 +195,13 @@ def _merged(times: Floats) -> Floats:
 
 
 def _spacing(parts: Sequence[Part]) -> tuple[float, float]:
-    """The most common distance of two vertices in time [s], the shorter of two equally common, and the median."""
+    """Return the most common time between two vertices [s], the shorter of two equally common, and the median."""
     between = np.concatenate([np.diff(part.times) for part in parts])
     return (_most_common(between), float(np.median(between))) if len(between) else (FINE, FINE)
 
 
 def _most_common(between: Floats) -> float:
-    """To a nanosecond; of two equally common the shorter."""
+    """Return the most common value to a nanosecond; of two equally common the shorter."""
     spacings, counts = np.unique(np.round(between, 9), return_counts=True)
     return float(spacings[np.argmax(counts)])
 
@@ -216,7 +216,7 @@ def _check_size(samples: float, actors: int, file: str) -> None:
 
 
 def centers(poses: Floats, entity: Entity) -> Floats:
-    """Poses of the outline's middle."""
+    """Return poses of the outline's centre."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x = poses[:, 0] + entity.forward * cos - entity.left * sin
     y = poses[:, 1] + entity.forward * sin + entity.left * cos

@@ -1,11 +1,9 @@
-"""Whether the speeds that our own files carry lead from vertex to vertex; first contact is where they end to follow.
-Metres, seconds, m/s.
+"""Check that the speeds in files of cortexc lead from vertex to vertex, up to first contact. Metres, seconds, m/s.
 
-A step of ours of length h that ends at speed v, with acceleration a, is v h - a h²/2 long, whatever speed was set at
-once before it, and leads along the middle of both headings; a pedestrian turns first (`engine.kernels.bicycle`). What
-was recorded elsewhere has noise, and no pedals: there, steps and the whole way fit roughly. A step in which a body
-slides after an impact is none of these, and is measured by its vertices. Vertices of others are looked at for leaps,
-which no simulator would make.
+A simulated step of length h that ends at speed v, with acceleration a, is v h - a h²/2 long, for any speed set at once
+before it, and leads along the mean of both headings; a pedestrian turns first (`engine.kernels.bicycle`). Recordings of
+other tools have noise, and no pedals: there, steps and the whole way fit roughly. A step in which a body slides after
+an impact is measured by its vertices. Vertices of other files are checked for leaps, which no simulator would make.
 """
 
 import math
@@ -24,48 +22,48 @@ from engine.tables import SLIDING, Floats
 from engine.vocabulary import ActorKind, State
 
 FITS = 1e-6
-"""How far a step of ours may lead from where the next vertex is [m]; our runs do to 2e-9 m."""
+"""Largest distance between the end of a simulated step and the next vertex [m]; runs of cortexc reach 2e-9 m."""
 FASTEST = 200.0
 """Largest speed that the language lets an actor be set to [m/s]."""
 NOISE, NOISY_SHARE = 0.1, 0.2
-"""How far one step of a recording from elsewhere may be off [m], and that share of its way besides."""
+"""Tolerance of one step of a recording by another tool [m], plus that share of its way."""
 MISFIT = "the speeds it carries do not fit its vertices, which are believed"
 DRIFT, DRIFT_SHARE = 0.2, 0.02
-"""The same of the way of all its steps."""
+"""Tolerance of the way of all its steps [m], plus that share."""
 
 
 class Scored(NamedTuple):
-    """What speeds are held against: first contact by the vertices, after which they follow from nothing."""
+    """Limits for the check of speeds: first contact by the vertices, after which they follow from no rule."""
 
     last: float
-    """The sample at which contact has come [s]; infinite without contact."""
+    """Sample at or after contact [s]; infinite without contact."""
     step: float
-    """Usual distance of two samples [s]; further apart, there is a time between them without the actor."""
+    """Usual time between two samples [s]; a longer time is an absence of the actor."""
     fastest: float
-    """Fastest of all by their vertices [m/s]."""
+    """Largest speed by the vertices, of all actors [m/s]."""
 
 
 class Belief(NamedTuple):
-    """What is made of the speeds of one actor."""
+    """Result of the check of one actor's speeds."""
 
     believed: bool
     remark: str = ""
 
 
 class _Steps(NamedTuple):
-    """From each sample to the next, one row for each."""
+    """Steps from each sample to the next, one row each."""
 
     begin: Floats
     end: Floats
     way: Floats
-    """Along the heading."""
+    """Way along the heading."""
     aside: Floats
     turn: Floats
     speed: Floats
-    """Carried at its end, as the next."""
+    """Stored speed at its end; `acceleration`: stored acceleration."""
     acceleration: Floats
     before: Floats
-    """Speed carried at its begin."""
+    """Stored speed at its beginning."""
     rounding: Floats
 
     @property
@@ -77,7 +75,7 @@ class _Steps(NamedTuple):
 
 
 def belief(carried: Carried, actor: RecordedActor, poses: Floats, scored: Scored) -> Belief:
-    """Hold what an actor carries against `poses` (samples, 3) of its vertices at these samples."""
+    """Compare an actor's stored data with `poses` (samples, 3) of its vertices at these samples."""
     steps, speeds = _steps(carried, actor.kind, poses), carried.columns[State.SPEED]
     together = steps.length < 1.5 * scored.step
     if State.PRESENT in carried.columns:
@@ -118,17 +116,17 @@ def _steps(carried: Carried, kind: ActorKind, poses: Floats) -> _Steps:
 
 
 def _wrong(steps: _Steps, actor: RecordedActor) -> str | None:
-    """The first step that is not one of ours."""
+    """Return a message on the first step that the simulation could not make, or None."""
     h = steps.length
     off = np.abs(steps.way - (steps.speed * h - steps.acceleration * h * h / 2.0))
     strong = max(actor.max_acceleration, actor.max_braking) * (1.0 + FITS) + FITS
     off = np.maximum(off, np.abs(steps.aside)) - 10.0 * steps.rounding
-    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # an actor that stops in the step then stands
+    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # an actor that stops within the step
     return _described(steps, (off > FITS + stopping) | (np.abs(steps.acceleration) > strong))
 
 
 def _rough(steps: _Steps) -> str | None:
-    """The first step that noise does not explain, or else the last where the whole way is another."""
+    """Return a message on the first step that noise does not explain, or the last if the whole way differs."""
     off = steps.way - (steps.speed + steps.before) / 2.0 * steps.length
     wrong = np.abs(off) > NOISE + NOISY_SHARE * np.abs(steps.way)
     if abs(off.sum()) > DRIFT + DRIFT_SHARE * np.abs(steps.way).sum():
@@ -137,7 +135,7 @@ def _rough(steps: _Steps) -> str | None:
 
 
 def _wrong_at_contact(steps: _Steps, actor: RecordedActor, step: float) -> str | None:
-    """The step in which contact came was cut short: its speed lies between those before and after the whole step."""
+    """Return a message unless the speed at contact is between the speeds before and after the whole step."""
     mean = steps.way / steps.length
     slack = max(actor.max_acceleration, actor.max_braking) * step + 100.0 * steps.rounding / steps.length
     slack = slack + abs(actor.rear_to_center) * (steps.turn / steps.length) ** 2 * step + FITS
@@ -156,7 +154,7 @@ def _described(steps: _Steps, wrong: np.ndarray) -> str | None:
 
 
 def _limits(times: Floats, actor: RecordedActor, scored: Scored) -> Floats:
-    """Limits of speeds that do not follow from a step: those an actor comes in at, and those after contact."""
+    """Return limits of speeds that follow from no step: those at an actor's appearance, and those after contact."""
     top = max(min(actor.max_speed, FASTEST), scored.fastest) + FITS
     return np.where(times > scored.last + SAME_INSTANT, 2.0 * scored.fastest + 1.0, top)
 
@@ -178,9 +176,9 @@ def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
 # -- all actors together: first contact, and leaps ---------------------------------------------------------------------
 
 LEAP = 0.5
-"""A vertex this far from the middle of its neighbours is worth a remark [m] ..."""
+"""Distance of a vertex from the middle of its neighbours from which on a remark names it [m]."""
 HARD = 20.0
-"""... unless an acceleration like this explains it [m/s^2]."""
+"""Acceleration that explains such a distance, without a remark [m/s^2]."""
 
 
 def judged(parts: Sequence[Part], given: Floats) -> list[Part]:
@@ -203,7 +201,7 @@ def _judged(part: Part, scored: Scored) -> Part:
 
 
 def _scored(parts: Sequence[Part], given: Floats) -> Scored:
-    """Until contact by the vertices, at the first sample at which it has come."""
+    """Return the limits, up to the first sample at or after contact by the vertices."""
     poses = [part.track.poses(given) for part in parts]
     states = np.zeros((len(given), len(parts), len(State)))
     for index, part in enumerate(parts):
@@ -223,7 +221,7 @@ def _scored(parts: Sequence[Part], given: Floats) -> Scored:
 
 
 def _leaps(part: Part, until: float) -> tuple[str, ...]:
-    """A remark where vertices of one polyline leap, before contact [s]."""
+    """Return a remark if vertices of one polyline leap, before contact [s]."""
     found = [leap for leg in part.track.legs if isinstance(leg, Polyline) for leap in _leaps_of(leg, until)]
     if not found:
         return ()
@@ -232,7 +230,7 @@ def _leaps(part: Part, until: float) -> tuple[str, ...]:
 
 
 def _leaps_of(leg: Polyline, until: float) -> list[tuple[float, float]]:
-    """Times and distances from the way between its neighbours."""
+    """Return times and distances from the way between the neighbours."""
     times, places = leg.times, leg.poses[:, :2]
     if len(times) < 3:
         return []

@@ -185,7 +185,7 @@ def test_headings_across_the_way_are_not_believed(table) -> None:
     """Positions are; who drives backwards, stands, jitters on the spot or drifts for a while keeps its headings."""
     across = table(driven(0.5, (-0.6, 1.0)))
     assert states(across.recording, "a", State.HEADING) == pytest.approx([math.atan2(1.0, -0.6)] * 20)
-    assert any("lie across its motion at 20 of 20 samples" in remark for remark in across.remarks)
+    assert any("do not fit the motion: they lie 92 degrees right of it" in remark for remark in across.remarks)
     for heading, way in ((math.pi, (1.0, 0.0)), (0.7, (0.0, 0.0)), (0.7, (0.05, -0.05))):
         kept = table(driven(heading, way))
         assert states(kept.recording, "a", State.HEADING) == pytest.approx([heading] * 20)

@@ -129,3 +129,43 @@ def test_roads_that_pass_over_one_another_are_named(first: str, second: str, cod
     if "SCN459" in codes:
         assert "road `2` passes 8.0 m above road `1` near (1.8, -1.8)" in found["SCN459"].message
         assert "one plane" in found["SCN459"].message
+
+
+def test_a_section_beyond_the_end_of_its_road_is_named(tmp_path: Path) -> None:
+    found = network(written(tmp_path, road("1", section(right=[lane(-1)]) + section(right=[lane(-1)], s=120.0))))
+    assert found.lanes[0].length == pytest.approx(50.0)
+    where = "begins at s = 120 m, beyond the end of the road at 50 m"
+    assert found.remarks == (f"a section of road `1` {where}: it is left out",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<laneSection ", '<laneSection singleSide="maybe" ', 'singleSide="maybe" has no meaning'),
+        ("<road ", '<road rule="middle" ', 'rule="middle" has no meaning'),
+        ("</OpenDRIVE>", '<junction id="7"/><junction id="7"/></OpenDRIVE>', "two junctions have the id `7`"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
+    """With its place and a cure; both words of a truth value, and none, are read."""
+    path = written(tmp_path, road("1", section(right=[lane(-1)])))
+    text = path.read_text()
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(InterchangeError, match=said) as caught:
+        network(path)
+    assert caught.value.cure
+    assert "line" in caught.value.place
+    for word in ("", "false", "0", " False "):
+        path.write_text(text.replace("<laneSection ", f'<laneSection singleSide="{word}" '))
+        assert len(network(path).lanes) == 1
+
+
+@pytest.mark.parametrize(("link", "road_id"), [('from="-9" to="-1"', "1"), ('from="-1" to="-9"', "2")])
+def test_lane_links_of_lanes_that_are_not_there_are_named(link: str, road_id: str, tmp_path: Path) -> None:
+    both = [road(name, section(right=[lane(-1)]), place={"x": x}) for name, x in (("1", 0.0), ("2", 50.0))]
+    connection = (
+        f'<connection id="0" incomingRoad="1" connectingRoad="2" contactPoint="start"><laneLink {link}/></connection>'
+    )
+    found = network(written(tmp_path, *both, f'<junction id="7">{connection}</junction>'))
+    said = f"a connection of junction `7` names lane -9 of road `{road_id}`, which has no such lane"
+    assert [remark for remark in found.remarks if remark.startswith(said)]

@@ -26,9 +26,9 @@ from engine.search.methods.failure_kinds import FailureKinds, order
 from engine.search.methods.ga import GeneticAlgorithm
 from engine.search.methods.gaussian_process import likelihood, predicted
 from engine.search.methods.niching import NichingSearch, gene_weights
-from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
+from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution, truncated_normal
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
-from engine.search.methods.table import SEARCHERS
+from engine.search.methods.table import REMOVED, SEARCHERS
 from engine.search.methods.trust_regions import TrustRegions, fitted, normal_scores
 from engine.search.protocol import MEASURES, SOUGHT, Box, Operator, Result, Searcher, Status, StreamAt
 from engine.search.run import run_campaign
@@ -47,7 +47,6 @@ METHODS: dict[str, Build] = {
     "halton": partial(QuasiRandom, sequence="halton"),
     "lhs": partial(QuasiRandom, sequence="lhs"),
     "cross_entropy": CrossEntropy,
-    "annealing": lambda box, population, streams: Annealing(box, population, CONFIG.generations, streams),
     "differential_evolution": DifferentialEvolution,
     "niching": NichingSearch,
     "best_first": BestFirst,
@@ -61,7 +60,6 @@ METHODS: dict[str, Build] = {
 LEARNING = (
     "ga",
     "cross_entropy",
-    "annealing",
     "differential_evolution",
     "niching",
     "best_first",
@@ -233,10 +231,11 @@ def test_gene_weights_show_what_matters() -> None:
 
 
 def test_every_method_of_the_vocabulary_has_a_row() -> None:
-    """A name is the name of its `Method`; two are those of single runs and samples, one is for all others."""
+    """The numbers without a row are those of single runs and samples, of other packages, and of removed methods."""
     numbered = {entry.number: name for name, entry in SEARCHERS.items() if entry.number in set(Method)}
     assert all(Method(number).name.lower() == name for number, name in numbered.items())
-    assert set(Method) - set(numbered) == {Method.SINGLE, Method.SAMPLE, Method.CUSTOM}
+    assert set(Method) - set(numbered) == {Method.SINGLE, Method.SAMPLE, Method.CUSTOM, Method.ANNEALING}
+    assert Method.ANNEALING.name.lower() in REMOVED
     assert all(name == entry.name for name, entry in SEARCHERS.items())
 
 

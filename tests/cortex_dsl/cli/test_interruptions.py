@@ -1,0 +1,140 @@
+"""A command that is interrupted at any instant says so, and what the next command leaves is what an undisturbed one
+leaves, in every file.
+"""
+
+import os
+import random
+import shutil
+import signal
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.folders import content
+from tests.fork_server import ForkServer
+from tests.laws import share
+
+SMALL = """
+import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+from tests.runs import small_designs
+with small_designs():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.exit(process())
+"""
+"""The command with small designs in its pages; until it listens, a signal ends the process at once."""
+SEARCH = ("--ga", "--population", 30, "--seed", 2, "--jobs", 1)
+STUDY = ("--runs", 2, "--generations", 3, "--population", 12)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A command that writes into a folder F, which may be a copy of one of the session, of a FILE."""
+
+    words: tuple[object, ...]
+    again: tuple[object, ...]
+    """The command that continues or repeats it."""
+    begins_with: str = ""
+    """The folder that is copied to F before the command: `long`, `short` or `study`."""
+    spoilt: tuple[str, ...] = ()
+    """Files of the copy that are removed, so that the command writes them."""
+    content: Callable[[Path], Mapping[str, Any]] = content
+
+
+def every_byte(folder: Path) -> Mapping[str, bytes]:
+    """Return the contents of all files but locks and databases, whose pages are not a function of their rows."""
+    paths = (path for path in folder.rglob("*") if path.is_file() and path.suffix not in (".lock", ".sqlite"))
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths if path.name != ".lock"}
+
+
+def repeated(*words: object, begins_with: str = "", spoilt: tuple[str, ...] = ()) -> Row:
+    """Return a command that is repeated after an interruption, and of whose files every byte counts."""
+    return Row(words, words, begins_with, spoilt, every_byte)
+
+
+LONGER = ("resume", "F", "--generations", 4, "--jobs", 1)
+RESUMED = ("resume", "F", "--jobs", 1)
+COMMANDS: dict[str, Row] = {
+    "search": Row(("FILE", *SEARCH, "--generations", 4, "--out", "F"), RESUMED),
+    "resume": Row(LONGER, LONGER, "short"),
+    "report": repeated(
+        *("report", "F", "--cases", 2),
+        begins_with="long",
+        spoilt=("summary.json", "worst/01.scn", "evaluations.csv"),
+    ),
+    "export": repeated("export", "long", "--to", "scn,xosc,csv,parquet", "--top", 2, "--out", "F"),
+    "probability": repeated("probability", "F", "--samples", 300, "--jobs", 1, begins_with="long"),
+    "opinion": repeated("verify", "F", "--model", "dynamic", "--worst", 3, "--jobs", 1, begins_with="long"),
+    "study": Row(("study", "FILE", *STUDY, "--jobs", 1, "--out", "F"), RESUMED),
+    "study of processes": Row(("study", "FILE", *STUDY, "--jobs", 2, "--out", "F"), RESUMED),
+    "report of a study": repeated("report", "F", begins_with="study", spoilt=("runs.csv", "summary.json")),
+}
+MANY, FEW = 20, 4
+"""Instants at which a search or a study, and any other command, is interrupted, as laws count their examples."""
+
+
+@pytest.fixture(scope="module")
+def made(command_server: ForkServer, left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a search, a shorter one and a study that nothing interrupts."""
+    home = tmp_path_factory.mktemp("made")
+    for name, words in {
+        "long": (left_turn, *SEARCH, "--generations", 4),
+        "short": (left_turn, *SEARCH, "--generations", 2),
+        "study": ("study", left_turn, *STUDY, "--jobs", 1),
+    }.items():
+        assert command_server.run(SMALL, *words, "--out", home / name).status == 0
+    return home
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_interrupted_at_any_instant(
+    name: str, number: signal.Signals, command_server: ForkServer, left_turn: Path, made: Path, tmp_path: Path
+) -> None:
+    """A signal is never lost: the exit code is that of the signal, or the work is finished. No half of a file is left
+    that the next command does not replace.
+    """
+    row = COMMANDS[name]
+
+    def prepared(run: Path, words: tuple[object, ...]) -> list[object]:
+        names = {"F": run, "FILE": left_turn, "long": made / "long"}
+        return [names.get(str(word), word) for word in words]
+
+    def begin(run: Path) -> None:
+        if row.begins_with:
+            shutil.copytree(made / row.begins_with, run)
+        for file in row.spoilt:
+            (run / file).unlink()
+
+    timed = tmp_path / "run"
+    begin(timed)
+    start = time.perf_counter()
+    whole = command_server.run(SMALL, *prepared(timed, row.words))
+    assert whole.status == 0, whole
+    long, chance, expected = time.perf_counter() - start, random.Random(f"{name} {number}"), row.content(timed)
+    shutil.rmtree(timed)
+    for _ in range(share(MANY if name in ("search", "study") else FEW)):
+        run = tmp_path / "run"
+        begin(run)
+        process = command_server.start(SMALL, *prepared(run, row.words))
+        wait = chance.uniform(0.0, 1.1 * long)
+        time.sleep(wait)
+        with suppress(ProcessLookupError):  # it has ended already
+            os.kill(process.pid, number)
+        sent = time.perf_counter()
+        ended = process.end()
+        at = f"{wait:.3f} of {long:.3f} s"
+        assert time.perf_counter() - sent < 5.0, (at, ended)
+        assert ended.status in (0, 128 + number, -number), (at, ended)
+        assert not any(word in ended.err for word in ("Traceback", "ignored")), (at, ended)
+        begun = any((run / database).exists() for database in ("journal.sqlite", "study.sqlite"))
+        words = row.again if begun or row.again[0] != "resume" else row.words
+        again = command_server.run(SMALL, *prepared(run, words))
+        assert again.status == 0, (at, ended, again)
+        assert row.content(run) == expected, at
+        shutil.rmtree(run)
