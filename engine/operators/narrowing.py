@@ -137,7 +137,11 @@ def log(z: Interval, _a: Interval) -> Sequence[Ends]:
 
 def shifted(down: float, up: float) -> Backward:
     """Return the narrowing of an operator whose operand lies between its result - down and its result + up."""
-    return lambda z, _a: ((z.low - down, z.high + up),)
+
+    def narrowed(z: Interval, _a: Interval) -> Sequence[Ends]:
+        return ((z.low - down, z.high + up),)
+
+    return narrowed
 
 
 # -- truth ------------------------------------------------------------------------------------------------------------
