@@ -7,7 +7,7 @@ dividing by zero gives an infinity or NaN, the root of a negative number NaN.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -26,90 +26,20 @@ from engine.kernels.region import (
     region_sample,
 )
 from engine.kernels.sight import SEEN, look
+from engine.kernels.switch import Scalar, switch
 from engine.opcodes import Op
 from engine.operators import OPERATORS
 from engine.tables import Floats, Ints, RoadTables
 
 # -- scalar instructions -----------------------------------------------------------------------------------------------
 
-Scalar = Callable[..., float]
 SCALARS: Mapping[Op, Scalar] = {
     **{op: inlined(row.scalar) for op, row in OPERATORS.items()},
     Op.NORMAL_QUANTILE: normal_quantile,
 }
 wrap_angle = SCALARS[Op.WRAP]
-GROUP = 4
-"""Number of instructions in one function that chooses: a function for each would double the time to compile."""
-Rows = Sequence[tuple[Op, Scalar]]
-
-
-def _choices() -> Scalar:
-    """Return the function (op, x, y, z) that executes a scalar instruction, made of the rows of operators.
-
-    Each inlined function compares `op` with a few instructions of one arity, and calls the next function if none is
-    equal. All together become one jump table in machine code.
-    """
-    choose: Scalar = _nothing
-    for arity, size, choice in ((1, GROUP, _unary), (2, GROUP, _binary), (3, 1, _ternary)):
-        rows = [(op, SCALARS[op]) for op, row in OPERATORS.items() if row.arity == arity]
-        for first in range(0, len(rows), size):
-            choose = choice((rows[first : first + size] * size)[:size], choose)
-    return choose
-
-
-@inlined
-def _nothing(op: int, x: float, y: float, z: float) -> float:  # noqa: ARG001
-    """Return NaN: `op` is no scalar instruction."""
-    return math.nan
-
-
-def _unary(rows: Rows, rest: Scalar) -> Scalar:
-    (a, f), (b, g), (c, h), (d, k) = rows
-
-    @inlined
-    def choose(op: int, x: float, y: float, z: float) -> float:
-        if op == a:
-            return f(x)
-        if op == b:
-            return g(x)
-        if op == c:
-            return h(x)
-        if op == d:
-            return k(x)
-        return rest(op, x, y, z)
-
-    return choose
-
-
-def _binary(rows: Rows, rest: Scalar) -> Scalar:
-    (a, f), (b, g), (c, h), (d, k) = rows
-
-    @inlined
-    def choose(op: int, x: float, y: float, z: float) -> float:
-        if op == a:
-            return f(x, y)
-        if op == b:
-            return g(x, y)
-        if op == c:
-            return h(x, y)
-        if op == d:
-            return k(x, y)
-        return rest(op, x, y, z)
-
-    return choose
-
-
-def _ternary(rows: Rows, rest: Scalar) -> Scalar:
-    ((a, f),) = rows
-
-    @inlined
-    def choose(op: int, x: float, y: float, z: float) -> float:
-        return f(x, y, z) if op == a else rest(op, x, y, z)
-
-    return choose
-
-
-scalar = _choices()
+scalar = switch(SCALARS, {op: row.arity for op, row in OPERATORS.items()})
+"""Function (op, x, y, z) that executes a scalar instruction."""
 
 
 # -- the interpreter ---------------------------------------------------------------------------------------------------
