@@ -11,9 +11,9 @@ them (numba refuses the former), and read and write arrays of their caller. A fu
 The cache is named by contents: one compilation per user, for all clones and environments. Any edit of a kernel, or of
 an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
 
-Private parts of numba are used in `numba_internals`, `shared`, `switch` and `handle_types`. With a numba whose parts are
-untested (not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for longer, and once
-for each installation, with the same results. Only the type of handles and the switch are needed with any version.
+Private parts of numba are used in `numba_internals`, `shared`, `switch` and `handle_types`. With a numba whose parts
+are untested (not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for longer, and
+once for each installation, with the same results. Only the type of handles and the switch are needed with any version.
 """
 
 import hashlib
