@@ -134,7 +134,7 @@ class _Walk:
             self.assigned.setdefault(index, []).append(value)
 
     def _worth(self, expression: ir.Expr) -> tuple[Interval, frozenset[ir.Expr]]:
-        """Where the value lies, and the genes and locals that it depends on."""
+        """Return the interval of a value, and the genes and locals that it depends on."""
         return folded(expression, self._part)
 
     def _part(
@@ -306,7 +306,7 @@ def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Ite
 
 
 def _uses(module: nodes.Module) -> dict[str, list[Span]]:
-    """Where each name stands, params behind `globalParameters` among them."""
+    """Return the places of each name, including params after `globalParameters`."""
     found: dict[str, list[Span]] = {}
     for node in everything_in(module):
         if isinstance(node, nodes.Name):

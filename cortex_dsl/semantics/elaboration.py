@@ -261,7 +261,7 @@ def _network_of_file(file: FileContext) -> Network | None:
 
 
 def _other_intersections(file: FileContext) -> str:
-    """What to do where the map of a file lacks some: how many roads meet at those that it has, and how often."""
+    """Return a cure that lists the intersections of the map by number of roads; empty without a map."""
     network = _network_of_file(file)
     if network is None:
         return ""
@@ -311,7 +311,7 @@ Key = tuple[int, str, int]
 
 
 def _keys(requirements: Sequence[ir.Requirement]) -> list[Key]:
-    """What identifies a requirement in every variant: line, name, and which of its like it is."""
+    """Return the key of each requirement, equal in all variants: line, name, index among requirements with both."""
     met: Counter[tuple[int, str]] = Counter()
     keys = []
     for each in requirements:

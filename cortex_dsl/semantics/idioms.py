@@ -37,7 +37,7 @@ def bare_numbers(module: nodes.Module, genes: Mapping[str, ir.GeneInfo]) -> Iter
 
 
 def _pairs(node: nodes.Node) -> Iterator[tuple[nodes.Expression, nodes.Expression]]:
-    """What stands on both sides of a sum or comparison."""
+    """Yield the pairs of operands of a sum or comparison."""
     if isinstance(node, nodes.Binary) and node.operator in SUMS:
         yield node.left, node.right
     if isinstance(node, nodes.Compare):
@@ -96,7 +96,7 @@ FASTEST = 60.0
 LONGEST = 5.0
 """Centres of two cars that touch are no further apart [m]."""
 _SEEN_FROM: Mapping[str, str] = MappingProxyType({">": "left", ">=": "left", "<": "right", "<=": "right"})
-"""On which side of a sign a distance is kept large."""
+"""Side of each comparison sign at which a distance is kept large."""
 
 
 def contacts(module: nodes.Module, time_step: float | None) -> Iterator[Diagnostic]:
@@ -218,7 +218,7 @@ def _window(condition: nodes.Expression, source: Source) -> _Window | None:
 
 
 def _around(difference: nodes.Expression, width: nodes.Expression, source: Source) -> _Window | None:
-    """Of `abs(distance - middle) <= width`."""
+    """Return the window of `abs(distance - middle) <= width`; None for another form."""
     if not isinstance(difference, nodes.Binary) or difference.operator != "-":
         return None
     sides = (difference.left, difference.right)

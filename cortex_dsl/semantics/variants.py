@@ -111,7 +111,7 @@ class Draft:
     variant: ir.Variant
     conditions: Mapping[RuleKey, Term]
     span: Span
-    """Where it was rejected, or its first object."""
+    """Place of the rejection, or of the first object."""
     objectives: Mapping[Span, Term]
 
 
@@ -195,7 +195,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
 
 
 def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
-    """What `requireVisible` asks for: that the ego sees an object at the start."""
+    """Add a requirement for each object with `requireVisible`: the ego sees it at the start."""
     ego = ev.run.ego
     if ego is None:
         return
@@ -235,7 +235,7 @@ def _compose(ev: Evaluator, composer: Composer | None) -> None:
 
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:
-    """What speaks of the run, once all objects are there."""
+    """Evaluate the statements about the run, after all objects are made."""
     running = ev.at_moment(Moment(running=True))
     places = [(running.at_home(names), own) for names, own in _imported(ev)]
     places.append((running, statements))

@@ -69,7 +69,7 @@ def pick(body: Body, node: nodes.Do) -> ir.Block:
 
 
 def _invocations(body: Body, candidates: Sequence[Candidate]) -> list[Invocation]:
-    """What each option runs; reports the mistakes of all before giving up. It may run more than once, or not at all."""
+    """Return the invocation of each option; report the mistakes of all options before giving up."""
     found = []
     for candidate in candidates:
         try:
@@ -143,7 +143,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 
 
 def _use_of(body: Body, value: Value, span: Span) -> str:
-    """What a line should do with its value."""
+    """Return a hint on how a line should use its value."""
     if isinstance(value, ActionCall):
         return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
     return "assign it, or remove the line"
@@ -290,7 +290,7 @@ def _if(body: Body, node: nodes.If) -> ir.Block:
 def _branches(
     body: Body, branches: Sequence[tuple[nodes.Expression, tuple[nodes.Statement, ...]]], node: nodes.If
 ) -> ir.Block:
-    """What is decided at compile time leaves no branch behind."""
+    """Return the block of an `if`; a branch whose condition is known at compile time is resolved here."""
     if not branches:
         return body.block(node.otherwise)
     (test, statements), rest = branches[0], branches[1:]

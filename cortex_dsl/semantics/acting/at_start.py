@@ -127,7 +127,7 @@ class _Start:
         return part
 
     def _compare(self, part: Term, made: Term) -> None:
-        """What is compared keeps its dimension."""
+        """Copy the dimension of a compared part to the comparison that replaces it."""
         if part in self.ev.run.compared:
             self.ev.run.compared.setdefault(made, self.ev.run.compared[part])
 
@@ -141,7 +141,7 @@ def _or(one: _Said, other: _Said) -> _Said:
 
 
 def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
-    """What the run knows of an actor at sample 0."""
+    """Return the state values of an actor at sample 0."""
     speed = actor.properties["speed"]
     assert isinstance(speed, Term)
     still = dict.fromkeys((State.STEER, State.ACCELERATION, State.THROTTLE, State.BRAKE), ev.algebra.literal(0.0))

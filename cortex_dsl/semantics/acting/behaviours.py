@@ -122,7 +122,7 @@ class Inliner:
         return self.invoke(call, self.ev.moment, at_start=True).block(call.span)
 
     def monitor(self, call: MonitorCall) -> ir.Block:
-        """What a monitor does."""
+        """Return the acts of a monitor."""
         inner = self._in(call.monitor)
         body = Body(inner, self.ev.moment)
         return body.inlined(call, call.monitor.node).block(call.span)
@@ -133,14 +133,14 @@ class Inliner:
         return replace(self, ev=ev, stack=(*self.stack, definition))
 
     def act(self, body: Body, statement: nodes.Statement) -> ir.Block:
-        """What a statement of a body does."""
+        """Return the acts of one statement of a body."""
         return ACTS[type(statement)](body, statement)
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
-        """What `do node` runs.
+        """Return the invocation of `do node`.
 
         Raises:
-            Mistake: when the value is no behaviour.
+            Mistake: the value is not a behaviour.
         """
         if self.actor is None:
             raise Mistake  # reported already: there is no actor
@@ -167,12 +167,12 @@ class Inliner:
         return ()
 
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
-        """What `do a, b` does."""
+        """Refuse `do a, b` in a behaviour."""
         del body
         raise DO_SEVERAL.mistake(invocations[1].span)
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
-        """What `terminate` does."""
+        """Return the acts of `terminate`."""
         if self.actor is not None and self.actor.scenario not in (None, body.ev.run.root) and not node.simulation:
             ends = stop((self.actor.scenario,), node.span)
             return (ends, ir.Loop(node.span, body.ev.algebra.truth(True), (ir.Wait(node.span),)))
@@ -221,7 +221,7 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
 
 
 def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
-    """What a monitor does; warns of one that looks at the first sample only."""
+    """Return the acts of a monitor; warn if it looks at the first sample only."""
     block = Inliner(ev.at_moment(moment), None).monitor(call)
     if not any(isinstance(act, ir.Wait | ir.Loop) for act in everything(block)):
         ev.report(LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))

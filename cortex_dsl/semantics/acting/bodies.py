@@ -117,7 +117,11 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
 
 
 def of_same_dimension(name: str, before: Value, value: Value, span: Span) -> Quantity | Truth:
-    """What a variable may become, which measures one thing throughout."""
+    """Return the new value of a variable if it has the kind and dimension of the value before.
+
+    Raises:
+        Mistake: kind or dimension differ; a missing dimension fits every dimension.
+    """
     if isinstance(before, Truth) and isinstance(value, Truth):
         return value
     if isinstance(before, Quantity) and isinstance(value, Quantity):
@@ -175,15 +179,15 @@ class Invoker(Protocol):
         ...
 
     def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
-        """What a statement of a body does."""
+        """Return the acts of one statement of a body."""
         ...
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
-        """What `do node` runs."""
+        """Return the invocation of `do node`."""
         ...
 
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
-        """What `do a, b` does."""
+        """Return the acts of `do a, b`."""
         ...
 
     def mark(self) -> int:
@@ -195,7 +199,7 @@ class Invoker(Protocol):
         ...
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
-        """What `terminate` does."""
+        """Return the acts of `terminate`."""
         ...
 
 
@@ -267,7 +271,7 @@ class Body:
             self.variables[parameter.name] = Variable(None, self.depth)
 
     def returned(self, span: Span) -> ir.Block:
-        """What a handler begins with: the body itself goes on, whatever was running."""
+        """Return the acts at the start of a handler: the body resumes there, so its invariants must hold."""
         return tuple(ir.Demand(span, holds, rule) for holds, rule in self.invariants)
 
     # -- blocks ------------------------------------------------------------------------------------------------------
@@ -337,9 +341,9 @@ class Body:
         return (ir.SetLocal(span, known.local, value.expr),)
 
     def invocation(self, node: nodes.Expression) -> Invocation:
-        """What `do node` runs."""
+        """Return the invocation of `do node`."""
         return self.inliner.invocation(self.ev.evaluate(node), node, self.moment)
 
     def option(self, value: Value, node: nodes.Expression) -> Invocation:
-        """What `do choose` runs if it takes this value."""
+        """Return the invocation that `do choose` runs if it selects this value."""
         return self.inliner.invocation(value, node, self.moment)

@@ -57,10 +57,10 @@ HOLD_GAP = 3.0
 
 
 def inner_acts(job: Job) -> ir.Block:
-    """What the behaviour that is given does.
+    """Return the acts of the argument `behavior`.
 
     Raises:
-        Mistake: it is none.
+        Mistake: the argument is not a behaviour.
     """
     span = job.call.spans["behavior"]
     call = as_behaviour(job.given("behavior"), span)
@@ -209,7 +209,7 @@ def waits(job: Job, other: Actor, sight: Sight) -> Term:
 
 
 def _going_on(job: Job, other: Actor, sight: Sight) -> Conflict:
-    """What is foreseen of one who takes its foot off the brake."""
+    """Return the conflict that is foreseen if the actor releases the brake and drives on."""
     return foreseen(job, -1.0, other, sight, maximum(job.speed(), RESUMED), throttle(job))
 
 
@@ -255,7 +255,11 @@ def _relative_speed(job: Job, other: Actor) -> Term:
 
 
 def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
-    """Of the rear axle, along the heading; somebody whom a third may strike can slide across it."""
+    """Return the velocity (x, y) of the rear axle [m/s].
+
+    It points along the heading, except for another actor among three or more: an impact can make that actor slide
+    sideways.
+    """
     if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
         x, y, _ = job.ev.algebra.velocity(actor.index)
         return x, y

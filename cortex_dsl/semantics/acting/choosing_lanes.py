@@ -60,13 +60,13 @@ class _Lane:
 
     path: Term
     gap: Term
-    """To who is ahead [m] …"""
+    """Gap to the actor ahead [m]."""
     lead: Term
-    """… and how fast that goes [m/s]."""
+    """Speed of the actor ahead [m/s]."""
     behind: Term
-    """From who is behind [m]; infinite of nobody …"""
+    """Gap to the actor behind [m]; infinite without such an actor."""
     speed: Term
-    """… and how fast that goes [m/s]."""
+    """Speed of the actor behind [m/s]."""
 
 
 def choose_lane(job: Job) -> ir.Block:

@@ -28,7 +28,7 @@ ARRIVED = 1e-6
 
 
 def drive_from_outside(job: Job) -> ir.Block:
-    """What a controller decides, until the path ends."""
+    """Return the acts of an external controller, until the path ends."""
     if job.actor.kind is ActorKind.OBSTACLE:
         raise NOT_A_DRIVER.mistake(job.call.span, behaviour=job.call.name, actual=kind_name(job.actor))
     acts, path = path_to_follow(job)

@@ -54,7 +54,7 @@ MAX_ACCELERATION = 0.73
 COMFORTABLE_DECELERATION = 1.67
 EXPONENT = 4.0
 TURNING_SPEED = 6.0
-"""Of Scenic's `TurnBehavior` [m/s]."""
+"""Speed of Scenic's `TurnBehavior` [m/s]."""
 LEAST_GAP = 0.01
 """Below this gap the model has no value [m]; an actor that is so near brakes fully."""
 
@@ -168,16 +168,16 @@ DURATION = 3.5
 LEAST_WAY = 4.0
 """Way driven at least, as a multiple of the offset."""
 SETTLED_OFFSET = 0.1
-"""From the centre line, as in Scenic [m] …"""
+"""Largest distance from the centre line of an actor that has settled, as in Scenic [m]."""
 SETTLED_ANGLE = 0.02
-"""… and from its direction [rad]."""
+"""Largest angle to the direction of the centre line of an actor that has settled, as in Scenic [rad]."""
 PREVIEW = 0.2
 MIN_LOOK_AHEAD = 3.0
 LOOK_AHEAD = 0.4
 OFFSET_SHARE = 0.35
-"""Of the engine's path follower [s, m, s, 1]; a test compares them."""
+"""Constants of the engine's path follower, from `PREVIEW` to here [s, m, s, 1]; a test compares them."""
 BRAKING_LIMIT = 8.0
-"""Of the engine's speed controller [m/s^2]."""
+"""Hardest braking of the engine's speed controller [m/s^2]."""
 
 
 def change_lane(job: Job) -> ir.Block:
@@ -211,7 +211,7 @@ class _Place:
     path: Term
     s: Term
     offset: Term
-    """To the left of the path [m]."""
+    """Offset to the left of the path [m]."""
     direction: Term
     """Heading of the actor against that of the path [rad]."""
 
@@ -240,13 +240,13 @@ class _Shift:
     """How far the change has come: locals, and the acts that set them."""
 
     offset: Term
-    """At the beginning [m]."""
+    """Offset at the beginning [m]."""
     progress: Term
-    """u, from 0 to 1."""
+    """Share of the change that is done: u, from 0 to 1."""
     way: Term
-    """Way of the whole change at the speed of the moment [m]."""
+    """Length of the whole change at the present speed [m]."""
     clock: Term
-    """When progress was made last [s]."""
+    """Time of the latest progress [s]."""
     locals: tuple[int, int]
     beginning: ir.Block
 
@@ -267,7 +267,7 @@ class _Shift:
         return _Shift(offset, progress, way, clock, numbers, beginning)
 
     def advance(self, job: Job) -> ir.Block:
-        """What the step since the last turn has brought."""
+        """Return the acts that advance the progress by the step since the latest call."""
         now = job.ev.algebra.time()
         driven = job.speed() * (now - self.clock)
         further = self.progress + driven / self.way
@@ -326,7 +326,7 @@ def brake(job: Job) -> ir.Block:
 
 
 def idle(job: Job) -> ir.Block:
-    """Who rolls presses no pedal, where these stay too."""
+    """Return the acts of an actor that presses no pedal; pedals that keep their position are released in each step."""
     if not job.ev.file.settings.pedals_stay:
         return (job.forever(ir.Wait(job.call.span)),)
     loose = tuple((pedal, job.ev.algebra.literal(0.0)) for pedal in (Command.THROTTLE, Command.BRAKE))

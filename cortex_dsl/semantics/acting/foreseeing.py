@@ -18,27 +18,27 @@ from engine.frozen import frozen
 from engine.vocabulary import State
 
 LINE = 1.0
-"""How far before the area a driver comes to rest [m]; *ours*."""
+"""Distance before the area at which a driver comes to rest [m]; *ours*."""
 LEAST_LINE = 0.2
-"""Nearer than this to it no stop is tried [m]."""
+"""Distance to the line below which no stop is tried [m]."""
 OUTSIDE = 0.01
-"""How far from the area who is not in it counts to be at least [m]."""
+"""Least distance from the area of an actor outside it [m]."""
 GAP = 0.7
-"""Between one's leaving the area and the other's coming into it [s]; *ours*, of the size of a reaction time."""
+"""Time between the exit of one actor from the area and the entry of the other [s]; *ours*, about a reaction time."""
 SHORTEST_GAP = 0.3
-"""By how much it comes at least before another who can no longer stop and gets out ahead of it [s]; *ours*."""
+"""Least lead over an actor that can no longer stop and leaves the area first [s]; *ours*."""
 MERGING_GAP = 1.5
-"""By how much one comes before another into a way that both go on [s]; *ours*: a short time gap."""
+"""Least lead over another actor at a merge into a common way [s]; *ours*: a short time gap."""
 THEIRS = 3.0
-"""Acceleration of other vehicles that is reckoned with: full throttle of a car here [m/s^2]."""
+"""Assumed acceleration of other vehicles: full throttle of a car here [m/s^2]."""
 THROTTLE, BRAKES = 0.9, 0.9
-"""Shares of one's own engine and brakes that are reckoned with."""
+"""Assumed shares of the actor's own engine and brakes."""
 LATE = 0.05
-"""Brakes act from the next step on [s]."""
+"""Delay until brakes act: the next step [s]."""
 SAME_WAY = 0.5
-"""Cosine from which another goes the same way, or comes the opposite one."""
+"""Cosine of the angle from which two actors count as going the same way, or opposite ways."""
 STANDING = 0.1
-"""Who is slower stands [m/s]."""
+"""Speed below which an actor stands [m/s]."""
 
 
 @frozen
@@ -143,7 +143,7 @@ def throttle(job: Job) -> Term:
 
 
 def stopping_distance(job: Job) -> Term:
-    """Of full braking from now on [m]."""
+    """Return the stopping distance [m] under full braking from now on."""
     speed = job.speed()
     late = LATE + 0.5 * size_of(job.actor, "pedalTime")
     return speed * late + speed * speed / (2.0 * braking(job))

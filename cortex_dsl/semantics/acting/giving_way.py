@@ -56,46 +56,47 @@ from engine.frozen import frozen
 from engine.vocabulary import FOR_ONE_STEP, Command, State
 
 BEND_RADIUS = 8.0
-"""Of the bends in which others come round [m]; *ours*: a turn to the near side."""
+"""Radius of the bends in which other actors turn [m]; *ours*: a turn to the near side."""
 JOINING_SPEED = 5.0
-"""With which it is taken to turn into another's way [m/s]: that of a bend of 8 m radius."""
+"""Assumed speed of a turn into the way of another actor [m/s]: that of a bend of 8 m radius."""
 STOP_PREVIEW = 0.25
-"""How far ahead the plan of a stop is read [s]: the lag of the speed controller."""
+"""Time ahead at which the plan of a stop is read [s]: the lag of the speed controller."""
 HARD = -10.0
 """Target speed of full braking down to standstill [m/s]."""
 OFF = 1.25
-"""Who is farther from its way has left it [m]; as in `engine.kernels.crossing`."""
+"""Distance from its way beyond which an actor has left the way [m]; as in `engine.kernels.crossing`."""
 RETURN = 3.0
-"""Time that the way back takes [s]; *ours*: 10 degrees, which is how followers go back, from a lane's width off it."""
+"""Duration of the return to the way [s]; *ours*: 10 degrees, as followers return, from a lane's width off the way."""
 LATER = (0.0, 0.5)
-"""When another has to be on that way to count [s]: now, or soon, as it is going; *ours*."""
+"""Times at which another actor must be on that way to count, at its present velocity [s]: now, or soon; *ours*."""
 EDGING = 3.0
-"""Speed at which one that has left its way keeps aside, until it is clear of who comes along and may stop [m/s];
-*ours*: it turns by a lane's width over ten metres."""
+"""Speed of an actor that has left its way and stays aside until it is clear of approaching actors [m/s]; it may stop.
+*Ours*: it turns by a lane's width over ten metres.
+"""
 ROOM = 0.3
-"""How far from that one it then means to be [m]; *ours*."""
+"""Distance that it then keeps from the approaching actor [m]; *ours*."""
 AWAY = 5.0
-"""What is added to the speed of who gets out of the way [m/s]."""
+"""Speed that is added for an actor that clears the area [m/s]."""
 EDGE = 0.7
-"""Who stands nearer to the area than this backs up, and goes on to the line [m]; *ours*."""
+"""Distance to the area below which an actor backs up, as far as the line [m]; *ours*."""
 SOON = 5.0
-"""… while another is in the area or will be there within this time [s]; *ours*."""
+"""Time within which the arrival of another actor, or its presence in the area, makes the actor back up [s]; *ours*."""
 TOUCHING = 0.2
-"""From so far into the area on outlines touch [m]: `engine.kernels.crossing.CLEARANCE`."""
+"""Depth inside the area at which outlines touch [m]: `engine.kernels.crossing.CLEARANCE`."""
 AT_ONCE = 0.1
-"""Who comes within this time is as good as there [s]; *ours*."""
+"""Arrival time below which an actor counts as present [s]; *ours*."""
 CRAWLING = 2.0
-"""Who is slower just inside the area would rather back out of it than drive on before another [m/s]; *ours*."""
+"""Speed below which an actor just inside the area backs out instead of passing before the other actor [m/s]; *ours*."""
 BACKWARDS = 1.5
-"""Speed at which one backs up, at most [m/s]; *ours*: walking pace."""
+"""Greatest speed of backing up [m/s]; *ours*: walking pace."""
 LEAST_TIME = 0.1
-"""Time that it takes to be off, beside that for the way [s]; *ours*."""
+"""Time that is added to the travel time for leaving the area [s]; *ours*."""
 BEHIND = 2.5
-"""Room behind for which one does so [m], free of who is there now …"""
+"""Free room behind the actor that backing up needs [m], at the times `WHILE`."""
 WHILE = (0.0, 1.0)
-"""… and who will be while one backs up, as they are going [s]; *ours*."""
+"""Times at which the room behind must be free, with the present velocities of other actors [s]; *ours*."""
 BRISK = 3.0
-"""Acceleration and deceleration of the model where the call names none [m/s^2]."""
+"""Acceleration and deceleration of the model if the call names none [m/s^2]."""
 
 
 @frozen
@@ -265,7 +266,7 @@ def _kept_aside(job: Job, path: Term) -> Term:
 
 
 def _places(job: Job, other: Actor, times: Sequence[float]) -> list[tuple[Term, Term]]:
-    """Where another will be, as it is going."""
+    """Return the positions (x, y) [m] of another actor at future times [s], with its present velocity."""
     there, speed = current_pose(job.ev, other), state(job.ev, other, State.SPEED)
     along, across = speed * cos(there.heading), speed * sin(there.heading)
     return [(there.x + along * later, there.y + across * later) for later in times]

@@ -28,7 +28,7 @@ DEFAULT_SPEED = 10.0
 DEFAULT_LATERAL = 3.0
 """Lateral acceleration that they accept in turns: brisk [m/s^2]."""
 SPEED_GAIN = 4.0
-"""Of the engine's speed controller, which asks for `SPEED_GAIN * (target - speed)` [1/s]; a test compares the two."""
+"""Gain of the engine's speed controller: acceleration = `SPEED_GAIN * (target - speed)` [1/s]; a test compares them."""
 STOPPING = 3.0
 """Deceleration with which stops are planned [m/s^2]: the comfortable one of ITE, as for bends in the engine."""
 STOP_PREVIEW = 0.5

@@ -48,10 +48,10 @@ def set_attribute(body: Body, node: nodes.SetAttribute) -> ir.Block:
 
 
 def _may_change(actor: Actor, name: str, span: Span) -> Quantity | Truth:
-    """What a property that may change began with.
+    """Return the first value of a property that may change.
 
     Raises:
-        Mistake: the run sets it, it is settled with the scene, or the object has none.
+        Mistake: the run sets the property, it is settled with the scene, or the object has none.
     """
     if name in SIMULATED:
         raise CANNOT_SET.mistake(span, name=name, reason=SIMULATED[name])

@@ -127,7 +127,7 @@ def name_of(file: FileContext, node: nodes.Require) -> str:
 # -- all variants together --------------------------------------------------------------------------------------------
 
 Conditions = Sequence[Mapping[RuleKey, Term]]
-"""Of the rules of each variant."""
+"""Conditions of the rules, one mapping per variant."""
 
 
 def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
@@ -187,7 +187,7 @@ class Folder:
     file: FileContext
     conditions: Conditions
     places: dict[nodes.Expression, Span] = field(default_factory=dict)
-    """Where each atom was met first: equal ones are looked at once."""
+    """First place of each atom; equal atoms are evaluated once."""
 
     def formula(self, node: nodes.Expression) -> ir.Formula | bool:
         if not is_timed(node):
@@ -201,12 +201,12 @@ class Folder:
         return _joined(operator, parts)
 
     def never(self, node: nodes.Expression) -> ir.Formula:
-        """What is false in every run, whatever its first atom is."""
+        """Return a formula that is false in every run."""
         atom = self._atom(next(atoms(node)))
         return ir.Formula(TemporalOp.AND, (atom, ir.Formula(TemporalOp.NOT, (atom,))))
 
     def known(self, key: RuleKey) -> bool | None:
-        """What a condition is in all runs of all variants."""
+        """Return the value of a condition if it is the same in all runs of all variants; None otherwise."""
         bounds = self.file.gene_bounds()
         found = [each[key] for each in self.conditions if key in each]
         if any(may_be_undefined(condition, lambda part: interval(part, bounds)) for condition in found):

@@ -50,9 +50,9 @@ from engine.vocabulary import State
 
 GRAVITY = 9.81
 JERK = 12.65
-"""With which the brakes of both models of UN R157 build up [m/s^3]."""
+"""Rate at which braking builds up in both models of UN R157 [m/s^3]."""
 NOT_RISKY = -1.0
-"""In the place of the time since when there is a risk."""
+"""Value of the start time of a risk while there is no risk."""
 
 
 def _brake(job: Job, while_: Term, deceleration: Term, note: ir.Block = ()) -> ir.Act:
@@ -74,7 +74,9 @@ LEADER_BRAKING = 8.0
 LEAST_BRAKING = 4.0
 IN_LANE_BRAKING = 3.0
 DRIFTING, DRIFT_BRAKING, DRIFT_MARGIN = 0.2, 0.8, 0.1
-"""As `engine.metrics.values.RESPONSIBILITY` has them; a test compares the two [s, m/s^2, m]."""
+"""Lateral acceleration and braking [m/s^2], and lateral margin [m], of `engine.metrics.values.RESPONSIBILITY`; a test
+compares them.
+"""
 
 
 def responsibility(job: Job) -> ir.Block:
@@ -111,7 +113,7 @@ def _least(job: Job) -> Term:
 
 
 def _stopping(job: Job, speed: Term, braking: Term | float, speeding_up: float = SPEEDING_UP) -> Term:
-    """What one needs who speeds up for the response time and then brakes [m]."""
+    """Return the stopping distance [m] with acceleration during the response time."""
     response = job.number("response", RESPONSE)
     faster = speed + response * speeding_up
     return 0.5 * (speed + faster) * response + faster * faster / (2.0 * braking)
@@ -162,14 +164,14 @@ def _after_a_while(
 
 PERCEPTION = 0.4
 DELAY = 0.75
-"""Of both models [s]."""
+"""Delay in both models [s]."""
 HARDEST = 0.774 * GRAVITY
 DEVIATION = 0.375
 CRITICAL = 2.0
 """Time to collision below which somebody is a risk, and headway to one who brakes by `ALARMING` [s]."""
 ALARMING = 5.0
 HORIZON = 4.0
-"""As `engine.avoidability` has it [s]."""
+"""Time to arrival below which crossing traffic is a risk [s], as in `engine.avoidability`."""
 
 
 def careful_driver(job: Job) -> ir.Block:
@@ -203,13 +205,13 @@ def _is_risk(job: Job, seen: Seen) -> Term:
 
 
 NEXT_LANE = 3.5
-"""Who leaves more room than this beside it is not in a neighbouring lane [m]; *ours*."""
+"""Lateral gap from which an actor is not in a neighbouring lane [m]; *ours*."""
 COMFORTABLE, HARD, THEIRS = 4.0, 6.0, 7.0
-"""Braking of the fuzzy model, and of the one ahead [m/s^2]."""
+"""Braking of the fuzzy model's vehicle, comfortable and hard, and braking of the vehicle ahead [m/s^2]."""
 ROOM = 2.0
-"""Of the fuzzy model, at rest [m]."""
+"""Gap at rest in the fuzzy model [m]."""
 SPARE = 0.1
-"""Of who comes from the side: by how much later than the ego is there [s]."""
+"""Time margin by which crossing traffic must arrive after the ego [s]."""
 
 
 def fuzzy_safety(job: Job) -> ir.Block:

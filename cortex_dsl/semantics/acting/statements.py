@@ -94,7 +94,11 @@ def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
 
 
 def check_called(value: Value, span: Span) -> None:
-    """What only runs by `do` or `require monitor` does nothing when it is called."""
+    """Refuse a plain call of a behaviour, monitor or scenario: it would do nothing.
+
+    Raises:
+        Mistake: the value is one of these.
+    """
     if isinstance(value, BehaviourCall | BehaviourValue):
         name = value.name if isinstance(value, BehaviourCall) else value.node.name
         raise CALLED_BEHAVIOUR.mistake(span, name=name)

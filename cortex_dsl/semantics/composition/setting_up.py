@@ -239,7 +239,7 @@ def _without_arguments(node: nodes.ScenarioDefinition, findings: Findings) -> no
 
 
 def place_of(ev: Evaluator, scenario: ScenarioValue, instance: Instance) -> Evaluator:
-    """Where the setup of a scenario is evaluated."""
+    """Return the evaluator for the setup of a scenario."""
     return ev.at_home(scenario.home).inside(instance.names).at_moment(Moment(scenario=instance))
 
 

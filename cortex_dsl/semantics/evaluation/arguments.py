@@ -29,7 +29,7 @@ class Given:
     name: str | None = None
     node: nodes.Expression | None = None
     whole: Span | None = None
-    """With the name in front of it."""
+    """Span that includes the name in front of the value."""
 
     @property
     def place(self) -> Span:

@@ -163,7 +163,7 @@ _TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
 _BY_TYPE: Mapping[type, Mapping[str, Callable[..., Value]]] = {
     kind: table for kind, table in _TABLES if kind is not LaneSection
 }
-"""Of what has no attributes but those of its table."""
+"""Attributes of the types that have no others than those of their table."""
 
 _BESIDE: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
     (SimulationNow, over_run.OF_SIMULATION),
@@ -257,7 +257,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
 
 
 def _of_an_item(items: tuple[Value, ...], name: str) -> str:
-    """What to write for an attribute that a list does not have; a trajectory is one of lanes."""
+    """Return a cure for an attribute that a list does not have; a trajectory is a list of lanes."""
     place = {"startLane": 0, "connectingLane": 1, "endLane": len(items) - 1}.get(name)
     if items and place is not None and place < len(items) and all(isinstance(item, Lane) for item in items):
         return f"it is a list of lanes; write `[{place}]` for this one"
@@ -321,14 +321,14 @@ _OF_ACTOR: Mapping[str, Callable[[Evaluator, Actor], Value]] = {
 
 
 def changing(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
-    """What a property is during the run: what it was last set to, or what it began with."""
+    """Return a property during the run: its latest assigned value, or its first value."""
     cell, first = actor.cells[name], actor.properties[name]
     assert isinstance(first, Quantity | Truth)
     return replace(first, expr=where(ev.algebra.local(cell.assigned), ev.algebra.local(cell.value), first.expr))
 
 
 def _while_overridden(ev: Evaluator, actor: Actor, name: str) -> Quantity | Truth:
-    """What a property is while scenarios may override it: of those that run the last one decides."""
+    """Return a property that scenarios may override: the value of the last running scenario in the list decides."""
     result = actor.properties[name]
     assert isinstance(result, Quantity | Truth)
     for monitor, value in actor.overridden[name]:

@@ -50,7 +50,7 @@ from engine.vocabulary import State
 
 
 def current_pose(ev: Evaluator, actor: Actor) -> Pose:
-    """Where an object is: at the start for the scene, at the moment during the run."""
+    """Return the pose of an object: at the start for the scene, at the present sample during the run."""
     if not ev.moment.running:
         check_settled(ev, actor)
         return actor.pose
@@ -59,7 +59,11 @@ def current_pose(ev: Evaluator, actor: Actor) -> Pose:
 
 
 def check_settled(ev: Evaluator, actor: Actor) -> None:
-    """What an object is at the start says nothing about a scenario that starts later."""
+    """Refuse to read the start of an object for a scenario that starts later.
+
+    Raises:
+        Mistake: the scenario of this moment starts later.
+    """
     scenario = ev.moment.scenario
     if actor.scenario is not None and actor.scenario is scenario and not ev.moment.later:
         return
@@ -182,7 +186,11 @@ _AN_OFFSET = "as in `(2 m, 10 m)`: so far to the right, and so far ahead"
 
 
 def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
-    """What elided operands mean."""
+    """Return the ego, the default of an omitted operand.
+
+    Raises:
+        Mistake: there is no ego.
+    """
     if ev.ego is not None:
         return ev.ego
     if ev.has("ego") or ev.moment.running:
@@ -227,7 +235,7 @@ def outline(ev: Evaluator, value: Value, span: Span) -> Term:
 
 
 def viewer(ev: Evaluator, value: Value, span: Span) -> Actor | Pose | Vector:
-    """What looks: an object, or a place, which needs no heading to look all around."""
+    """Return the viewer: an object, or a place; a plain point looks in all directions and needs no heading."""
     return value if isinstance(value, Actor | Vector) else oriented(ev, value, span, "what sees")
 
 
@@ -239,7 +247,7 @@ def looking(ev: Evaluator, viewer: Actor | Pose | Vector) -> Pose:
 
 
 def view_of(ev: Evaluator, viewer: Actor | Pose | Vector) -> View:
-    """What an object or a place sees if nothing hides anything."""
+    """Return the field of view of an object or a place without occlusion."""
     if isinstance(viewer, Actor):
         return View(size_of(viewer, "visibleDistance"), size_of(viewer, "viewAngle"))
     return viewer.view or View(ev.algebra.literal(VIEW_DISTANCE), ev.algebra.literal(math.tau))

@@ -69,7 +69,7 @@ def _speed_limit(ev: Evaluator, lane: Lane) -> Value:
 
 
 def limit_on(ev: Evaluator, lane: Term) -> Term:
-    """What signs allow on a lane of that index [m/s]; infinity where they say nothing."""
+    """Return the speed limit of a lane by its index [m/s]; infinite without a sign."""
     limits = [each.speed_limit or math.inf for each in network_of(ev).lanes]
     return looked_up(ev, lane, limits, missing=math.inf)
 
@@ -318,7 +318,7 @@ OF_CENTERLINE: Mapping[str, Callable[[Evaluator, Centerline], Value]] = {
 
 
 def region_of(value: Value) -> Region | None:
-    """What something covers; None of what is no area."""
+    """Return the region that a value covers; None if the value has no area."""
     value = chosen(value)
     if isinstance(value, LaneSection):
         value = value.lane

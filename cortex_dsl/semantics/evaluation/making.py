@@ -192,7 +192,7 @@ class Making:
         return self._pose
 
     def default_place(self) -> Placement:
-        """What the class says about its position."""
+        """Return the default position of the class."""
         owner, default = self.defaults["position"]
         value = self._evaluator(owner).evaluate(default.value)
         point = geometry.position(self.ev, value, default.value.span, "the default of `position`")
@@ -205,7 +205,7 @@ class Making:
         return given and (self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area))
 
     def default_heading(self, point: Vector) -> Term | None:
-        """What the class says about its heading, if it does."""
+        """Return the default heading of the class [rad]; None if it has none."""
         if "heading" not in self.defaults:
             return None
         owner, default = self.defaults["heading"]

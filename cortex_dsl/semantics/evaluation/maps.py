@@ -33,7 +33,7 @@ MAP_ARGUMENTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         for kind, spec in KINDS.items()
     }
 )
-"""By the word behind `map`."""
+"""Kinds of built-in maps, by the word after `map`."""
 WHOLE = frozenset({"ways", "lanes", "rows", "cols", "arms"})
 TRUTHS = frozenset({"left_hand", "one_way"})
 DIMENSIONS = {"bend": ANGLE, "speed_limit": SPEED}
@@ -148,7 +148,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> MapSpec:
 _ROOMY: Mapping[str, Mapping[str, float | bool]] = MappingProxyType(
     {"intersection": {"approach": 500.0}, "road": {"length": 2000.0}, "roundabout": {"approach": 500.0}}
 )
-"""In the place of lengths that could not be read: nothing is too far on it."""
+"""Lengths that replace unreadable arguments [m]: long enough that nothing is too far away."""
 
 
 def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:

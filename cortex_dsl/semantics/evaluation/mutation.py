@@ -24,7 +24,7 @@ from cortex_dsl.syntax import nodes
 POSITION_DEVIATION = 1.0
 """Standard deviation of x and of y at scale 1, as in Scenic [m]."""
 HEADING_DEVIATION = math.radians(5.0)
-"""Of the heading, as in Scenic [rad]."""
+"""Standard deviation of the heading, as in Scenic [rad]."""
 
 
 def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:

@@ -170,7 +170,7 @@ def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Sp
 
 
 def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
-    """Of a slip: where a unit is missing, which for a param is its own line, and what else there is to see."""
+    """Return the place of a missing unit (the param's line if the number is a param), and labels for other places."""
     if not isinstance(number.expr, ir.Gene):
         return span, range_labels(number.expr, ev.file.genes)
     gene = next(islice(ev.file.genes.values(), number.expr.index, None))

@@ -44,7 +44,7 @@ class Sorted:
     facings: list[nodes.Facing] = field(default_factory=list)
     properties: list[nodes.With] = field(default_factory=list)
     sights: list[nodes.InSight] = field(default_factory=list)
-    """Who must see it, where another specifier says where it is."""
+    """Specifiers of visibility, if another specifier gives the place."""
     settled: Term | None = None
     """The heading, where it had to be known before the place."""
 
@@ -224,8 +224,9 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
 
 
 def _pose_or_anywhere(ev: Evaluator, making: Making, node: nodes.New, placed: list[Placement]) -> Pose:
-    """Where an object stands; where that is a mistake, which is reported, the middle of the map, so that those in its
-    behaviour are found too.
+    """Return the pose of an object; after a mistake, report it and return the middle of the map.
+
+    With that pose the mistakes in the behaviour of the object are found too.
     """
     try:
         return making.pose(node.span)
@@ -244,7 +245,7 @@ def _let_change(ev: Evaluator, actor: Actor) -> None:
 
 
 def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.New) -> None:
-    """What the specifiers ask of an object beside its place: the region that holds it, and who sees it."""
+    """Add the requirements of an object's specifiers: the region that contains it, and its visibility."""
     line = ev.file.line(node.span)
     own = None if placement.observed is not None else actor.properties.get("regionContainedIn")
     for region in (placement.contained, own):

@@ -31,7 +31,7 @@ class Placement:
     lane: Lane | LaneNow | None = None
     """The lane along which it lies, where that is known, or drawn with the scene."""
     observed: tuple["Actor | Pose | Vector", bool] | None = None
-    """Who must see what is placed here, or must not."""
+    """Viewer of the placed object, and whether it must see the object or must not."""
     contained: Value = None
     """The region that must hold the whole outline."""
 
@@ -50,7 +50,7 @@ class Extent:
 
 
 def at_origin(ev: Evaluator) -> Placement:
-    """Where what has no place of its own stands: in the middle of the map."""
+    """Return the placement of an object without a place of its own: the middle of the map."""
     zero = ev.algebra.literal(0.0)
     return Placement(Vector(zero, zero), None)
 

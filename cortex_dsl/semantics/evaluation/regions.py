@@ -84,7 +84,7 @@ def _sector(ev: Evaluator, center: Given, radius: Given, heading: Given, angle: 
 
 
 def visible_region(ev: Evaluator, viewer: Actor | Pose | Vector) -> Area:
-    """What an object or a place would see if nothing hid anything."""
+    """Return the region that is visible from an object or a place without occlusion."""
     pose, view = geometry.looking(ev, viewer), geometry.view_of(ev, viewer)
     return _opening(ev, Vector(pose.x, pose.y), view.reach, pose.heading, view.opening)
 
@@ -179,7 +179,7 @@ def _least(
 
 
 def _within(one: Area, other: Area, *, inside: bool) -> Area:
-    """What of a region lies in another, or not in it."""
+    """Return the part of a region that lies inside another region, or outside it."""
 
     def contains(point: Vector) -> Term:
         there = other.contains(point)

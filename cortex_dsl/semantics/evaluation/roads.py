@@ -84,7 +84,7 @@ def _on_lights(network: Network) -> Iterator[str]:
 
 
 def _unheeded(ev: Evaluator, network: Network) -> tuple[str, str] | None:
-    """What stands beside the roads of a file that no driver heeds, and what to do about it."""
+    """Return a message on traffic lights and signs of a map that no driver obeys, and the cure; None without any."""
     lights = len({sign.id for sign in network.signs if sign.is_traffic_light})
     signs = len({sign.id for sign in network.signs if not sign.is_traffic_light})
     if ev.file.default_signals is not None or ev.file.has_plan:
@@ -115,7 +115,7 @@ class Named:
 
 
 def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
-    """What a builtin name stands for; None for a name that is not built in."""
+    """Return the value of a built-in name; None for a name that is not built in."""
     if name in _CONSTANTS:
         return Named(_CONSTANTS[name](ev, span))
     if name in BUILTINS and BUILTINS[name].kind is not Kind.CONSTANT:
@@ -196,7 +196,7 @@ def default_road(module: nodes.Module) -> RoadSpec:
 
 
 def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
-    """What is said of distances to the intersection that no road is long enough for."""
+    """Yield a diagnostic for each distance to the intersection that exceeds the longest arm."""
     for distance, span in _distances_kept(module):
         if distance + SPARE > LONGEST_ARM:
             message = f"its arms would be longer than {LONGEST_ARM:g} m, to be {distance:g} m from the intersection"

@@ -54,14 +54,15 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
 
 
 def observer(ev: Evaluator, node: nodes.InSight | nodes.VisiblePart) -> Actor | Pose | Vector:
-    """Who looks: the ego, or what follows `from`."""
+    """Return the viewer: the ego, or the operand after `from`."""
     if node.viewer is None:
         return geometry.ego_of(ev, node.span, "what is visible")
     return geometry.viewer(ev, ev.evaluate(node.viewer), node.viewer.span)
 
 
 def visible_part(ev: Evaluator, node: nodes.VisiblePart) -> Value:
-    """What the ego, or who follows `from`, has in view of a region, or has not; what hides it does not count, as in
-    Scenic.
+    """Return the part of a region that the ego, or the operand after `from`, sees or does not see.
+
+    Occlusion is ignored, as in Scenic.
     """
     return Sighted(ev.evaluate(node.region), observer(ev, node), node.seen)

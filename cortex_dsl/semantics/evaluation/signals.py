@@ -158,7 +158,7 @@ def is_there(light: Signal) -> bool:
 
 
 def sign_of(light: Signal) -> RoadSign | None:
-    """What the map's file says of a light; None without one."""
+    """Return the sign of a light in the map file; None without one."""
     return (lit_arms(light.intersection.network) or {}).get((light.intersection.id, light.arm))
 
 
@@ -199,7 +199,7 @@ class Ahead:
     """Its number; -1 where the lane has none."""
     phase: Term
     distance: Term
-    """From the centre of the object to the stop line, along the lane [m]."""
+    """Distance from the centre of the object to the stop line, along the lane [m]."""
 
     def within(self, reach: Term) -> Term:
         return (self.light >= 0.0) & (self.distance < reach)
@@ -270,7 +270,7 @@ def _entry(ev: Evaluator, light: Term, locals_: tuple[int, ...]) -> Term:
 
 
 def colour_ahead(ev: Evaluator, actor: Actor, reach: Term, plan: SignalPlan) -> Term:
-    """What the light ahead shows; NONE without one within reach."""
+    """Return the colour of the light ahead; NONE without a light within reach."""
     ahead = ahead_of(ev, actor)
     shown = _shown(ev, plan, ahead.light, ahead.phase)
     return where(ahead.within(reach), shown, float(NONE))

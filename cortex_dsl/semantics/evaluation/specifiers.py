@@ -113,7 +113,7 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
 
 
 def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> tuple[Term, Term]:
-    """What lies between, and how far it is moved along the edge: to the right, or ahead."""
+    """Return the gap to the reference, and the shift along its edge [m]: to the right, or ahead."""
     zero = ev.algebra.literal(0.0)
     if node.distance is None:
         return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0), zero

@@ -56,7 +56,7 @@ def _value(ev: Evaluator, argument: Given, spec: Domain) -> Term:
 
 
 def in_environment(ev: Evaluator, name: str, value: Term) -> Term:
-    """What a property of an object comes to in the environment."""
+    """Return a property of an object under the conditions of the environment."""
     given = {} if ev.run.built.environment is None else ev.run.built.environment.values
     if name == "friction" and "friction" in given:
         return value * given["friction"]

@@ -140,7 +140,7 @@ def _number(ev: Evaluator, x: Given, span: Span, name: str) -> Quantity:
 
 
 def _isinstance(ev: Evaluator, x: Given, classinfo: Given, _span: Span) -> Value:
-    """Of a number that is drawn it is known that it is an `int` or a `float`, and not which."""
+    """Return whether x has one of the classes; a random number is an `int` or a `float`, but which is unknown."""
     classes = classinfo.value if isinstance(classinfo.value, tuple) else (classinfo.value,)
     names = {each.name for each in classes if isinstance(each, BuiltinValue)}
     if isinstance(x.value, Quantity) and names >= _NUMBERS:

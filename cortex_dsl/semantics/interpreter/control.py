@@ -77,10 +77,10 @@ def _round(ev: Evaluator, node: nodes.For | nodes.While, run: Run) -> bool:
 
 
 def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
-    """What is known must hold; what is random is required of the scene.
+    """Check a known condition now; turn a random condition into a requirement of the scene.
 
     Raises:
-        Mistake: it surely does not hold.
+        Mistake: the condition is false in all cases.
     """
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     if isinstance(condition, ir.Literal):

@@ -49,7 +49,7 @@ class Area:
     weight: Term | None = None
     """[m^2], of lines [m]."""
     distance: Callable[[Vector], Term] | None = None
-    """From a point, 0 inside [m]."""
+    """Distance of a point from the area, 0 inside [m]."""
     attributes: Mapping[str, Value] = field(default_factory=dict)
     parts: int = 1
     """How many regions it is made of, each as often as it stands there."""

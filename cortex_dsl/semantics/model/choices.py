@@ -59,7 +59,7 @@ class Oracle:
 
     script: tuple[int, ...] = ()
     lanes_limit: float = VARIANT_LIMIT
-    """As `limit`, of choices some of which are lanes."""
+    """Maximum number of variants if some of the choices are lanes."""
     limit: float = VARIANT_LIMIT
     decisions: list[Decision] = field(default_factory=list)
     ways: int = 1

@@ -94,14 +94,14 @@ class Evaluator:
 
     @property
     def scope(self) -> dict[str, Value]:
-        """Where an assignment at this place goes: functions and scenarios have variables of their own."""
+        """Return the variables that an assignment at this place changes; functions and scenarios have their own."""
         if self.frame is not None:
             return self.frame
         return self.names if self.moment.scenario is None else self.moment.scenario.names
 
     @property
     def scope_name(self) -> Scope:
-        """Whose variables those of `scope` are."""
+        """Return the owner of the variables of `scope`."""
         if self.moment.scenario is not None:
             return self.moment.scenario
         return next((name for name, names in self.run.imported.items() if names is self.home), "")
@@ -159,7 +159,7 @@ class Evaluator:
         return values
 
     def tolerate(self, compute: Callable[[], Value]) -> Value:
-        """What `compute` gives, or poison after reporting why it gives nothing."""
+        """Return the result of `compute`, or poison after reporting its mistake."""
         try:
             return compute()
         except Mistake as mistake:
@@ -212,7 +212,7 @@ class Evaluator:
         raise NeedsExpansion(sites)
 
     def _operations(self) -> Mapping[Op, Callable[..., float]]:
-        """What can be worked out at compile time, geometry of the network included."""
+        """Return the operations that can be evaluated at compile time, including geometry of the network."""
         if (network := self.run.built.network) is None:
             return CLOSED
         return {
@@ -224,7 +224,7 @@ class Evaluator:
         }
 
     def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
-        """Where the finite choices behind an expression are made; None if anything else is behind it too."""
+        """Return the places of the finite choices in an expression; None if it also depends on anything else."""
         sites = set()
         genes = list(self.file.genes.values())
         for leaf in leaves(expression):

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.model.state import VariantState
 from engine.frozen import frozen
 
 _COPY: dict[type, Callable[[Any], Any]] = {each: each.copy for each in (list, dict, set, Counter)}
-"""Of each kind of container, what copies it."""
+"""Copy function of each kind of container."""
 
 Contents = dict[str, Any]
 

@@ -76,7 +76,7 @@ class LaneNow:
     """Index in `network.lanes`; -1 where there is no such lane."""
     section: bool
     drawn: frozenset[Span] = frozenset()
-    """Where it was drawn with the scene, as then there surely is such a lane."""
+    """Places at which it was drawn with the scene; such a lane exists."""
 
 
 @frozen

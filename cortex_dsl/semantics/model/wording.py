@@ -104,7 +104,7 @@ NAMED = (
 
 
 def kind_name(value: Value) -> str:
-    """What a value is, for messages: `a length`, `a lane`."""
+    """Return the kind of a value for messages: `a length`, `a lane`."""
     if value is None:
         return "none"
     if isinstance(value, Quantity):

@@ -30,7 +30,7 @@ class Parameter:
     name: str
     dimension: Dimension | None = None
     default: str | None = None
-    """As shown to people; None means that it must be given."""
+    """Default as users see it; None if the argument is required."""
     low: float = float("-inf")
     high: float = float("inf")
     aliases: tuple[str, ...] = ()
@@ -106,7 +106,7 @@ _REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 
 def _car_following(acceleration: str, deceleration: str) -> tuple[Parameter, ...]:
-    """What the intelligent driver model takes, beside a speed to go for."""
+    """Return the parameters of the intelligent driver model except the target speed."""
     return (
         Parameter("trajectory", default="the lane it is on"),
         Parameter("time_headway", TIME, "1.6 s", low=0.0),

@@ -75,7 +75,7 @@ class _Linker:
     source: Source
     found: dict[Span, ImportedFile] = field(default_factory=dict)
     read: dict[str, ImportedFile | None] = field(default_factory=dict)
-    """By identity; None what could not be read."""
+    """Files by identity; None if a file is unreadable."""
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def follow(self, module: nodes.Module, stack: tuple[str, ...]) -> None:
@@ -156,7 +156,7 @@ def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnos
 
 
 def nameless(node: nodes.Import) -> Diagnostic:
-    """What is said of an import whose path has no name to offer."""
+    """Return the diagnostic for an import path that is not a valid name."""
     path = f'"{node.path}"' if node.quoted else node.path
     name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
     return NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)

@@ -23,7 +23,7 @@ class NameTable:
 
     findings: Findings
     params: Mapping[str, nodes.ParamEntry]
-    """Of all files."""
+    """Params of all files."""
     all_names: frozenset[str]
     """All that the top level gives a value to."""
     from_scenic: bool = False
@@ -47,7 +47,7 @@ class Names:
     """Names of the behaviour that have no value yet."""
     in_behaviour: bool = False
     running: bool = False
-    """In a behaviour or a monitor."""
+    """Whether the expression is in a behaviour or a monitor."""
 
     def visit(self, node: nodes.Node) -> None:
         match node:

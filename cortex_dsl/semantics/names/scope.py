@@ -155,7 +155,7 @@ class _Resolver:
     findings: Findings
     imports: Imports
     params: Mapping[str, nodes.ParamEntry]
-    """Of all files."""
+    """Params of all files."""
     from_scenic: bool = False
     known: set[str] = field(default_factory=set)
     """Names of the top level that have a value by now."""

@@ -77,7 +77,7 @@ TIMED = ("always", "eventually", "next", "until")
 
 
 def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
-    """What a logical operator joins; () for anything else."""
+    """Return the operands of a logical operator; () for any other expression."""
     match node:
         case nodes.Temporal(operands=operands) | nodes.BoolOp(operands=operands):
             return operands
@@ -231,7 +231,7 @@ def body_of(definition: Definition) -> tuple[nodes.Statement, ...]:
 
 
 def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
-    """What is worked out in every sample."""
+    """Yield the expressions of a statement that are evaluated in every sample."""
     match statement:
         case nodes.Require(condition=condition) | nodes.Expect(condition=condition):
             yield from atoms(condition)
@@ -292,7 +292,7 @@ def lists_names(statement: nodes.Statement, part: nodes.Node) -> bool:
 
 
 def _listed(module: nodes.Module) -> Iterator[nodes.Expression]:
-    """What stands in the lists."""
+    """Yield the items of the lists of names."""
     for statement in module.statements:
         if isinstance(statement, nodes.Simulation):
             for argument in statement.arguments:

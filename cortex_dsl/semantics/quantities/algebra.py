@@ -175,11 +175,11 @@ class Algebra:
         return self._own(Operation(self.span, Op.RANDOM, ()))
 
     def time(self) -> Term:
-        """Of the run [s]."""
+        """Return the time of the run [s]."""
         return self.apply(Op.TIME)
 
     def state(self, actor: int, column: State) -> Term:
-        """What the run knows of an object now."""
+        """Return a state value of an object at the present sample."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
@@ -188,14 +188,14 @@ class Algebra:
         return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
 
     def crossing(self, me: int, other: int, look: "Term", width: int) -> tuple["Term", ...]:
-        """Where two ways cross: the numbers of `engine.kernels.crossing.Crossing`, for one who looks so."""
+        """Return the items of `engine.kernels.crossing.Crossing` for two actors, under the foresight `look`."""
         return self.items(self.apply(Op.CROSSING, look, immediates=(me, other), width=width), width)
 
     def decided_outside(self, number: int) -> Term:
         return self.apply(Op.ACTION, immediates=(number,))
 
     def velocity(self, actor: int) -> tuple[Term, ...]:
-        """Of an object's rear axle as its body moves: x and y [m/s], and its yaw rate [rad/s]."""
+        """Return the velocity (x, y) of an object's rear axle [m/s], sliding included, and its yaw rate [rad/s]."""
         return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=3), 3)
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:

@@ -32,7 +32,7 @@ _DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, 
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
-    """What an expression is made of."""
+    """Return the direct operands of an expression."""
     match expression:
         case ir.Apply(arguments=arguments):
             return arguments
@@ -78,7 +78,7 @@ Result = TypeVar("Result")
 
 
 def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
+    """Fold an expression bottom-up: `worth` maps a part and its operands' results to a result; shared parts once."""
     known: dict[ir.Expr, Result] = {}
     for part in parts(expression):
         known[part] = worth(part, [known[operand] for operand in operands(part)])
@@ -256,10 +256,10 @@ class Weight:
     certain: bool
     """Whether it holds in all of them."""
     genes: frozenset[int]
-    """On which genes it depends."""
+    """Indices of the genes that it depends on."""
 
     def joined(self, other: "Weight | None") -> "Weight":
-        """Of the variants of both."""
+        """Return the weight over the variants of both."""
         if other is None:
             return self
         return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
