@@ -80,12 +80,12 @@ def _outward(space: ParamSpace, gene: int, value: float, sign: float) -> float:
 
 
 def grid_text(grid: Grid) -> str:
-    """Of the cells that were reached: many of the others cannot be."""
+    """Return the number of failing cells among the reached cells; many of the rest are unreachable."""
     return f"collisions in {grid.failing} of the {counted(grid.covered, 'cell')} reached"
 
 
 def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
-    """What the params may matter for, with its title; what never varies is left out."""
+    """Return title and indices of each output that varies."""
     outputs = (("a valid run", found.validity), ("risk", found.risk), ("collision", found.collision))
     return [(title, indices) for title, indices in outputs if math.isfinite(indices.chance.value)]
 
@@ -145,7 +145,7 @@ def closing_text(speed: float) -> str:
 
 
 def fastest_text(analysis: Analysis) -> str:
-    """What an order by risk may hide; empty without a contact."""
+    """Return the fastest contact, which an order by risk may hide; empty without a contact."""
     if not math.isfinite(analysis.fastest):
         return ""
     fastest = closing_text(analysis.fastest)
@@ -180,7 +180,7 @@ class Sides:
     edges: Floats
     """(cells + 1,) file units."""
     labels: tuple[str, ...]
-    """Of an index gene's cells; () otherwise."""
+    """Labels of an index gene's cells; () for other genes."""
 
     @property
     def cells(self) -> int:

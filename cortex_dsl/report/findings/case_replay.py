@@ -103,7 +103,7 @@ class Approach:
 
 
 def approach(trajectory: Trajectory, other: int, outlines: Floats) -> Approach:
-    """Of the ego and one other, by the kernels that measure them; `outlines` as these read them."""
+    """Measure the approach of the ego and another actor with the engine's kernels; `outlines` in their format."""
     samples = len(trajectory.time)
     distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
     if 0 < other < trajectory.states.shape[1]:
@@ -158,7 +158,7 @@ class CaseReplay:
 
     @cached_property
     def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
+        """Return the unit in which speeds are shown."""
         return speed_unit(self.program)
 
     @cached_property
@@ -168,7 +168,7 @@ class CaseReplay:
 
     @cached_property
     def metrics(self) -> tuple[Metric, ...]:
-        """Of a valid run."""
+        """Return the metrics of a valid run; () for an invalid run."""
         if int(self.outcomes.verdict[0]) != Verdict.VALID:
             return ()
         driven = measure_trajectory(self.trajectory, self.outcomes, self._bodies)
@@ -189,7 +189,7 @@ class CaseReplay:
 
     @cached_property
     def ways(self) -> list[Floats]:
-        """Where each actor drove until the scored run was over."""
+        """Return the way of each actor until the end of the scored run."""
         scored = self.scored
         return [way_of(scored, actor) for actor in range(len(self.program.actors))]
 
@@ -220,7 +220,7 @@ class CaseReplay:
 
     @property
     def contact_point(self) -> tuple[float, float] | None:
-        """Where the ego and another first met [m]."""
+        """Return the first contact point of the ego [m]; None without contact."""
         return next((impact.point for impact in self.impacts if 0 in impact.actors), None)
 
     @cached_property
@@ -293,11 +293,11 @@ def replay_case(
 
 
 REACH = 100.0
-"""Of a town, so much is drawn beyond where the run takes place, and as much more as that place is long [m]."""
+"""Margin around the run in a drawing of a map [m]; the extent of the run is added."""
 
 
 def _part(road: Outline, program: Program, trajectory: Trajectory) -> Outline | None:
-    """Of the roads of a file, of which there may be a whole town, those around a run; None for all other roads."""
+    """Return the roads around a run if the roads come from a map file, which may hold a whole town; else None."""
     places = tracks(trajectory)
     if not isinstance(program.road_spec, MapFile) or not len(places):
         return None

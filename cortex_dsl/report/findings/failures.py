@@ -64,7 +64,7 @@ def driver_failed_text(came: Failures) -> str:
 
 
 def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
-    """What the counts are of the work that found them, by valid simulation and by time."""
+    """Yield texts on the failures per valid simulation and per time."""
     if not came.collisions:
         return
     if came.judged:
@@ -91,7 +91,7 @@ def pace_text(rate: float) -> str:
 
 
 def others_text(came: Failures, ego: str) -> str:
-    """What others did without the ego's part; empty where there is nothing to tell."""
+    """Return the collisions without a part of the ego; empty without any."""
     parts: list[str] = []
     if came.struck:
         parts.append(f"{counted(came.struck, 'collision')}, struck from behind or while standing")

@@ -30,7 +30,7 @@ BARS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 5000
 BAR = 140.0
 """The most that it takes of `STAGES` [px]."""
 REACH = 3.0
-"""Beside the lanes, one is still at a road [m]."""
+"""Distance from the lanes within which a place still counts as at the road [m]."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Frame:
 
     @property
     def pixel(self) -> float:
-        """What a pixel shows of the world, where a page has room for the whole picture [m]."""
+        """Return the width of a pixel in the world, if the page has room for the whole picture [m]."""
         return self.width / STAGES[BAND if self.is_band else CARD]
 
     @property

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 APART = 2.0
 """Between two points of a line [m]."""
 MOST_POINTS = 5_000
-"""Of all roads together; larger maps are drawn coarser."""
+"""Maximum number of points of all roads together; larger maps are drawn coarser."""
 THROUGH = "-1"
 """The junction of a road that is none's."""
 
@@ -83,7 +83,7 @@ class MeasuredReport:
     remarks: Sequence[str]
     road: "OdrNetwork | None"
     lines: Outline
-    """Of that road."""
+    """Lines of that road."""
     again: str
     """The command that shows this again."""
     written: Sequence[str] = ()
@@ -125,7 +125,7 @@ def one_line(text: str, most: int = LONGEST_TITLE) -> str:
 
 
 def recorded_story(report: MeasuredReport) -> list[Moment]:
-    """What happened, up to contact or the recording's end."""
+    """Return the events up to contact or to the end of the recording."""
     moments = story_of(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
     return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in moments]
 
@@ -232,9 +232,9 @@ class Written:
     findings: Sequence[Finding] | None
     """None: not asked for."""
     checked: Mapping[str, str] = field(default_factory=dict)
-    """By format, what a check has looked at."""
+    """Scope of the check, by format."""
     opened: Mapping[str, str] = field(default_factory=dict)
-    """By format, the command that opens a file of it, with `{file}` for its path."""
+    """Command that opens a file, by format; `{file}` stands for its path."""
     certificates: Sequence[Certificate] = ()
     """What another player made of a case's file."""
 

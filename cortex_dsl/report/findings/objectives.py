@@ -20,10 +20,10 @@ class Sought:
     line: int
     sense: Sense
     value: float
-    """Of an `expect` its robustness: above 0 kept, below 0 broken."""
+    """Value of the objective; for an `expect` its robustness: above 0 if it holds, below 0 if it is broken."""
     unit: str
     broken: bool | None
-    """Of an `expect`; None of a number."""
+    """Whether an `expect` is broken; None for a number."""
 
 
 def sought_of(program: Program, outcomes: Outcomes, row: int = 0) -> tuple[Sought, ...]:

@@ -15,7 +15,7 @@ HOW = {
         "interval of a mean of independent weights"
     ),
 }
-"""By what method, and whose interval."""
+"""Estimator and interval of each method."""
 PLAIN = "`--method mc` needs no distance to failure, and gives an upper bound"
 BOUNDS = "`--method mc` gives bounds"
 MORE = "take more samples, or `--method mc`"
@@ -121,14 +121,14 @@ def levels_text(found: Probability) -> str:
 
 
 def effective_text(found: Probability) -> str:
-    """What weighted runs count as; empty where none are weighted."""
+    """Return the effective sample size of weighted failures; empty if no failures are weighted."""
     if not found.effective > 0.0:
         return ""
     return f"effective sample size of the failures: {whole(round(found.effective))}"
 
 
 def counts_text(found: Probability) -> str:
-    """What the estimate was made from: numbers whose quotient it is, or a remark that the quotient is not it."""
+    """Return the counts behind the estimate, with a remark if their quotient is not the estimate."""
     tried = "draw" if found.condition == JOINT else "simulation"
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method in NO_SHARE:

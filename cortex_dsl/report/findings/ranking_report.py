@@ -43,7 +43,7 @@ class Window:
     contact: bool
     risk: int
     metrics: dict[str, float]
-    """By name, MD, D_MS and TTC_MS among them, and when MD was."""
+    """Metrics by name, including MD, D_MS, TTC_MS and the time of MD."""
     ttc: float
     ttc_time: float
     after_contact: bool

@@ -43,7 +43,7 @@ class RunReport:
     aftermath: Sequence[Moment]
     """What the world shows after contact."""
     metrics: "Sequence[Metric]"
-    """Of a valid run."""
+    """Metrics of a valid run; empty otherwise."""
     records: "Sequence[Recorded]"
     score: int
     parts: Sequence[float]
@@ -58,18 +58,18 @@ class RunReport:
 
     @property
     def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
+        """Return the unit in which speeds are shown."""
         return speed_unit(self.program)
 
     @property
     def story(self) -> list[Moment]:
-        """What happened, in the order of time."""
+        """Return the events of the run in order of time."""
         driven = story_of(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
         return in_order([*driven, *self.aftermath])
 
     @property
     def sought(self) -> tuple[Sought, ...]:
-        """What the objectives of the file came to."""
+        """Return the results of the objectives of the file."""
         return sought_of(self.program, self.outcomes)
 
     @property
@@ -136,7 +136,7 @@ def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str
 
 
 def events_content(actors: Sequence[str], moments: Iterable[Moment]) -> list[dict[str, Any]]:
-    """What happened, moment by moment."""
+    """Return the events as entries of a document."""
     return [
         {
             "time": moment.time,

@@ -52,7 +52,7 @@ class SearchReport:
     """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
 
     name: str = ""
-    """Of the method, where it is not one of ours."""
+    """Name of a method that is not built in; "" otherwise."""
     driver: str = ""
     """The options that name who drives what the file leaves to a controller; "" where nobody does."""
     blame: "Account | None" = None
@@ -107,7 +107,7 @@ def _end(program: Program, end: Sequence[int], count: int) -> End:
 
 
 def _others(actors: Sequence[str]) -> str:
-    """Whose collision it was, where there are only two but the ego."""
+    """Return the names of the other actors if there are exactly two; else `others`."""
     return f"{actors[1]} and {actors[2]}" if len(actors) == 3 else "others"
 
 
@@ -197,7 +197,7 @@ def worst_words(record: Record) -> str:
 
 
 def sought_words(record: Record) -> str:
-    """What was sought instead of the risk, and how often each expectation is broken; empty where there is neither."""
+    """Return the objective, if it is not the risk, and the broken expectations; empty without both."""
     manifest, evaluations = record.manifest, record.evaluations
     texts: list[str] = []
     if manifest.objective != SOUGHT:
@@ -221,7 +221,7 @@ def collision_interval(record: Record) -> tuple[float, float]:
 
 
 def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
-    """Return what must not be concluded from these numbers."""
+    """Yield conclusions that these numbers do not support."""
     _, simulated = whole_run(record)
     if record.manifest.method == RANDOM and simulated.valid_runs:
         low, high = collision_interval(record)

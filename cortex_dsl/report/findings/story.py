@@ -123,7 +123,7 @@ RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it br
 
 
 def _starts(program: Cast, trajectory: Trajectory, unit: SpeedUnit) -> Iterator[Moment]:
-    """Who comes in later starts when it does."""
+    """Yield the start of each actor, at the time at which it becomes present."""
     for actor in range(len(program.actors)):
         here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
         if len(here):

@@ -103,7 +103,7 @@ MOST_PARAMS = 4
 
 
 def blame_note(account: "Account") -> str:
-    """What the numbers of the table are shares of."""
+    """Return the total that the shares in the table refer to."""
     weighing = account.weighing
     met = f"{percent(weighing.acceptance, 2)} met all"
     own = " with new params" if len(weighing.program.space) else ""
@@ -144,7 +144,7 @@ def quoted(account: "Account", requirement: int) -> str:
 
 
 def cure_of_conflict(account: "Account") -> str:
-    """What to do where requirements are proved never to hold; empty where nothing is proved."""
+    """Return a cure for requirements that are proved to conflict; empty without a proof."""
     conflict, program = account.conflict, account.weighing.program
     if conflict is None or not conflict.proved:
         return ""

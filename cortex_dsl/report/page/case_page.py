@@ -155,7 +155,7 @@ class Place:
     case: Case
     folder: Path | None
     answer: Avoidability | None = None
-    """Of the reference driver."""
+    """Answer of the reference driver."""
     opinion: str = ""
     """What `cortexc verify --model dynamic` said of it."""
 
@@ -200,7 +200,7 @@ OPINION_STYLES = {"bad": "hit", "warn": "warn"}
 
 
 def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
-    """What a second opinion says of a case; without one, whether it asks for one."""
+    """Return the badge for the second opinion of a case; without one, a badge if the grip exceeds the vehicle model."""
     if opinion:
         style, meaning = next(((style, text) for name, style, text in ANSWERS.values() if name == opinion), ("", ""))
         return element("span", opinion, class_=f"badge {OPINION_STYLES.get(style, '')}".strip(), title=meaning)

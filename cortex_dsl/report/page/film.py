@@ -16,12 +16,12 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 WIDTHS = {CARD: 720, BAND: 1080}
-"""Of a film, by its shape [px]."""
+"""Width of a film by its shape [px]."""
 FINE = 2
 """Times as fine as it is shown, so that edges are smooth."""
 FRAMES_PER_SECOND = 20
 DASH, GAP = 1.6, 2.4
-"""Of the lines between lanes of one direction, as `drawing.css` has them [m]."""
+"""Length and gap of the dashes between lanes of one direction, as in `drawing.css` [m]."""
 HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"

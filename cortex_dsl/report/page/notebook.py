@@ -32,7 +32,7 @@ from engine.tables import Floats
 from engine.vocabulary import Column, State
 
 HEIGHT = 640
-"""Of a page inside a notebook [px]."""
+"""Height of a page inside a notebook [px]."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def _framed(page: str) -> Shown:
 
 
 def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
-    """Who stands where before anything moves. A scene that is not valid shows the road alone."""
+    """Draw the actors of a scene at its start; for an invalid scene, the road alone."""
     road = outline(build_network(program.road_spec))
     states, outlines = _start(program, scenes, row)
     names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
@@ -141,7 +141,7 @@ def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
 
 
 def campaign_table(campaign: Campaign) -> Element:
-    """What a search found, in a few rows."""
+    """Return a table with the facts of a search."""
     return element("table", element("tbody", [_row(*row) for row in campaign.facts()]))
 
 

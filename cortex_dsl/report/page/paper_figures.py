@@ -31,7 +31,7 @@ from engine.vocabulary import State
 FORMATS = ("svg", "png", "pdf")
 CASES = 3
 COLUMN, PAGE = 3.6, 7.2
-"""Of a printed column, and of both [inches]."""
+"""Width of a printed column, and of two columns [inches]."""
 STYLE = {
     "font.size": 8,
     "axes.spines.top": False,
@@ -169,9 +169,9 @@ def _compass(axes: Any, frame: Frame) -> None:
 ACROSS = 3
 """Panels beside one another, at most."""
 WIDTH, HEIGHT = 2.5, 2.1
-"""Of a panel [inches]."""
+"""Width and height of a panel [inches]."""
 COLOURS = ("#8a8f98", "#c8501e", "#0b6bb0", "#2f7d4f", "#7a4fa3", "#b58900")
-"""Of the baseline, then of the contenders."""
+"""Colours: first the baseline, then the contenders."""
 
 
 def write_study_figures(study: Study, folder: Path) -> list[Path]:

@@ -111,7 +111,7 @@ def player(replay: CaseReplay, number: int) -> Element:
 
 
 def player_data(replay: CaseReplay) -> dict[str, Any]:
-    """What the player replays."""
+    """Return the data that the player replays."""
     frame = replay.frame
     moved = replay_data(replay.trajectory, replay.shapes, replay.approach, replay.key_time, replay.speeds)
     return {
@@ -189,7 +189,7 @@ def _stage(replay: CaseReplay) -> Element:
 
 
 def _middle(replay: CaseReplay) -> tuple[float, float]:
-    """Where the ego is at the key moment [m]."""
+    """Return the position of the ego at the key moment [m]."""
     x, y = replay.trajectory.states[replay.key_sample, 0, :2].tolist()
     return x, y
 
@@ -272,7 +272,7 @@ def _controls(replay: CaseReplay) -> Element:
 
 
 def _ticks(replay: CaseReplay) -> Iterator[Element]:
-    """Where on the scrubber things happen, and where the scored run is over."""
+    """Yield marks on the scrubber for events and for the time after the scored run."""
     time = replay.trajectory.time
     end = float(time[-1]) or 1.0
     if replay.collided and time[-1] > replay.key_time:

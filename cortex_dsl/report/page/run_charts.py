@@ -89,7 +89,7 @@ def _middle_half(record: Record, field: str) -> tuple[Floats | None, Floats | No
 
 
 SIDE = 300
-"""Of a heat map's square [px]."""
+"""Side of a heat map's square [px]."""
 ROOM = (52, 12, 10, 42)
 """Left, right, top and bottom of it."""
 
@@ -173,7 +173,7 @@ def _text(text: str, x: float, y: float, anchor: str, name: str | None = None) -
 
 
 def strip(values: Floats, low: float, high: float, bins: int = 40) -> Element:
-    """Where in a range values lie, as a strip of shades."""
+    """Draw the distribution of values over a range as a strip of bars."""
     counts, _ = np.histogram(values, bins=bins, range=(low, high if high > low else low + 1.0))
     most = max(1, int(counts.max()))
     bars = [

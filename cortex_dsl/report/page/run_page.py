@@ -245,7 +245,7 @@ def _lost_words(found: RunPage) -> str:
 
 
 def _numbers_words(found: RunPage) -> str:
-    """What the numbers of the cases are: scenes over which the driver failed may have the first ones."""
+    """Return a note on the numbers of the cases; scenes with a failed driver may have the first numbers."""
     if found.worst[-1].rank <= WORST:
         return "Their numbers are those of the files in the run's folder `worst`."
     return "Their numbers are their ranks; the files in the run's folder `worst` are the first ones."
@@ -260,13 +260,13 @@ def _case_words(found: RunPage, case: Case) -> str:
 
 
 def _answer(found: RunPage, case: Case) -> Avoidability | None:
-    """What the reference driver says of a case, if it was asked."""
+    """Return the answer of the reference driver for a case; None if it did not drive the case."""
     answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
     return next((answer for other, answer in answers if other.row == case.row), None)
 
 
 def _opinion(found: RunPage, case: Case) -> str:
-    """What `cortexc verify --model dynamic` said of a case, if it was asked."""
+    """Return the result of `cortexc verify --model dynamic` for a case; "" without one."""
     return found.opinions.get(format_key(case.key), "")
 
 

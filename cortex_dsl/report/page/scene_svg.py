@@ -17,7 +17,7 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
 SEAM = 0.05
-"""By which asphalt reaches below its neighbour's on all sides, so that no light shows between smoothed edges [m]."""
+"""Overlap of asphalt below its neighbours on all sides, so that no light shows between smoothed edges [m]."""
 
 
 def number(value: float, decimals: int = 2) -> str:

@@ -13,7 +13,7 @@ from engine.study.verdict import Beside, Findings
 
 
 def primary(study: Study, found: Findings) -> Node:
-    """What was named before the study was run, a table for each."""
+    """Return the section on outcomes that were named before the study, with a table for each."""
     if not found.comparisons:
         return None
     head = (

@@ -13,7 +13,7 @@ from engine.vocabulary import State
 ROAD = "road"
 """Name of the road that all pictures of a page share."""
 POINTS = 40
-"""Of a way in a small picture, at most."""
+"""Maximum number of points of a way in a small picture."""
 
 
 def shared_road(replay: CaseReplay) -> Element:
@@ -29,7 +29,7 @@ def thumbnails(replays: Sequence[CaseReplay]) -> list[Element]:
 
 
 def _close(replay: CaseReplay) -> Frame:
-    """What is near the ego and the other of the deciding pair at the key moment."""
+    """Return the frame around the deciding pair at the key moment."""
     points = [corner for actor in {0, replay.pair + 1} for corner in _corners(replay, actor)]
     return Frame.around(np.array(points or [(0.0, 0.0)]), replay.heading, CARD)
 

@@ -25,11 +25,11 @@ class Dot(NamedTuple):
     """A kind of dot."""
 
     colour: str
-    """Of the stylesheet."""
+    """Colour variable of the stylesheet."""
     key: str
-    """What they are, many of them."""
+    """Name in the plural."""
     words: str
-    """Of one of them, before its risk."""
+    """Name in the singular, before the risk."""
 
 
 def _dots_of(finds: Finds) -> tuple[Dot, ...]:

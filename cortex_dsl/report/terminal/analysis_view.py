@@ -86,7 +86,7 @@ def _lost(avoided: Avoided) -> Iterator[Text]:
 
 
 def _worst(analysis: Analysis) -> list[RenderableType]:
-    """What is said of each of the worst cases."""
+    """Return a table of the worst cases with their verdicts."""
     rows = [
         (Text(str(case.rank), "quiet"), Text(str(case.score)), Text(closing_text(case.closing_speed)), *_answer(answer))
         for case, answer in zip(analysis.worst, analysis.avoidability, strict=True)
@@ -115,7 +115,7 @@ def _seconds(time: float) -> str:
 # -- the whole of `cortexc analyse` ------------------------------------------------------------------------------------
 
 SHADES = " ·░▒▓█"
-"""Of a cell: nothing ran there, no collision, then ever more collisions."""
+"""Shades of a cell: no run, no collision, then increasing shares of collisions."""
 CHANCE = "chance"
 MARKS = "blank: no simulation; ·: no collision; ░ ▒ ▓ █: more and more collisions"
 INDICES = """\
@@ -192,7 +192,7 @@ SHOWN = 12
 
 
 def _kinds(program: Program, analysis: Analysis) -> RenderableType:
-    """What happened, first the kinds that a competent driver would have avoided."""
+    """Return the table of kinds of failures; first the kinds that a competent driver would have avoided."""
     rows = [
         (
             Text(whole(each.count)),
@@ -207,7 +207,7 @@ def _kinds(program: Program, analysis: Analysis) -> RenderableType:
 
 
 def _clusters(space: ParamSpace, analysis: Analysis) -> RenderableType:
-    """Where in the space of params the failures lie, and how often runs there fail."""
+    """Return the table of failure clusters in the space of params, with the failure rate inside each."""
     rows = [
         (
             Text(whole(len(cluster.rows))),
@@ -261,7 +261,7 @@ def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
 
 
 def _sensitivity(found: Sensitivity) -> RenderableType:
-    """What each param leaves open, and what it explains alone, of every output that varies."""
+    """Return the total and first-order shares of each param, for every output that varies."""
     outputs = varying(found)
     if not outputs:
         return Text("nothing varies: not one param or choice of the scene matters", "quiet")
@@ -327,12 +327,12 @@ def _avoidable(found: Probability) -> Iterator[Text]:
 
 
 def _given(found: Probability) -> str:
-    """What must be valid: where requirements on the run were broken, or it failed, more than its beginning."""
+    """Return `run` if runs broke requirements or failed, else `scene`: the condition of the estimate."""
     return "run" if found.aborted or found.errors else "scene"
 
 
 def _conditions(found: Probability) -> Iterator[Text]:
-    """What the probability is of, and what it leaves out."""
+    """Yield the conditions of the probability, and the runs that it leaves out."""
     yield Text(how_drawn(found), "quiet")
     if found.condition == PARAMS and found.method == "mc":
         yield Text(HINT, "quiet")

@@ -146,7 +146,7 @@ def remarks_view(remarks: Sequence[str]) -> RenderableType:
 # -- what an export wrote: files and sizes, how to open them, what a format cannot carry, what a check found -----------
 
 MOST_FILES = 40
-"""Of a long list, so many are shown."""
+"""Maximum number of files that are shown of a long list."""
 
 
 def export_view(written: Written, how: "ExportOptions") -> RenderableType:
@@ -243,7 +243,7 @@ def _of_which(written: Written, groups: Sequence[Sequence[int]]) -> str:
 
 
 def _check(findings: Sequence[Finding], checked: Mapping[str, str]) -> RenderableType:
-    """What was found, and what was looked at: no finding says no more than that."""
+    """Return the findings of the check and its scope; no finding proves no more than that scope."""
     rows = [(Text(name, "title"), Text(what, "quiet")) for name, what in checked.items()]
     looked_at = columns(left(), left(wrap=True), rows=rows)
     if not findings:

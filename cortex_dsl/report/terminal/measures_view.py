@@ -46,7 +46,7 @@ def measures_view(
 
 
 def _note(metrics: Sequence[Metric]) -> str:
-    """What the signs among the values mean, those that are there."""
+    """Return the meanings of the signs that occur among the values."""
     endless = [metric for metric in metrics if metric.value == math.inf]
     needs = dict.fromkeys(metric.name for metric in endless if metric.unit not in (SECOND, METRE))
     signs = (
@@ -113,7 +113,7 @@ def risk_view(score: int, parts: Sequence[float], profile: RiskProfile, *, ascii
 
 
 def _band(edges: Edges, points: int, unit: str) -> str:
-    """Where a metric lies that scores so many points, e.g. `8.2 to 11 m`."""
+    """Return the range of a metric that scores this number of points, e.g. `8.2 to 11 m`."""
     if points >= BANDS:
         return f"below {edges[0]:g} {unit}"
     if points <= 0:
@@ -127,7 +127,7 @@ MEANINGS: Mapping[str, str] = {
     "D_MS": "distance between outlines at MS",
     "TTC_MS": "time to collision at MS: D_MS / MS",
 }
-"""Of the metrics that the score comes from."""
+"""Meanings of the metrics behind the score."""
 
 
 def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:

@@ -95,7 +95,7 @@ def _options(weighing: "Weighing", gene: int, drawn: "Floats", accepted: "Floats
 
 
 def values_view(shown: Shown, width: int, *, ascii_only: bool = False) -> RenderableType:
-    """Of a number a histogram, of a truth or a choice how often each is the case; what collided stands out."""
+    """Return a histogram of a number, or shares of a truth or choice; collisions are marked."""
     (thing,) = shown.things
     if not len(shown.collided):
         return section(thing.name, Text("no scene is accepted; `:relax` shows why", "warn"), shown.note)
@@ -127,14 +127,14 @@ def _scale(values: "Floats") -> Scale:
 
 
 def _kept(kept: "Bools") -> Text:
-    """Of a formula its Boolean verdict, which decides at 0, too."""
+    """Return a line on the Boolean verdict of a formula, which also decides at robustness 0."""
     if kept.all():
         return Text("it holds in every run", "good")
     return Text.assemble("it holds in ", f"{int(kept.sum()):,} of {len(kept):,} runs", "; below 0 it does not")
 
 
 def _legend(shown: Shown, ascii_only: bool) -> Iterator[tuple[str, str]]:
-    """What the marked part of a column is."""
+    """Yield the legend for the marked part of a column."""
     if shown.ran:
         mark = ("x" if ascii_only else "▓") if shown.collided.any() else ""
         yield f"   {mark} " if mark else "   ", "bad"
@@ -181,7 +181,7 @@ def _room(width: int) -> int:
 def _heights(
     scale: Scale, values: "Sequence[Floats]", room: int, in_a_column: int, of: int | None = None
 ) -> "list[Floats]":
-    """Of several histograms in one: each of shares of its own values, or of so many."""
+    """Return the bar heights of several histograms: shares of `of` values, or of the values of each histogram."""
     fewest = min(len(each) for each in values) if of is None else of
     bins = max(FEWEST_COLUMNS, min(room, fewest // in_a_column))
     edges = _edges(scale.low, scale.high, bins, whole=scale.whole)

@@ -41,11 +41,11 @@ class SearchProgress:
     console: Console
     method: str
     total: int
-    """Generations to come in all."""
+    """Number of generations in all."""
     figures: "list[Figures]" = field(default_factory=list)
-    """Of the generations so far; of a run that goes on, those that it had too."""
+    """Figures of the generations so far, including those before a resume."""
     spent: float = 0.0
-    """What they took [s]."""
+    """Time that these generations took [s]."""
     simulations: int = 0
     best: float = math.nan
     interval: float = INTERVAL
@@ -112,7 +112,7 @@ def with_progress(console: Console, total: int, blocks: Iterable["Scenes"]) -> I
 
 
 def progress_line(method: str, done: int, total: int, simulations: int, seconds: float) -> Text:
-    """Return what `progress_view` shows, in one line of plain text."""
+    """Return the content of `progress_view` as one line of plain text."""
     if not done:
         return Text(f"{method}: generation 1 of {total}, {duration(seconds)} so far")
     runs = f", {whole(simulations)} runs" if simulations else ""
@@ -122,7 +122,7 @@ def progress_line(method: str, done: int, total: int, simulations: int, seconds:
 def progress_view(
     method: str, figures: "list[Figures]", total: int, simulations: int, seconds: float, best: float
 ) -> RenderableType:
-    """What is known so far: how far, how fast, how good."""
+    """Return the progress so far: generations, speed, and results."""
     done = len(figures)
     rate = simulations / seconds if seconds > 0 else 0.0
     left_over = seconds / done * (total - done) if done else math.nan
@@ -163,7 +163,7 @@ WIDEST = 14
 BESIDE = 8
 """Characters that a cell takes beside its bar."""
 FEW = 4
-"""As many methods always stand in columns."""
+"""Number of methods up to which methods are in columns."""
 LINES = 10
 """Lines of progress that a study prints in all where the output is no terminal."""
 

@@ -264,7 +264,7 @@ def exhausted_view(
     genome: Sequence[float],
     account: "Account | None" = None,
 ) -> RenderableType:
-    """What exit code 3 says where nothing could be run; `verdict` is one of `REASONS`."""
+    """Return the report for exit code 3 if nothing could be run; `verdict` is a key of `REASONS`."""
     parts: list[RenderableType] = [Text.assemble(("no valid scene", "bad"), _tried(tally, verdict))]
     if len(tally.tested):
         parts.append(section("Requirements", requirements_view(program, tally), "tested only if the earlier ones held"))

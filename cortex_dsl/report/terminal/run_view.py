@@ -169,7 +169,7 @@ def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
 
 
 def choices_view(program: Program, scenes: Scenes) -> RenderableType | None:
-    """What chance chose for row 0 among finitely many; None where there was nothing to choose."""
+    """Return the random finite choices of row 0; None without any."""
     rows = [(Text(name), Text(option)) for name, option in made_choices(program, scenes)]
     return columns(left(), left(wrap=True), rows=rows) if rows else None
 
@@ -196,7 +196,7 @@ def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMomen
 
 
 def _headline(report: RunReport) -> Text:
-    """What it came to, in one line."""
+    """Return the result of the run in one line."""
     end = end_of(report.program, report.outcomes, 0)
     judged = report.valid and report.outcomes.min_distance.shape[1]
     return Text.assemble(

@@ -67,7 +67,7 @@ def sample_view(
 
 
 def _params_kept(program: Program, tally: Tally) -> list[Text]:
-    """Return what an attempt draws again, and how many draws of the params are hopeless."""
+    """Return lines on the scope of an attempt, and on draws of the params that allow no scene."""
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
@@ -100,7 +100,7 @@ def _bar(count: int, total: int, word: Text) -> Text:
 
 
 def driven_view(runs: DrivenRuns, driver: str) -> RenderableType:
-    """What became of scenes that somebody drove."""
+    """Return the endings of scenes that an external driver drove."""
     rows = ((Text(word, style), runs[ending], meaning) for ending, (word, style, meaning) in ENDINGS.items())
     parts: list[RenderableType] = [_shares(runs.driven, rows)]
     if runs.valid:

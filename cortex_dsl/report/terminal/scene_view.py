@@ -40,7 +40,7 @@ class KeyMoment:
     sample: int
     contact: bool
     point: Point
-    """Where to set the mark."""
+    """Position of the mark."""
 
 
 def scene_view(
@@ -117,14 +117,14 @@ def _draw_outline(canvas: Canvas, trajectory: Trajectory, actor: int, sample: in
 
 
 def _way(trajectory: Trajectory, actor: int) -> list[Point]:
-    """Where an actor's centre was while it took part."""
+    """Return the path of an actor's centre while it is present."""
     states = trajectory.states[:, actor]
     present = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING]).all(axis=1)
     return _points(states[present][:, [State.X, State.Y]])
 
 
 def _first_seen(trajectory: Trajectory, actor: int) -> str:
-    """What the mark of an actor shows: its start, or where it comes in, and when."""
+    """Return the label of an actor's mark: its start, or the time of its entry."""
     there = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
     if not len(there):
         return "never comes in"
@@ -162,7 +162,7 @@ def _legend(
 
 
 def signal_legend(road: Outline) -> list[RenderableType]:
-    """What the letters on lines say: nothing where no road has a light."""
+    """Return the legend of the letters on lines; empty without traffic lights."""
     if not road.signals:
         return []
     if not road.signals[0].colour(0.0):

@@ -75,16 +75,14 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
 
 
 def _loneliness(program: Program) -> list[RenderableType]:
-    """What to say of a search that cannot find anything."""
+    """Return a warning if the ego is the only actor, so that a search cannot find anything."""
     if len(program.actors) > 1:
         return []
     return [Text("  the ego is the only actor, so every risk is 0", "warn")]
 
 
 def headline(program: Program, report: SearchReport) -> Text:
-    """What it came to: what speaks against the ego, and below how often, with whom, what it took, and the paper's
-    count.
-    """
+    """Return the headline: failures of the ego, then their rate, partners, effort, and the paper's count."""
     campaign = report.campaign
     came, found = campaign.failures, campaign.by_simulation
     failed = driver_text(came, campaign.objective)
@@ -277,7 +275,7 @@ def _values(report: SearchReport, field: str) -> list[float]:
 
 
 def failures_line(program: Program, report: SearchReport) -> Text | None:
-    """What to say of runs that the engine could not finish; None where there are none."""
+    """Return a line on runs that the engine could not finish; None without any."""
     campaign = report.campaign
     runs = campaign.evaluations.rollouts
     failed = (runs.verdict == Verdict.ERROR) & (runs.end_reason != EndReason.STUCK)

@@ -29,7 +29,7 @@ from engine.study.verdict import FAMILIES, RULE, Beside, Findings, RandomRates
 
 
 def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
-    """What the study shows in comparison with the paper."""
+    """Yield the sections that compare the study with the paper."""
     if findings.beside:
         note = "medians of our runs; the paper's one run"
         table = Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside))
@@ -310,7 +310,10 @@ def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:
 
 
 def _summary(claims: Sequence[Claim]) -> Iterator[Text]:
-    """What the paper says and what we infer are counted apart: an assumption that fails is one cause, not many."""
+    """Yield the counts of contradictions: statements of the paper, then our inferences by assumption.
+
+    A wrong assumption is one cause for all of its failures.
+    """
     own = said(claims)
     wrong = sum(not claim.holds for claim in own)
     tail = " statements of the paper contradict its own numbers"

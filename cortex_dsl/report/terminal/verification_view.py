@@ -83,7 +83,7 @@ def _grip(found: Verified) -> tuple[Text, Text]:
 
 
 def _legend(answers: Sequence[Verified]) -> RenderableType:
-    """What the answers that are there mean."""
+    """Return the meanings of the answers that occur."""
     given = {found.answer for found in answers}
     rows = [
         (Text(name, style), Text(text, "quiet")) for answer, (name, style, text) in ANSWERS.items() if answer in given

@@ -144,7 +144,7 @@ def gene_header(space: ParamSpace, gene: int) -> list[str]:
 
 
 def common_line(space: ParamSpace, campaign: Campaign) -> RenderableType | None:
-    """What the cases share: the params that lie within a tenth of their range in all of them. None: nothing."""
+    """Return the params that lie within a tenth of their range in all cases; None without any."""
     shared = [text for gene in range(len(space)) if (text := _common(space, campaign, gene))]
     if not shared or len(campaign.worst) < 2:
         return None
@@ -161,7 +161,7 @@ def _common(space: ParamSpace, campaign: Campaign, gene: int) -> str:
 
 
 def worst_files(report: SearchReport) -> RenderableType | None:
-    """Where the concrete scenarios of the worst cases lie; None where there are none."""
+    """Return the places of the concrete scenarios of the worst cases; None without any."""
     if not report.worst_files:
         return None
     first, last = report.worst_files[0], report.worst_files[-1]
@@ -239,7 +239,7 @@ trend: rank correlation with {goal}, -1 to +1
 bad cases: where in the range they lie; worst tenth: where 90 % of it lies"""
 """What the columns mean; fits 80 columns."""
 FEW = 10
-"""With fewer collisions than this, the riskiest tenth stands for them."""
+"""Number of collisions below which the riskiest tenth replaces them."""
 
 
 def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableType:
@@ -313,7 +313,7 @@ def _histogram(space: ParamSpace, gene: int, values: Floats) -> str:
 
 
 def _worst(space: ParamSpace, gene: int, effect: GeneEffect, bad: Floats) -> Text:
-    """Where nine tenths of the worst tenth lie, or the most frequent option."""
+    """Return the range that holds nine tenths of the worst tenth, or the most frequent option."""
     if space.kinds[gene] == GeneKind.INDEX:
         often = int(np.bincount(bad.astype(int)).argmax()) if len(bad) else 0
         return Text(f"mostly {format_gene(space, gene, often)}")
