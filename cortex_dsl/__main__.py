@@ -17,7 +17,7 @@ INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 NEW_BEFORE_A_LOOK = 500_000
 """Objects that are made before Python looks for garbage among them."""
 A_MOMENT = 0.001
-"""Until a signal is heard again that came at a bad time [s]."""
+"""Delay before a signal that arrived at an unsafe time is delivered again [s]."""
 
 
 def process() -> int:

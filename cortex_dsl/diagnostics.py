@@ -74,7 +74,7 @@ class CompileError(CortexError):
         return f"<pre>{escape(str(self))}</pre>"
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython prints instead of a traceback: the mistakes alone, for its frames are ours, not the file's."""
+        """Return the errors without a traceback, for IPython: all frames are ours, none is the file's."""
         return str(self).strip("\n").splitlines()
 
     def __str__(self) -> str:

@@ -44,7 +44,7 @@ from engine.vocabulary import EndReason, Verdict
 
 ID = "cortexc/Scenario-v0"
 FARTHEST = 1e9
-"""Of what is observed: Gymnasium wants a bound."""
+"""Largest magnitude of an observation: Gymnasium requires a bound."""
 SEEDS = 2**31
 
 
@@ -54,18 +54,19 @@ def action_space(actions: tuple[Action, ...]) -> "spaces.Box":
 
 
 def observation_space(count: int) -> "spaces.Box":
-    """So many numbers."""
+    """Return the space of `count` observed numbers."""
     return spaces.Box(-FARTHEST, FARTHEST, (count,), dtype=np.float64)
 
 
 def bounded(observations: Floats) -> Floats:
-    """What is observed, inside of its space."""
+    """Return the observations clipped to their space, with 0 for NaN."""
     return np.clip(np.nan_to_num(observations), -FARTHEST, FARTHEST)
 
 
 def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
-    """What became of runs that have just ended, as Gymnasium has it of lanes side by side: (n,) arrays, and beside each
-    where it counts, by its name after `_`.
+    """Return the results of runs that have just ended, in Gymnasium's form for vector environments.
+
+    Arrays are (n,); for each key, `_` and the key is a mask of valid entries.
     """
     words = {
         "end": [EndReason(int(reason)).name.lower() if reason >= 0 else "" for reason in outcomes.end_reason],

@@ -52,7 +52,7 @@ def _read_from_file(name: str) -> ModuleType:
 
 
 def _other_engine() -> str | None:
-    """Where the other one was found, or `nowhere`; None where it is ours."""
+    """Return the place of a foreign `engine` package, or `nowhere`; None if the package is ours."""
     spec = _engine_spec()
     places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or ()]
     if HOME / ENGINE in places:

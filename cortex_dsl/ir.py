@@ -318,9 +318,9 @@ class Requirement:
     name: str
     line: int
     margin: Expr | None = None
-    """By how much it holds: positive where it does, negative where it does not; None for a bare truth."""
+    """Margin by which it holds: positive if it holds, negative if not; None for a bare truth."""
     dimension: Dimension = PURE
-    """Of the margin."""
+    """Dimension of the margin."""
     unit: str = ""
     """Unit word of that dimension in which the file speaks; "" where it names none."""
 
@@ -347,9 +347,9 @@ class Formula:
     op: TemporalOp
     operands: tuple["Formula", ...] = ()
     watch: int = -1
-    """Of an ATOM: the rule (kind WATCH) whose value it is."""
+    """Rule (kind WATCH) that holds the value of an ATOM."""
     margin: int = -1
-    """Of an ATOM of an objective: the rule that says how far it holds."""
+    """Rule that holds the robustness of an ATOM of an objective."""
 
 
 @frozen

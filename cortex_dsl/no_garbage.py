@@ -12,7 +12,7 @@ from threading import Lock
 
 _lock = Lock()
 _within: list[bool] = []
-"""Of each compilation that is under way, in whatever thread, whether the collector was on when it began."""
+"""Whether the collector was on at the start, for each running compilation of any thread."""
 
 
 @contextmanager

@@ -41,12 +41,12 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
         self._stream = np.random.default_rng()
 
     def observation_space(self, agent: str) -> "spaces.Box":
-        """What an agent observes."""
+        """Return the observation space of an agent."""
         del agent
         return self._spaces[0]
 
     def action_space(self, agent: str) -> "spaces.Box":
-        """What an agent decides."""
+        """Return the action space of an agent."""
         return self._spaces[1][agent]
 
     @property

@@ -71,7 +71,7 @@ class Source:
 
     @cached_property
     def line_starts(self) -> tuple[int, ...]:
-        """Of the whole."""
+        """Return the offsets of the line starts in the whole text."""
         return (0, *(i + 1 for i, character in enumerate(self.whole) if character == "\n"))
 
     def file(self, offset: int) -> FileText:

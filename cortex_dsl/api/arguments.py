@@ -82,7 +82,7 @@ def callback(name: str, value: object) -> None:
 
 
 def objectives_of(program: "Program", given: object) -> tuple[Any, ...]:
-    """Return what is sought, one or several, after checking that there is such a thing.
+    """Return one or several objectives after checking that each exists.
 
     Raises:
         ArgumentError, ArgumentKindError: an unknown name, nothing, or neither a name nor a function.
@@ -277,7 +277,7 @@ class Held:
 
 
 def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[Held, ...]:
-    """What `-p` and `--freeze` hold, in the order in which they were given."""
+    """Return the params that `-p` and `--freeze` fix, in the order given."""
     entries = param_entries(module)
     return tuple(
         _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()

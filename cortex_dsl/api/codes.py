@@ -21,7 +21,7 @@ FAMILIES = {
     "5": "what is random",
     "6": "behaviors and runs",
 }
-"""By the first digit of a code."""
+"""Titles by the first digit of a code."""
 
 
 @dataclass(frozen=True)

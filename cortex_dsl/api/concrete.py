@@ -174,7 +174,7 @@ def _road_edits(program: Program, modules: Sequence[nodes.Module]) -> Iterator[E
 
 
 def map_copies(program: Program) -> dict[str, bytes]:
-    """What has to lie beside a concrete file: the file of its map, as it was read."""
+    """Return the files that a concrete file needs next to it: its map file, as it was read."""
     spec = program.road_spec
     return {map_name(spec): Path(spec.path).read_bytes()} if isinstance(spec, MapFile) else {}
 
@@ -232,7 +232,7 @@ def _variant_edits(program: Program, scenes: Scenes, row: int, source: Source) -
 
 
 def _comma(source: Source, span: Span) -> str:
-    """What separates a specifier put behind a class name from those that follow it."""
+    """Return the separator after a specifier that is inserted after a class name."""
     rest = source.whole[span.end :].lstrip(" ")
     return "" if not rest or rest[0] in "\r\n#,)]}" else ","
 

@@ -135,7 +135,7 @@ def read_recording(
     window: tuple[float, float] | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> "Imported":
-    """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
+    """Return the input of `measure`: the recording of a file, its road if it has one, and unsupported contents.
 
     Raises:
         ArgumentError, InterchangeError: as `measure`.

@@ -58,7 +58,7 @@ class Proof:
 
     @property
     def text(self) -> str:
-        """What running again showed."""
+        """Return the result of the repeated simulations."""
         if not self.again:
             return "nothing was run again"
         same = self.again - len(self.differ)

@@ -70,7 +70,7 @@ class Rest:
 
     run: OpenedRun
     manifest: Manifest
-    """Of the run as it is to end."""
+    """Manifest of the run at its end."""
     journal: Journal | None = None
     record: Record | None = None
     """What the journal holds."""

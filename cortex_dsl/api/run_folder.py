@@ -142,10 +142,10 @@ def _is_reproducible(scenario: Searchable) -> bool:
 def same_objective(
     folder: Path, program: Program, manifest: Manifest, given: Sequence[Sought] | None = None
 ) -> tuple[Sought, ...]:
-    """What a run looks for, to go on with it.
+    """Return the objectives of a run that is to be resumed.
 
     Raises:
-        StoreError: another objective is given, or a function that the run names is not.
+        StoreError: another objective is given, or the run needs a Python function that is not given.
     """
     named = manifest.objective
     aims = named if given is None else tuple(given)
@@ -289,7 +289,7 @@ class KeptFiles:
 
 
 def origin_of(scenario: Searchable) -> Origin:
-    """Return what a manifest keeps of a scenario beside its main text."""
+    """Return the part of a manifest on the origin of a scenario, except its main text."""
     compiled = scenario.compiled
     imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
     links = (*_links(compiled), *_map_links(compiled))
@@ -297,7 +297,7 @@ def origin_of(scenario: Searchable) -> Origin:
 
 
 def _map_links(compiled: Compiled) -> Iterator[Link]:
-    """Where the file of the map was, and what it held."""
+    """Yield the path of the map file and the digest of its contents."""
     spec = compiled.program.road_spec
     if isinstance(spec, MapFile):
         yield Link(compiled.source.name, spec.file, spec.path)

@@ -55,7 +55,7 @@ class OpenedRun:
     folder: Path
     record: Record
     scenario: Scenario
-    """With the settings of the run."""
+    """Scenario with the settings of the run."""
     edited: tuple[str, ...]
     """Files that say something else now; the run goes by what they said when it was started."""
 

@@ -74,7 +74,7 @@ class Scenario:
 
     @property
     def program(self) -> Program:
-        """What the simulators run: params, actors, rules and requirements by name, and the compiled tables."""
+        """Return the input of the simulators: params, actors, rules, requirements by name, and the compiled tables."""
         return self.compiled.program
 
     def sample(self, count: int = 1, seed: int = 0, genome: "ArrayLike | None" = None, jobs: int = 1) -> "Scenes":

@@ -43,7 +43,7 @@ def check(request: CompileRequest, terminal: Terminal) -> int:
 
 
 def _proved(compiled: "Compiled", found: "Feasibility") -> dict[str, Any]:
-    """What is proved beyond the diagnostics, for the document."""
+    """Return the proofs beyond the diagnostics as a document."""
     from cortex_dsl.report.documents import feasibility_content
 
     return feasibility_content(compiled.program, found)

@@ -95,10 +95,11 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
 # -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
 CHUNK = 20_000
-"""Scenes drawn at once, or fewer of many actors: only their counts are kept, so any number fits in memory."""
+"""Number of scenes that are drawn at once, fewer with many actors; memory is bounded as only counts are stored."""
 DRIVEN = 4_096
-"""So many where somebody drives, or as many as are asked about at once: what is decided in each is kept until it is
-counted.
+"""Number of scenes at once with an external driver, or the size of its queries if larger.
+
+All decisions of a scene are stored until it is counted.
 """
 
 
@@ -243,7 +244,7 @@ def _chunks(scenario: Scenario, run: RunRequest, samples: int) -> Iterator[Scene
 
 
 def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:
-    """What was counted, for the document."""
+    """Return the counts as a document."""
     culprit = most_to_blame(program, tally, blame)
     return {
         "program": program.digest,

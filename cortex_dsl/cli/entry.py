@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _trace(cause: BaseException, terminal: Terminal) -> None:
-    """Where it was raised, of an error in the user's own driver."""
+    """Print the traceback of an error in the user's own driver."""
     import traceback
 
     ours = tuple(str(HOME / package) for package in ("engine", "cortex_dsl"))
@@ -82,7 +82,7 @@ def _is_no_text(word: str) -> bool:
 
 
 def _how_much(error: MemoryError) -> str:
-    """What was asked for, where numpy says it."""
+    """Return the size that numpy reports in a memory error; empty without one."""
     found = re.search(r"allocate (\S+ \S+) for", str(error))
     return f": {found[1]} at once" if found else ""
 

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
-"""Where files go unless --out says otherwise: inside the run's folder, or here."""
+"""Folder of exported files without --out: inside the run's folder, or the working folder."""
 MOST_CASES = 1_000
-"""With --top; all their files are in memory before the first is written."""
+"""Maximum of --top; all files of these cases are in memory before the first is written."""
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
 PLAYERS = ("carla",)

@@ -125,7 +125,7 @@ def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Term
 
 
 def _report(text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
-    """What would change, and whether that is an error."""
+    """Print the change of a text and return the exit code."""
     if text.changed and options.diff:
         terminal.write(_diff(text), coloured=not sys.stdout.isatty())  # for `patch`, byte for byte
     elif text.changed:

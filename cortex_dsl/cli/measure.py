@@ -77,7 +77,7 @@ def _check(reader: Reader, options: argparse.Namespace) -> None:
 
 
 def _instead(path: Path, reader: Reader) -> str:
-    """What reads this kind of file."""
+    """Return a hint on the command that reads this kind of file."""
     suffix = path.suffix.lower()
     if suffix == ".scn":
         return f"`cortexc {path}` runs a scenario"
@@ -268,7 +268,7 @@ def _with_road(
     write: "Callable[[MeasuredReport, str | None, argparse.Namespace], Export]",
     options: argparse.Namespace,
 ) -> "Export":
-    """What is written on the road that was read, and beside it a copy of that."""
+    """Write an export that refers to the road of the recording, and a copy of the road next to it."""
     from engine.interchange.contract import Export
 
     road = report.road

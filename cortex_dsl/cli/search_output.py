@@ -67,7 +67,7 @@ def removed(terminal: Terminal) -> OnRemoved:
 
 
 def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
-    """Return what runs the simulations: threads or processes of this machine, or a cluster."""
+    """Return the workers for the simulations: threads or processes of this machine, or a cluster."""
     return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
 
 
@@ -107,7 +107,7 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
 
 
 def _report(found: Found, program: Program | None) -> SearchReport:
-    """Of one campaign; without a program nothing is to blame."""
+    """Return the report of one campaign; without a program, no requirement is blamed."""
     folder = found.folder if found.folder.is_dir() else None
     manifest = found.manifest
     blame = program and blame_of_search(program, found.campaign, manifest.config.search.seed)
@@ -116,7 +116,7 @@ def _report(found: Found, program: Program | None) -> SearchReport:
 
 
 def _driver_options(driver: DrivenBy | None) -> str:
-    """What names on a command line who drives in a worst case again."""
+    """Return the command-line options that repeat the driver of a worst case; empty without one."""
     if driver is None:
         return ""
     return " ".join([as_options(driver.name), *driver_words(None, driver.block, driver.observe)])

@@ -41,7 +41,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def study_workers(options: argparse.Namespace) -> "Workers":
-    """Return what carries out the runs: processes of this machine, or a cluster."""
+    """Return the workers for the runs: processes of this machine, or a cluster."""
     from engine.search.workers import Workers
 
     if options.dask is not None:

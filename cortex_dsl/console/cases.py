@@ -38,7 +38,7 @@ def play_case(shown: "CaseReplay", speed: float, terminal: Terminal) -> None:
 def picture(
     shown: "CaseReplay", path: Path, speed: float = 1.0, case: "Case | None" = None, folder: Path | None = None
 ) -> str | bytes:
-    """What a file with one of the suffixes of `PICTURES` holds.
+    """Return the contents of a file with one of the suffixes of `PICTURES`.
 
     Raises:
         UsageError: a film needs a package that is not installed.

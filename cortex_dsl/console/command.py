@@ -125,7 +125,7 @@ class Option:
     name: str = ""
     """Attribute of the parsed options, and field of a request; "": the flag without dashes."""
     nargs: str | None = None
-    """As in `argparse`."""
+    """Number of values, as in `argparse`."""
     const: Any = True
     """Value of an option that is given without a value."""
     collect: Callable[[Any, Any], Any] | None = None

@@ -46,7 +46,7 @@ class RunRequest:
     """How scenes are drawn and simulated. An option that was not given is None, so that the file may decide."""
 
     seed: int | None = None
-    """None: what a concrete file pins, else 0."""
+    """Seed; None: the seed of a concrete file, else 0."""
     engine: str | None = None
     max_attempts: int | None = None
     time_step: float | None = None
@@ -54,13 +54,13 @@ class RunRequest:
     prune: bool = False
     jobs: int = 1
     ego: Egos | None = None
-    """Who drives for the controllers of the file."""
+    """Driver for the controllers of the file."""
     ego_batch: int = 256
-    """Scenes that it is asked about at once."""
+    """Number of scenes in one query to the driver."""
     ego_observes: str = RECORDS
-    """What it observes (`engine.vocabulary.OBSERVABLE`)."""
+    """Observation of the driver (`engine.vocabulary.OBSERVABLE`)."""
     target: float | None = None
-    """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
+    """Acceptance that `--sample` shall reach by relaxing a requirement."""
 
 
 @frozen
@@ -80,7 +80,7 @@ class SearchRequest:
     """Address of a scheduler, or `local`."""
     out: Path | None = None
     command_line: tuple[str, ...] = ()
-    """As typed, without the program's name; kept in the manifest of a search."""
+    """Command line without the program's name; stored in the manifest of a search."""
 
 
 @frozen
@@ -92,9 +92,9 @@ class Request:
     run: RunRequest = field(default_factory=RunRequest)
     search: SearchRequest = field(default_factory=SearchRequest)
     samples: int = 0
-    """Of `--sample`."""
+    """Number of scenes for `--sample`."""
     stage: str = ""
-    """Of `--emit`."""
+    """Stage that `--emit` prints."""
 
 
 Part = TypeVar("Part")

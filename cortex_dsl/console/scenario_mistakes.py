@@ -94,7 +94,7 @@ def misplaced(compiled: Compiled, conflict: Sequence[int]) -> list[Diagnostic]:
 
 
 def _actors(compiled: Compiled) -> tuple[ir.Actor, ...]:
-    """Of the first variant that can be; the others have the same."""
+    """Return the actors of the first possible variant; all variants have the same actors."""
     return next((v.actors for v in compiled.scenario.variants if v.rejection is None), ())
 
 

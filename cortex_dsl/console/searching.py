@@ -34,7 +34,7 @@ def is_constant(done: Progress) -> bool:
 
 
 def constant_line(done: Progress) -> str:
-    """What to say of an objective that is the same whatever is drawn."""
+    """Return a warning about an objective with the same value in every draw."""
     value = significant(done.best.continuous) if done.best else ""
     what = f"{done.objective[0]} is {value} in every valid run of the first generation"
     return f"{what}: there is nothing to climb, and the search is a random one until it changes"

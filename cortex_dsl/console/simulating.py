@@ -60,7 +60,7 @@ def open_scenario(
 
 
 def _driver(run: RunRequest) -> "Driver | None":
-    """Whom the command line names.
+    """Return the driver that the command line names; None without one.
 
     Raises:
         ControllerError: there is no such driver.

@@ -64,7 +64,7 @@ class View:
     text: str
     analysis: Analysis
     files: Files = DISK
-    """Where imports come from."""
+    """Source of the imported files."""
 
     @cached_property
     def tokens(self) -> tuple[Token, ...]:
@@ -90,7 +90,7 @@ class View:
         return len(self.analysis.source.text)
 
     def worth(self, values: ObservedValues) -> str:
-        """What values are; where there are errors, not all of them have been seen."""
+        """Return a description of values; with errors in the file, some values may be missing."""
         partly = any(diagnostic.severity is Severity.ERROR for diagnostic in self.analysis.diagnostics)
         return described(values, partly=partly)
 
@@ -109,7 +109,7 @@ class View:
         return self._as_param(symbol.name) if symbol.kind is SymbolKind.PARAM and not values else values
 
     def _as_param(self, name: str) -> ObservedValues:
-        """What a param is that no expression uses."""
+        """Return the value of a param that no expression uses."""
         evaluator = next((each[0].evaluator for each in self.analysis.seen.values()), None)
         if evaluator is None or name not in evaluator.run.params:
             return ()

@@ -268,7 +268,7 @@ def _joining(place: Place) -> Iterator[Candidate]:
 
 
 def _over_run(view: View, place: Place) -> Iterator[Candidate]:
-    """What makes one number of a run, where such a number is asked for."""
+    """Yield reducers and named results of a run, at a place that takes such a number."""
     asked = asked_at(view, place)
     if asked is not None and asked.sort is Sort.RUN:
         yield from (Candidate(name, "function", f"{name}(x)", doc, 0) for name, doc in REDUCERS.items())

@@ -69,7 +69,7 @@ MEASURES: Mapping[str, Dimension] = {
 
 
 def asked_at(view: View, place: Place) -> Asked | None:
-    """What a place asks for; None where that is open."""
+    """Return the kind of value that a place takes; None if that is open."""
     if not place.left:
         return None
     first, previous = _words(place.left[0].text), place.previous
@@ -107,7 +107,7 @@ def _of_property(name: str) -> Asked | None:
 
 
 def _of_argument(place: Place) -> Asked | None:
-    """What the argument is, by its name or its place, of what the language has built in."""
+    """Return the kind of value of an argument of a built-in function, by the name or position of the argument."""
     builtin = BUILTINS.get(place.left[place.callee].text)
     if builtin is None or not builtin.parameters or builtin.variadic:
         return None
@@ -192,7 +192,7 @@ def _for_number(asked: Asked, value: object) -> int | None:
 
 
 def _for_run(asked: Asked, value: object) -> int | None:
-    """What changes is to be reduced first."""
+    """Return the rank of a quantity as the operand of a reducer; None for other values."""
     return _for_number(asked, value) if isinstance(value, Quantity) else None
 
 

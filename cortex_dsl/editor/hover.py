@@ -24,7 +24,7 @@ class Hover:
 
 
 def hover(view: View, offset: int) -> Hover | None:
-    """What is known about what stands at an offset."""
+    """Return the hover text for an offset; None without a known token."""
     index = view.index(offset)
     if index < 0 or view.tokens[index].is_text:
         return None
@@ -136,7 +136,7 @@ def attribute_doc(name: str) -> str:
 
 
 def unit_text(word: str) -> str:
-    """What a unit measures, and its size."""
+    """Return a unit's dimension and size."""
     unit = UNITS[word]
     others = ", ".join(f"`{u.word}`" for u in UNITS.values() if u.dimension == unit.dimension and u is not unit)
     return joined(code(f"1 {word}"), explained_unit(unit.dimension, unit.factor), f"also {others}" if others else "")

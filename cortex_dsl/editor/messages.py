@@ -150,7 +150,7 @@ def _related(
 
 
 def _import_of(analysis: Analysis) -> Span:
-    """Where the file imports anything at all."""
+    """Return the span of the first import statement."""
     statement = next(import_statements(analysis.module), None) if analysis.module is not None else None
     return statement.span if statement is not None else Span(0, 0)
 

@@ -34,7 +34,7 @@ class Target:
 
 
 def definition(view: View, offset: int) -> Target | None:
-    """Where what stands at an offset is defined; in another file, if it comes from there."""
+    """Return the definition of the name at an offset; it may lie in another file."""
     index = view.index(offset)
     if index < 0:
         return None
@@ -161,7 +161,7 @@ class Outline:
 
 
 def outline(view: View) -> list[Outline]:
-    """What the file defines."""
+    """Return the definitions of the file as an outline."""
     symbols = [s for s in view.analysis.symbols if s.kind in OUTLINED]
     blocks = [s for s in symbols if s.kind in (SymbolKind.SCENARIO, SymbolKind.CLASS)]
     inside: dict[Span, list[Outline]] = {block.span: [] for block in blocks}

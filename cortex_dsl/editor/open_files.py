@@ -71,7 +71,7 @@ class Buffers(Folder):
     """The files of this computer, as they are in the editor where it has them open."""
 
     texts: Mapping[str, str] = field(default_factory=dict)
-    """By identity."""
+    """Texts by identity."""
 
     def read(self, name: str) -> Source:
         text = self.texts.get(self.identity(name))
@@ -87,13 +87,13 @@ class OpenFile:
     text: str
     generation: int = 0
     latest: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
-    """Of the last text that was compiled."""
+    """Analysis of the last compiled text."""
     tree: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
-    """Of the last text that had a syntax tree."""
+    """Analysis of the last text with a syntax tree."""
     checking: "asyncio.Task[None] | None" = None
     closed: bool = False
     files: Buffers = Buffers()
-    """Where its imports come from."""
+    """Source of its imports."""
     _view: View | None = None
 
     @property

@@ -37,7 +37,7 @@ class Symbol:
     whole: Span
     """The statement that defines it."""
     scope: Span
-    """Where it is known."""
+    """Region of the text in which the name is visible."""
     value: nodes.Expression | None = None
     form: str = ""
     """How it is defined, in one line."""

@@ -48,13 +48,13 @@ class Format:
     """One row."""
 
     suffixes: tuple[str, ...]
-    """Of the files it writes, the one to open first before the others."""
+    """Suffixes of the files that it writes; first the file to open."""
     summary: str
-    """What is in them."""
+    """Contents of these files."""
     readers: str
-    """Who reads them."""
+    """Programs that read them."""
     opened: str
-    """What to do with it, `{file}` being the first file."""
+    """Instruction for opening the first file, which is `{file}`."""
     writer: Writer
     """Function that writes a case."""
     checker: Checker
@@ -334,7 +334,7 @@ FORMATS: Mapping[str, Format] = {
         checked="compiled and run again: every state and every metric, bit for bit",
     ),
 }
-"""By the name that `--to` takes."""
+"""Formats by the name that `--to` takes."""
 
 
 CHECKED_BY_MODE: Mapping[str, str] = {
@@ -345,7 +345,7 @@ CHECKED_BY_MODE: Mapping[str, str] = {
 
 
 def checked_of(name: str, mode: str) -> str:
-    """What a check looks at."""
+    """Return the scope of a check."""
     return FORMATS[name].checked.format(mode=CHECKED_BY_MODE[mode])
 
 

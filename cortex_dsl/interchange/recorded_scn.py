@@ -24,7 +24,7 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
 
 DIGITS = 9
-"""Of positions, headings and speeds behind the point [m, rad, m/s]."""
+"""Decimals of positions, headings and speeds [m, rad, m/s]."""
 AROUND = 0.5
 """How far ahead or behind a start is searched, in seconds of the mean speed …"""
 LEAST, MOST = 1.0, 10.0
@@ -79,7 +79,7 @@ class _Role:
 
     actor: int
     name: str
-    """Of its variable."""
+    """Name of its variable."""
 
     @property
     def param(self) -> str:
@@ -138,7 +138,7 @@ def _track(recording: Recording, role: _Role) -> list[str]:
 
 
 def _params(recording: Recording, role: _Role) -> Iterator[str]:
-    """Where it starts along its way, and how fast time passes for it: around what was seen."""
+    """Yield the params of start offset along the way and of pace, with ranges around the recorded values."""
     if _is_replayed(recording, role):
         speed = float(np.abs(_rows(recording, role.actor)[:, 4]).mean())
         ahead = round(min(MOST, max(LEAST, AROUND * speed)), 1)

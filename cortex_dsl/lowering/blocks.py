@@ -52,7 +52,7 @@ class Coroutines:
     """None for an actor without behaviour."""
     monitors: Sequence[Coroutine]
     callers: dict[int, int] = field(default_factory=dict)
-    """By monitor: the block that advances it, once that has been written."""
+    """Block that advances each monitor, once that block has been written."""
 
 
 @dataclass
@@ -72,7 +72,7 @@ class BehaviourWriter:
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
     invariants: Sequence[tuple[ir.Expr, int]] = ()
-    """Of the scope whose own code is being written."""
+    """Invariants of the scope whose code is being written."""
 
     def write(self, acts: ir.Block) -> None:
         for act in acts:

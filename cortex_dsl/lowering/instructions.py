@@ -154,7 +154,7 @@ class ExpressionWriter:
     buffer: CodeBuffer
     constants: Constants
     hoist: Callable[[ir.Expr], Register | None] = lambda _: None
-    """Where an expression already lies before this code runs (a scene value), or None."""
+    """Function that returns the register of an expression computed before this code runs (a scene value), or None."""
     known: MutableMapping[int, Register] = field(default_factory=dict)
     monitor_blocks: Sequence[int] = ()
     """Block of each monitor."""

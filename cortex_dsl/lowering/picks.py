@@ -61,7 +61,7 @@ class Picker:
         return starts
 
     def _shares(self, options: Sequence[ir.Option], left: Sequence[Register]) -> list[Register]:
-        """Where each option's share ends on the line."""
+        """Return the cumulative end of each option's share."""
         writer, ends = self.expressions.branch(), []
         zero = self.expressions.constants.add(0.0)
         end: Register = zero

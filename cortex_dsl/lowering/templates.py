@@ -76,7 +76,7 @@ class SceneValues:
 
     expressions: list[ir.Expr]
     numbers: dict[int, int] = field(init=False)
-    """By the identity of the expression; a value that is an actor's column too is kept once."""
+    """Number of each expression, by identity; a value that is also an actor's column is stored once."""
     dynamics: Dynamics = field(default_factory=Dynamics)
 
     def __post_init__(self) -> None:

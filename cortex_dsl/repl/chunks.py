@@ -50,7 +50,7 @@ def openness(text: str) -> Open:
 
 
 def parted(text: str) -> list[str]:
-    """What stands between the commas of a text, those inside brackets and strings left alone."""
+    """Return the parts of a text between its commas; commas inside brackets and strings do not separate."""
     depth, ends = 0, []
     for piece in _PIECE.finditer(text):
         kind, value = piece.lastgroup, piece.group()

@@ -22,7 +22,7 @@ class Command:
 
     name: str
     argument: str
-    """As `:help` shows it."""
+    """Argument as `:help` shows it."""
     summary: str
     function: Callable[[State, str], None]
     """Function of the session and the argument."""

@@ -67,7 +67,7 @@ def do_show(state: State, argument: str) -> None:
 
 
 def _texts(state: State, word: str) -> Iterator[str]:
-    """What is known of a word, the nearest meaning first."""
+    """Yield the known meanings of a word, the nearest first."""
     from cortex_dsl.editor import hover
     from cortex_dsl.editor.analysis import View, analyse
     from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES

@@ -127,7 +127,7 @@ def _values(scenario: "Scenario", probe: Probe, instant: Instant, rows: "Bools")
 
 
 def _at_start(scenario: "Scenario", probe: Probe, instant: Instant, rows: "Bools") -> list[Plotted]:
-    """What a record keeps of the first sample, of runs that have no second one."""
+    """Return the values of a record at the first sample, for runs that have no second sample."""
     from engine import batch
 
     config = scenario.config

@@ -118,7 +118,7 @@ def comments_above(entry: str) -> str:
 
 @lru_cache(maxsize=MOST_ENTRIES)
 def keys(entry: str) -> frozenset[Key]:
-    """What an entry defines, so that another one that defines the same stands for it; nothing where it only adds."""
+    """Return the keys of the definitions in an entry; empty if it only adds. An entry with the same key replaces it."""
     source = Source("", entry + "\n")
     try:
         module = parse(source)
@@ -179,7 +179,7 @@ class Placed:
 
     draft: Draft
     index: int
-    """Where the entry is."""
+    """Index of the entry in the draft."""
     replaced: str = ""
     """What it stands for from now on, as people call it."""
 

@@ -75,7 +75,7 @@ def _moved(diagnostic: Diagnostic, start: int, typed: Span) -> Diagnostic:
 
 
 def _widest(witness: ValueRecorder, start: int) -> ObservedValues:
-    """What was seen of the whole expression, whose span may leave out brackets around it."""
+    """Return the values of the whole expression; its span may leave out brackets around it."""
     fitting = [span for span in witness.seen if span.start >= start]
     return witness.seen[min(fitting, key=lambda span: (span.start, -span.end))] if fitting else ()
 
@@ -153,7 +153,7 @@ def _compiled(state: State, probes: Sequence[Probe], whole: bool) -> Probed | No
 
 
 def _over(state: State, text: str) -> Over | None:
-    """What an expression speaks of; None where it is none, which is then shown."""
+    """Return the domain of an expression; None for invalid input, which is reported."""
     module = _parsed(state, f"{Over.FORMULA.value} ", text, or_else=PLACE)
     if module is None:
         return None

@@ -21,7 +21,7 @@ Offer = tuple[str, str]
 
 
 def of_command(state: State, analysis: Analysis, text: str, event: CompleteEvent) -> Iterator[Completion]:
-    """Of a line behind its colon: the command's name, or the word that is being written; `analysis`: of the draft."""
+    """Complete a line after its colon: the name of the command, or its present word; `analysis`: of the draft."""
     name, blank, rest = text.partition(" ")
     if not blank:
         yield from _named(name, ((row.name, row.summary) for row in COMMANDS.values()))
@@ -54,7 +54,7 @@ ASKING = ("maximize ", "expect ")
 
 
 def _values(state: State, analysis: Analysis, argument: str) -> Iterator[Completion]:
-    """What can go on with the last of the expressions."""
+    """Yield continuations of the last expression."""
     part = parted(argument)[-1] + (" " if argument.endswith(" ") else "")
     word = word_before(part, len(part))
     found: dict[str, Candidate] = {}

@@ -102,7 +102,7 @@ def new_errors(before: Checked, after: Checked) -> tuple[Diagnostic, ...]:
 
 
 def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
-    """What is to be said of one entry at once: warnings and notes about its lines."""
+    """Return the warnings and notes about the lines of one entry."""
     first, last = checked.draft.first_lines[index : index + 2]
     fitting = (d for d in checked.remarks if d.severity is not Severity.HINT and d.code not in OF_THE_WHOLE)
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
@@ -181,7 +181,7 @@ class State:
 
     @property
     def checked(self) -> Checked:
-        """What the compiler says of the draft as it is."""
+        """Return the diagnostics of the present draft."""
         if self._checked is None or self._checked.draft != self.draft:
             self._checked = check(self.draft, self.name, self.overrides)
         return self._checked

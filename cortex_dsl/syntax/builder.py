@@ -104,7 +104,7 @@ class StatementBuilder:
         return nodes.ImportFrom(path, (), quoted, span=span, path_span=place)
 
     def path(self, tree: Branch) -> tuple[str, bool, Span]:
-        """What is imported, whether it stands in quotes, and where."""
+        """Return the imported path, whether it is quoted, and its place."""
         first = token(tree.children[0])
         quoted = first.type == "STRING"
         path = self.expressions.text(first) if quoted else ".".join(str(word) for word in tree.children)

@@ -34,7 +34,7 @@ class Code:
     wrong: str
     right: str
     shown: str = ""
-    """As in `Page`."""
+    """Time at which the code is raised, if not while `wrong` is compiled; see `Page`."""
 
     @property
     def page(self) -> Page:

@@ -23,7 +23,7 @@ _FOREIGN_CONSTANTS = {"true": "True", "false": "False", "null": "None", "nil": "
 
 
 def span_of(child: Branch | Token) -> Span:
-    """Where a tree or token stands."""
+    """Return the span of a tree or token."""
     if isinstance(child, Token):
         return Span(child.start_pos or 0, child.end_pos or 0)
     return Span(child.meta.start_pos, child.meta.end_pos) if not child.meta.empty else Span(0, 0)

@@ -67,7 +67,10 @@ def read_formatted(
 
 
 def _meant(text: str, start: int, report: Callable[[Diagnostic], None]) -> str:
-    """What a text at `start` of the file means: two braces that are written are one, those of escapes are two."""
+    """Return the value of a text at `start` of the file.
+
+    Doubled braces are one brace; braces from escapes are literal.
+    """
     pieces: list[str] = []
     for piece in _BRACES.split(text):
         pieces.append(piece[0] if _BRACES.fullmatch(piece) else unescaped(piece, start, report, 0))
@@ -76,7 +79,7 @@ def _meant(text: str, start: int, report: Callable[[Diagnostic], None]) -> str:
 
 
 def unescaped(literal: str, start: int, report: Callable[[Diagnostic], None], quotes: int | None = None) -> str:
-    """What a literal at `start` of the file means; empty where an escape is none, which is reported."""
+    """Return the value of a literal at `start` of the file; report an invalid escape and return ""."""
     try:
         return string_value(literal, quotes)
     except EscapeError as bad:
@@ -124,7 +127,7 @@ def _taken_apart(literal: str, start: int) -> Iterator[Span | Hole]:
 
 
 def _hole(literal: str, place: int, end: int, start: int) -> Hole:
-    """What a `{` at `place` opens."""
+    """Return the hole that begins with the `{` at `place`."""
     stop = _value_end(literal, place + 1, end)
     sign = literal[stop : stop + 1] if stop < end else ""
     value = Span(start + place + 1, start + stop)
@@ -155,7 +158,7 @@ def _hole(literal: str, place: int, end: int, start: int) -> Hole:
 
 
 def _value_end(literal: str, place: int, end: int) -> int:
-    """Where a value ends: at a sign that is in no bracket and no text of it."""
+    """Return the end of a value: the first sign outside its brackets and strings."""
     open_: list[str] = []
     for match in _INNER.finditer(literal, place, end):
         sign = match.group()

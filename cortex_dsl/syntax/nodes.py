@@ -723,7 +723,7 @@ class Assert(Statement):
 
     @property
     def name(self) -> str:
-        """What it says of itself; values in it stay open."""
+        """Return the message; values in a formatted message appear as `…`."""
         if isinstance(self.message, Formatted):
             return "".join(part if isinstance(part, str) else "…" for part in self.message.parts)
         return self.message.value if isinstance(self.message, String) else ""

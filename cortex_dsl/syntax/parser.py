@@ -158,7 +158,7 @@ def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple
 
 
 def _offset(error: UnexpectedInput, end: int) -> int:
-    """Where the error was met, as an offset into the text."""
+    """Return the offset of an error in the text."""
     if isinstance(error, UnexpectedCharacters):
         return error.pos_in_stream or 0
     if isinstance(error, UnexpectedToken) and error.token.type != "$END":

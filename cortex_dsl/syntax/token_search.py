@@ -66,7 +66,10 @@ class PatientScanner:
 
 class _Lexer(BasicLexer):
     def _build_scanner(self) -> Any:
-        """Of the tokens at a place. No keyword is a plain text that a name would fit, so none needs a callback."""
+        """Build the scanner for one parser state.
+
+        No keyword needs a callback, since no name matches a keyword's plain text.
+        """
         self.callback = dict(self.user_callbacks)
         return PatientScanner(list(self.terminals))
 

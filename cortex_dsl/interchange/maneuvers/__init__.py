@@ -31,7 +31,7 @@ __all__ = ["maneuver_files", "maneuver_plan"]
 
 
 CHAMPIONS = 50
-"""As many of a run's worst cases are looked at for such as make the same finite choices."""
+"""Number of worst cases of a run among which cases with the same finite choices are selected."""
 NOTHING_VARIES = "no file of parameter values is written: nothing in the scenario depends on a param"
 
 

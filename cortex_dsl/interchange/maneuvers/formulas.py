@@ -93,7 +93,7 @@ class Case:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of the params, as a file of others may call them."""
+        """Return unique names of the params that other formats accept."""
         return unique_names(gene.name for gene in self.whole.genes)
 
     @cached_property
@@ -112,10 +112,10 @@ class Case:
 
 
 def formula_of(case: Case, expression: ir.Expr) -> Formula:
-    """What an expression is worth, as a formula over the params.
+    """Return an expression as a formula over the params.
 
     Raises:
-        UnsayableError: it depends on the running simulation, or on something that only a simulator works out.
+        UnsayableError: it depends on the running simulation, or on a value that only a simulator computes.
     """
     if isinstance(expression, ir.Literal):
         return formula.number(expression.value)

@@ -33,7 +33,7 @@ class Drive:
     lateral: float = math.inf
     """Lateral acceleration that it accepts in bends [m/s^2]."""
     reactions: tuple[Reaction, ...] = ()
-    """In the order of precedence, their triggers exclusive."""
+    """Reactions in order of precedence; their triggers are exclusive."""
     ends: tuple[tuple[Trigger, int], ...] = ()
     """When it ends the run, and by which rule."""
 
@@ -166,7 +166,7 @@ class Reader:
         return replace(drive, reactions=_numbered((*reactions, *inner)), ends=(*ends, *inner_ends))
 
     def _handled(self, block: ir.Block) -> Change | int:
-        """What a handler does: a change of speed for as long as its condition holds, or the rule that ends the run."""
+        """Return the act of a handler: a change of speed while its condition holds, or the rule that ends the run."""
         acts = list(self._opened(block))
         first = acts[0] if acts else None
         if isinstance(first, ir.Terminate):
@@ -271,7 +271,7 @@ def _name(act: ir.Act) -> str:
 # -- what a run shows besides ------------------------------------------------------------------------------------------
 
 WIDE = 0.5
-"""Who is further than this from the middle of its lanes [m] does not keep to them."""
+"""Largest distance from the middle of its lanes at which an actor keeps to them [m]."""
 
 
 def refuse_wide(case: Case, actor: int, drive: Drive, run: Recording | None) -> None:

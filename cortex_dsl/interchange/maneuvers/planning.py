@@ -54,7 +54,10 @@ class Placed:
 
 
 def start_of(case: Case, actor: int, name: str, lanes: Sequence[Lane]) -> Placed:
-    """Where an actor starts, on one of these lanes if it is near one. Places are those of rear axles."""
+    """Return the start of an actor, relative to one of these lanes if it is near one.
+
+    Positions are those of rear axles.
+    """
     x, y, heading = (case.column(actor, column) for column in (Column.X, Column.Y, Column.HEADING))
     back = case.column(actor, Column.REAR_TO_CENTER)
     pose = (x - back * math.cos(heading), y - back * math.sin(heading), heading)
@@ -139,7 +142,10 @@ class _Tie:
 
 
 def _tied(case: Case, actor: int, name: str, s: float, tie: _Tie) -> tuple[Formula, tuple[Parameter, ...]]:
-    """What the param asks for, and how far off it the draw was: within the slack every shift is allowed."""
+    """Return the start position that the params give, with a shift parameter for the offset of the draw.
+
+    Shifts are allowed within the slack of the tie.
+    """
     shift, back = _free(case, f"{name}_shift"), case.column(actor, Column.REAR_TO_CENTER)
     genome = dict(zip(case.names, case.scenes.genomes[case.row].tolist(), strict=True))
     base = formula.subtract(formula.number(tie.at_start - back), tie.wanted)
@@ -199,7 +205,10 @@ def _falls(lane: Lane, region: int) -> float | None:
 
 
 def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0, run: Recording | None = None) -> ManeuverPlan:
-    """What the actors of one scene intend, and in `remarks` what cannot be said, as that one runs wide in the `run`."""
+    """Return the intended maneuvers of the actors of one scene; `remarks` lists inexpressible ones.
+
+    With `run`, an actor that leaves its lanes in a bend is inexpressible.
+    """
     case = Case(scenario, scenes, row)
     names = unique_names(actor.name for actor in case.actors)
     readers = [Reader(case, names, index) for index in range(len(names))]
@@ -335,7 +344,7 @@ def _unused(case: Case, used: frozenset[str]) -> Iterator[str]:
 
 
 def _left_out(case: Case) -> Iterator[str]:
-    """What belongs to no single actor."""
+    """Yield remarks on omitted parts that belong to no single actor."""
     place = case.scenario.program.place
     for requirement in case.variant.rules:
         if requirement.kind is RuleKind.ABORT and requirement.condition is not None:

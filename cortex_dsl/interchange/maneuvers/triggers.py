@@ -142,7 +142,7 @@ def _is_difference(expression: ir.Expr) -> bool:
 
 
 def _actor_at(x: ir.Expr, y: ir.Expr) -> int | None:
-    """Whose centre (x, y) is while the simulation runs."""
+    """Return the actor with its centre at (x, y) during the run; None without one."""
     states = [each.immediates if isinstance(each, ir.Apply) and each.op == Op.STATE else (-1, -1) for each in (x, y)]
     same = states[0][0] == states[1][0] and (states[0][1], states[1][1]) == (State.X, State.Y)
     return states[0][0] if same else None

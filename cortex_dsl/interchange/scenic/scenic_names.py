@@ -50,7 +50,7 @@ class StandIn:
     """A behaviour of our library, written for Scenic."""
 
     parameters: tuple[str, ...]
-    """In the order of ours, with their defaults; "" is one that is left out."""
+    """Parameters in the order of ours, with their defaults; "" for an omitted parameter."""
     body: tuple[str, ...]
     lacks: str = ""
     """What it does not do; "" where it does the same."""

@@ -37,7 +37,7 @@ class _Texts:
     texts: Mapping[str, str]
 
     maps: Mapping[str, str]
-    """Where the files of maps are."""
+    """Paths of the map files, by name."""
 
     def find(self, importer: str, paths: Sequence[str]) -> str | None:  # noqa: ARG002 - all lie side by side
         return next((self.maps.get(path, path) for path in paths if path in {*self.texts, *self.maps}), None)
@@ -88,7 +88,7 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
 
 
 def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
-    """What a copy has instead of a `mutate` says nothing."""
+    """Yield the statements except `pass`, which stands for `mutate` in a concrete copy."""
     return (each for each in module.statements if not isinstance(each, nodes.Pass))
 
 
@@ -129,7 +129,10 @@ def _model(case: ExportCase, road_file: str) -> list[str]:
 
 
 def _brought(sheet: Sheet) -> list[str]:
-    """What the file needs beside Scenic's library: functions, parts of the road, classes, behaviours."""
+    """Return the definitions that the file needs and Scenic's library lacks.
+
+    These are functions, road parts, classes and behaviours.
+    """
     mathematics = [f"from math import {', '.join(sorted(sheet.mathematics))}"] if sheet.mathematics else []
     lookups = [f"{name} = {value}" for name, value in sheet.lookups.items()]
     classes = [line for name, base in sheet.classes.items() for line in (f"class {name}({base}):", "    pass")]

@@ -140,7 +140,7 @@ class Expressions:
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
     recording: Recording
-    """Of the run: where every actor stood."""
+    """Recording of the run, with the positions of all actors."""
     make: "Callable[[Expressions, nodes.New], nodes.Expression]"
     """How a `new` is written; `objects.py`."""
 
@@ -177,7 +177,7 @@ class Expressions:
         return tuple(map(self._part, value)) if isinstance(value, tuple) else value
 
     def value(self, node: nodes.Expression) -> Value:
-        """What an expression is worth wherever it was worked out; None where that differs, or it never was."""
+        """Return the value of an expression; None if its values differ or it was never evaluated."""
         values = self.worth(node.span)
         if not values or any(value is not values[0] and value != values[0] for value in values):
             return None
@@ -294,7 +294,7 @@ def _distance(to: Expressions, node: nodes.Distance) -> nodes.Expression:
 
 
 def _measured(to: Expressions, node: nodes.Expression) -> nodes.Expression:
-    """What a distance is measured to: an intersection by its very outline, which Scenic's own differs from."""
+    """Return the target of a distance; for an intersection its exact outline, since Scenic's outline differs."""
     value = to.value(node)
     return verbatim(area_of(to.sheet, value)) if isinstance(value, Intersection) else to(node)
 

@@ -104,7 +104,7 @@ def _import(file: Statements, node: nodes.Import) -> Block:
 
 
 def _import_from(file: Statements, node: nodes.ImportFrom) -> Block:
-    """What the file defines, in the place of the import."""
+    """Return the definitions of the imported file in place of the import."""
     if any(each.alias is not None for each in node.names):
         raise InterchangeError(
             "an import under another name cannot be put into one Scenic file",
@@ -276,7 +276,7 @@ def _free(to: Expressions, node: nodes.New) -> Iterator[nodes.Specifier]:
 
 
 def _stand(value: Value, recording: Recording) -> Stand | None:
-    """Where an object was when it came in, or where a place is; None where that is not one place."""
+    """Return the first pose of an object, or the pose of a place; None if it is not unique."""
     if isinstance(value, Actor):
         return _first_seen(value.index, recording)
     if isinstance(value, Pose):
@@ -298,7 +298,7 @@ def _placings(node: nodes.New) -> Iterator[nodes.Specifier]:
 
 
 def _placing(to: Expressions, specifier: nodes.Specifier) -> nodes.Specifier:
-    """Where an object goes that has no one place."""
+    """Return the specifier of an object that has no unique place."""
     if isinstance(specifier, nodes.Before):
         raise Unsaid(f"`{'after' if isinstance(specifier, nodes.After) else 'before'} … by`", specifier.span)
     if isinstance(specifier, nodes.Facing) and not specifier.mode:

@@ -175,7 +175,7 @@ _SPOKEN = {
 
 
 def expectations(context: ErrorContext) -> list[str]:
-    """What could stand here, in human words, the most useful first."""
+    """Return the expected input at this place in plain words, the most useful first."""
     accepts = set(context.accepts)
     words: list[str] = []
     if {"_REQUIRE", "_PASS"} <= accepts:
