@@ -1,9 +1,9 @@
-"""Ways of writing that are right and hardly ever meant.
+"""Correct but unintended ways of writing.
 
-`EGO_SPEED + 10` with a param in km/h adds 10 m/s, 36 km/h: a bare number that is added to, or compared with, what the
-file itself writes in a unit that is not SI. `always` on the distance of two that can touch: a run ends at first
-contact, between two samples. An object drawn anywhere on a lane, and a `require` that keeps a window of it: `before …
-by` draws only what fits.
+`EGO_SPEED + 10` with a param in km/h adds 10 m/s, 36 km/h: a bare number added to, or compared with, a value that the
+file itself writes in a unit other than SI. `always` on the distance of two actors that can touch: a run ends at first
+contact, between two samples. An object placed at random on a lane with a `require` that selects a window of it: `before
+… by` samples only the window.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,7 +23,7 @@ from engine.frozen import frozen
 
 SUMS = ("+", "-")
 THROUGH = ("abs", "min", "max")
-"""Functions whose result has the unit of what they are given."""
+"""Functions with a result in the unit of their arguments."""
 
 
 def bare_numbers(module: nodes.Module, genes: Mapping[str, ir.GeneInfo]) -> Iterator[Diagnostic]:
@@ -54,7 +54,7 @@ def _bare(node: nodes.Expression) -> float | None:
 
 
 def _units(node: nodes.Expression, genes: Mapping[str, ir.GeneInfo]) -> Iterator[tuple[Unit, Span]]:
-    """Units other than SI in which the file writes what an expression adds up, each with its place."""
+    """Yield the units other than SI in the operands of an expression, each with its place."""
     match node:
         case nodes.Number(unit=str(word)) | nodes.WithUnit(unit=word):
             unit = UNITS.get(word)
@@ -114,7 +114,7 @@ def contacts(module: nodes.Module, time_step: float | None) -> Iterator[Diagnost
 
 
 def _objects(module: nodes.Module) -> frozenset[str]:
-    """Names of what can be struck."""
+    """Return the names of objects that can be struck."""
     return frozenset(
         name
         for node in everything_in(module)
@@ -168,7 +168,7 @@ class _Window:
     name: str
     region: nodes.Expression
     distance: str
-    """What to write behind `by`."""
+    """Distance to write after `by`."""
 
 
 def windows(module: nodes.Module, source: Source) -> Iterator[Diagnostic]:
@@ -195,7 +195,7 @@ def windows(module: nodes.Module, source: Source) -> Iterator[Diagnostic]:
 
 
 def _drawn_on_a_lane(name: str, made: Mapping[str, nodes.New]) -> nodes.InRegion | None:
-    """The `in lane.centerline` that places an object, itself or through the point that it stands at."""
+    """Return the `in lane.centerline` that places an object, itself or through the point at which it is placed."""
     for specifier in made[name].specifiers if name in made else ():
         match specifier:
             case nodes.InRegion(region=nodes.Attribute(name="centerline")):

@@ -1,8 +1,8 @@
-"""The statements of behaviours as acts of the IR, `do choose` and `do shuffle` among them: one of several behaviours,
-or all of them in random order.
+"""Compile the statements of behaviours to acts of the IR.
 
-As in Scenic, only options whose guards hold at that moment take part, each as likely as its weight over the sum of all
-that do; where none is left, the run is aborted. Arguments are evaluated once, where the statement starts.
+`do choose` runs one of several behaviours, `do shuffle` all of them in random order. As in Scenic, only options with
+valid guards at that moment take part; the probability of an option is its weight over the sum of the weights. Without a
+valid option the run is aborted. Arguments are evaluated once, at the start of the statement.
 Source: Scenic 3 reference, "do choose", "do shuffle".
 """
 
@@ -181,7 +181,7 @@ def _until(body: Body, node: nodes.Do, condition: Callable[[], Term]) -> ir.Bloc
 
 
 def _duration(body: Body, node: nodes.Do | nodes.Wait, duration: nodes.Expression) -> Term:
-    """[s], a little less than asked for: sums of steps are not exact."""
+    """Return a duration [s], slightly shorter than the given one, since sums of steps are inexact."""
     ev = body.ev
     value = ev.evaluate(duration)
     if node.in_steps:
@@ -200,7 +200,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     for action in node.actions:
         value = body.ev.evaluate(action)
         if plain and not isinstance(value, ActionCall | BuiltinValue):
-            continue  # nothing of the language moves an `Object`: what it takes ends its turn
+            continue  # nothing in the language moves an `Object`: its actions only end its turn
         commands += [_action(body, each, action) for each in (value if isinstance(value, tuple) else (value,))]
     known = [command for command, _ in commands]
     for command in known:
@@ -229,7 +229,7 @@ WALKING = frozenset({"SetWalkingDirectionAction", "SetWalkingSpeedAction"})
 
 
 def _must_be_able(body: Body, action: ActionCall, node: nodes.Expression) -> None:
-    """Refuse the reverse gear to who walks, though to put it out is what they do anyway; and walking to all others."""
+    """Refuse the reverse gear for a pedestrian, unless it is released, and walking for all other actors."""
     actor, off = body.ev.moment.actor, isinstance(action.value, ir.Literal) and not action.value.value
     if actor is None:
         return
@@ -317,7 +317,7 @@ def _nothing(_body: Body, _node: nodes.Statement) -> ir.Block:
 
 
 def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
-    """The scope check has said already that this statement stands in the wrong place."""
+    """Return nothing: the scope check has reported this misplaced statement."""
     raise Mistake
 
 
@@ -343,4 +343,4 @@ ACTS: Mapping[type, Act] = {
     nodes.Require: _require,
     **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
 }  # type: ignore[dict-item]
-"""What each statement of a behaviour does."""
+"""Function that compiles each statement of a behaviour."""

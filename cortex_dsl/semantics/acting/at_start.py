@@ -37,7 +37,7 @@ class _Said(NamedTuple):
 
 
 def require_start(ev: Evaluator, node: nodes.Require, name: str) -> None:
-    """Require of the scene that a temporal requirement, whose atoms are worked out, may still hold at its start."""
+    """Require that a temporal requirement, after evaluation of its atoms, may still hold at the start of the scene."""
     try:
         condition = _Start(ev).of(node.condition).may_hold
     except Mistake:  # a chain of operations as long as there may be: the run decides
@@ -84,7 +84,7 @@ class _Start:
         return first
 
     def _condition(self, condition: Term) -> _Said:
-        """An atom, and what it joins by logic."""
+        """Return the truth values of an atom, or of a logical combination."""
         match condition:
             case Operation(op=Op.AND, arguments=(one, other)):
                 return _and(self._condition(one), self._condition(other))

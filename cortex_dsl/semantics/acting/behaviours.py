@@ -77,7 +77,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
-    """All that an actor does, and what scenarios make it do while they run; None without behaviour."""
+    """Return all acts of an actor, including those that running scenarios assign; None without behaviour."""
     call = actor.properties.get("behavior")
     inliner = Inliner(ev.at_moment(Moment(running=True, actor=actor)), actor)
     block = inliner.started(call) if isinstance(call, BehaviourCall) else None
@@ -106,7 +106,7 @@ def stop(instances: Iterable[Instance | None], span: Span) -> ir.Stop:
 
 @dataclass(frozen=True)
 class Inliner:
-    """Turns calls into acts; `stack` holds what is being inlined. Without an actor, `self` means nothing."""
+    """Inlines calls as acts; `stack` holds the calls that are being inlined. Without an actor, `self` has no value."""
 
     ev: Evaluator
     actor: Actor | None
@@ -114,7 +114,7 @@ class Inliner:
 
     @property
     def owner(self) -> str:
-        """The name of what is being inlined."""
+        """Return the name of the body that is being inlined."""
         return self.stack[-1].node.name
 
     def started(self, call: BehaviourCall) -> ir.Block:
@@ -193,7 +193,7 @@ class Inliner:
         return Invocation(prologue, acts)
 
     def _inner(self, moment: Moment, at_start: bool, call: BehaviourCall) -> ir.Block:
-        """A behaviour that one of the library runs."""
+        """Inline a behaviour that a library behaviour runs."""
         return self.invoke(call, moment, at_start=at_start).block(call.span)
 
     def _check_cycle(self, behaviour: BehaviourValue, span: Span) -> None:
@@ -204,7 +204,7 @@ class Inliner:
 
 
 def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
-    """A call whose arguments keep the values that they have when it starts."""
+    """Return a call with arguments fixed at their values at its start."""
     acts: list[ir.Act] = []
     arguments = {name: snapshot(ev, value, call.spans[name], acts) for name, value in call.arguments.items()}
     return tuple(acts), replace(call, arguments=arguments)

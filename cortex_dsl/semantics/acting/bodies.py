@@ -74,7 +74,7 @@ def abort_rule(ev: Evaluator, span: Span, name: str) -> int:
 def demand(
     ev: Evaluator, node: nodes.Require | nodes.Assert, holds: Term, owner: str, probability: float = 1.0
 ) -> ir.Block:
-    """`require` or `assert` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
+    """Compile `require` or `assert` in a behaviour or monitor; a soft requirement is sampled at each evaluation."""
     if probability < 1.0:
         spared = probability <= ev.algebra.random()
         holds = spared | holds
@@ -85,7 +85,7 @@ def demand(
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 
-# -- values kept as they are now ---------------------------------------------------------------------------------------
+# -- stored values ----------------------------------------------------------------------------------------------------
 
 
 def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
@@ -144,7 +144,7 @@ Guards = tuple[tuple[Term, int], ...]
 
 @frozen
 class Invocation:
-    """Something that `do` may run: what is worked out first, what must hold for it to start, and its acts."""
+    """An operand of `do`: acts to evaluate it, conditions for its start, and its acts."""
 
     prologue: ir.Block
     acts: ir.Block
@@ -166,7 +166,7 @@ class Invocation:
 
 
 class Invoker(Protocol):
-    """What a body asks about all that is not its own."""
+    """Interface of a body to everything outside it."""
 
     @property
     def ev(self) -> Evaluator:
@@ -175,7 +175,7 @@ class Invoker(Protocol):
 
     @property
     def owner(self) -> str:
-        """The name of what is being inlined."""
+        """Return the name of the body that is being inlined."""
         ...
 
     def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
@@ -292,7 +292,7 @@ class Body:
         except Mistake as mistake:
             self.ev.report(mistake)
             self._poison(statement)
-            # Stands for what could not be understood, so that nothing is said to never act.
+            # Replaces an erroneous statement, so that its body does not count as one that never acts.
             return (ir.Wait(statement.span),)
 
     def _poison(self, statement: nodes.Statement) -> None:

@@ -47,7 +47,7 @@ REFERENCE_DELAY = 0.35
 CLEAR = 4.0
 """Time to collision above which braking ends [s]."""
 MARGIN = 0.3
-"""Two who are in the area so shortly after one another count as being there at a time [s]; *ours*."""
+"""Time between two actors in the area below which they count as being there together [s]; *ours*."""
 RESUMED = 5.0
 """Speed that a driver at rest is taken to go on with [m/s]; *ours*."""
 STANDSTILL = 0.01
@@ -73,7 +73,7 @@ def inner_acts(job: Job) -> ir.Block:
 
 
 def emergency_brake(job: Job) -> ir.Block:
-    """Another behaviour; full brakes while a collision is close, until it is not or the actor stands."""
+    """Run another behaviour; brake fully from the start of a close collision until it is over or the actor stands."""
     if job.flag("foresees", default=True):
         return _brake_for_ways(job)
     on = _on_collision_course(job) | blocked(job)
@@ -81,7 +81,7 @@ def emergency_brake(job: Job) -> ir.Block:
 
 
 def _brake_for_ways(job: Job) -> ir.Block:
-    """The limits of speed are conditions to begin: for whom the brake has acted, it acts again at any speed."""
+    """Brake for conflicts of ways; speed limits apply to the first braking for an actor, not to later braking."""
     span, any_of, sight, partners = job.call.span, job.ev.algebra.any_of, Sight.of(job), others(job.ev, job.actor)
     conflicts = [_now(job, each, sight) for each in partners]
     pairs = list(zip(partners, conflicts, strict=True))
@@ -98,19 +98,19 @@ def _brake_for_ways(job: Job) -> ir.Block:
 
 @frozen
 class Targets:
-    """For whom of the others braking has begun, and who is on the way since: a local for each.
+    """Actors for which braking has begun and that have been on the way since: a local for each.
 
-    Braking for them lasts to standstill, which is then held: who ends it earlier may be too late, or too slow, to
+    Braking for them lasts to standstill, which is then held: after an earlier end, it may be too late or too slow to
     begin again.
     """
 
     acted: tuple[Term, ...]
     forget: ir.Block
-    """Acts that forget all, …"""
+    """Acts that forget all of them."""
     note: ir.Block
-    """… that learn of the moment, …"""
+    """Acts that update them."""
     gone: tuple[Term, ir.Block]
-    """… and a handler for when one of them has left the way."""
+    """Condition that one of them has left the way, and its handler."""
 
     @staticmethod
     def of(job: Job, close: Sequence[Term], on_way: Sequence[Term]) -> "Targets":
@@ -125,7 +125,7 @@ class Targets:
         return Targets(acted, forget, note, (algebra.any_of([was & ~on for _, was, _, on in rows]), note))
 
     def block(self, job: Job, pairs: Iterable[tuple[Actor, Conflict]]) -> Term:
-        """Whether one of them is ahead on the way and no faster."""
+        """Return whether one of them is ahead on the way and no faster."""
         return job.ev.algebra.any_of(
             [
                 acted & _is_before(job, other, conflict)
@@ -135,7 +135,7 @@ class Targets:
 
 
 def _is_before(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether another is on the way, ahead or oncoming, and goes away no faster than the actor follows."""
+    """Return whether another actor on the way, ahead or oncoming, moves away no faster than the actor follows."""
     before = is_present(job.ev, other) & conflict.exists & (conflict.is_ahead | conflict.comes)
     return before & (closing_speed(job, other, conflict) > -STANDSTILL)
 
@@ -174,8 +174,9 @@ def _now(job: Job, other: Actor, sight: Sight) -> Conflict:
 
 
 def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether it is time to brake for another: where ways cross, as long as one can stop before the area, or passes
-    behind; in one lane by time to collision.
+    """Return whether it is time to brake for another actor.
+
+    At a crossing: while the actor can stop before the area or pass behind. In one lane: by time to collision.
     """
     speed, closing = job.speed(), closing_speed(job, other, conflict)
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
@@ -204,7 +205,7 @@ def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
 
 
 def waits(job: Job, other: Actor, sight: Sight) -> Term:
-    """Whether to wait before an area until one who drives on is through before another."""
+    """Return whether to wait before an area until another actor has passed."""
     return is_present(job.ev, other) & _awaited(job, _going_on(job, other, sight))
 
 
@@ -225,7 +226,7 @@ def closing_speed(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def blocked(job: Job) -> Term:
-    """Return whether the actor stands close behind another."""
+    """Return whether the actor stands close behind another actor."""
     close = job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
     return ~moves(job) & close
 

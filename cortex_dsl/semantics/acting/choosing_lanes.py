@@ -51,7 +51,7 @@ POLITENESS = 0.2
 ADVANTAGE = 0.1
 SAFE_DECELERATION = 4.0
 STAY, LEFT, RIGHT = -1.0, 1.0, 2.0
-"""What is chosen."""
+"""Choices of a lane."""
 
 
 @frozen
@@ -70,7 +70,7 @@ class _Lane:
 
 
 def choose_lane(job: Job) -> ir.Block:
-    """Follow a lane behind whoever is ahead, and move over to another where that is better."""
+    """Follow a lane behind the actor ahead, and change to a better lane."""
     job.must_steer()
     algebra, span = job.ev.algebra, job.call.span
     choice = job.ev.run.new_local()
@@ -107,7 +107,7 @@ def _route(job: Job, lane: Term) -> Term:
 
 
 def _beside(job: Job, lane: Term, find: Callable[[Lane], Lane | None]) -> Term:
-    """The lane beside a lane that leads the same way; -1: there is none."""
+    """Return the neighbouring lane that leads the same way; -1 without one."""
     lanes = [(each, find(each)) for each in network_of(job.ev).lanes]
     same = [NOBODY if other is None or other.forward != each.forward else float(other.id) for each, other in lanes]
     return looked_up(job.ev, lane, same)
@@ -137,7 +137,7 @@ def _lane(job: Job, path: Term, lane: Term) -> _Lane:
 
 
 def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
-    """Gap to who is ahead on the path of a lane and how fast that goes; the end of a lane that ends stands there."""
+    """Return gap and speed of the actor ahead on a lane's path [m, m/s]; an ending lane ends in a standing actor."""
     gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
     ends = all_left_by(network_of(job.ev))
     if min(ends) == math.inf:
@@ -149,7 +149,7 @@ def _ahead(job: Job, path: Term, lane: Term) -> tuple[Term, Term]:
 
 
 def _distance_behind(job: Job, path: Term, other: Actor) -> Term:
-    """From another's front to my rear along a lane [m]; infinite of who is not behind me in it, or not seen."""
+    """Return the distance from another actor's front to my rear along a lane [m]; infinite if unseen or not behind."""
     ev = job.ev
     here, there = current_pose(ev, job.actor), current_pose(ev, other)
     wide = 0.5 * (size_of(job.actor, "width") + size_of(other, "width"))
@@ -161,7 +161,7 @@ def _distance_behind(job: Job, path: Term, other: Actor) -> Term:
 
 
 def _is_better(job: Job, now: _Lane, then: _Lane) -> Term:
-    """Whether another lane is safe, and worth it."""
+    """Return whether a lane change is safe and worthwhile."""
     speed, pair = job.speed(), _pair(job)
     target = job.target_speed()
 

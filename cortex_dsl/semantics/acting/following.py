@@ -87,7 +87,7 @@ def _warn_walker(job: Job) -> None:
 
 
 def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, Term]:
-    """Path of a driver who follows a lane; `against` its direction, back to where it begins."""
+    """Return the path of a driver that follows a lane; with `against`, in reverse to the beginning of the lane."""
     lane = job.given(argument)
     if lane is None:
         lane = lane_at(job.ev, job.actor.pose if job.at_start else current_pose(job.ev, job.actor))
@@ -97,7 +97,7 @@ def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Bl
 
 
 def settled_path(job: Job, index: Term, *, against: bool, surely: bool = False) -> tuple[ir.Block, Term]:
-    """The path of a lane, remembered where only the run knows the lane; `surely` there is one."""
+    """Return the path of a lane, stored if the lane is known only at run time; with `surely`, the lane exists."""
     network = network_of(job.ev)
     is_there = index >= 0.0
     surely = surely or (isinstance(index, ir.Apply) and index.op is Op.LANE_NEAREST)
@@ -147,7 +147,7 @@ def idm_acceleration(
 
 
 def idm(job: Job, speed: Term, target: Term, gap: Term, lead: Term, pair: tuple[Term, Term]) -> Term:
-    """dv/dt of one so far behind one of speed `lead` [m/s^2]; `pair`: a and b."""
+    """Return the acceleration [m/s^2] behind an actor of speed `lead` at this gap; `pair`: a and b."""
     wanted = _wanted_gap(job, speed, pair, lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
     free = (speed / maximum(target, 0.1)) ** job.number("exponent", EXPONENT)
@@ -206,7 +206,7 @@ def move_over(job: Job, path: Term, speed: Term) -> ir.Block:
 
 @frozen
 class _Place:
-    """Where the rear axle is beside the path of the new lane."""
+    """Position of the rear axle relative to the path of the new lane."""
 
     path: Term
     s: Term

@@ -101,20 +101,20 @@ BRISK = 3.0
 
 @frozen
 class Answer:
-    """What a driver does about one other."""
+    """Reaction of a driver to another actor."""
 
     stops: Term
-    """Stop at the line."""
+    """Whether it stops at the line."""
     brakes: Term
-    """Brake as hard as it can."""
+    """Whether it brakes fully."""
     goes: Term
-    """Get out of the area."""
+    """Whether it clears the area."""
     backs: Term
-    """Once it stands, back up to the line."""
+    """Whether it backs up to the line from standstill."""
 
 
 def give_way(job: Job) -> ir.Block:
-    """Follow a lane or trajectory, behind whoever is ahead, and stop before areas of conflict until they are free."""
+    """Follow a lane or trajectory behind the actor ahead, and stop before areas of conflict until they are free."""
     job.must_steer()
     acts, path = path_to_follow(job)
     sight, target = Sight.of(job), job.target_speed()
@@ -173,7 +173,7 @@ def _backing_up(job: Job, follow: ir.Act, backs: Term) -> ir.Act:
 
 
 def _is_at_edge(job: Job, conflict: Conflict) -> Term:
-    """Whether it is so near to the area, or so little inside, that it should back up; who does goes on to the line."""
+    """Return whether the actor is so near to the area, or so little inside, that it should back up to the line."""
     near = conflict.enter < where(job.speed() < 0.0, LINE, EDGE)
     clear = (conflict.enter > 0.0) | (conflict.back < TOUCHING)
     return near & ((job.speed() < 0.0) | clear | (_time_to_back_out(conflict) < conflict.their_arrival))
@@ -189,15 +189,16 @@ def _comes_soon(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def _retreats(job: Job, conflict: Conflict, lost: Term) -> Term:
-    """Whether one just inside the area, who cannot get out ahead of the other, has time to stop and back out of it."""
+    """Return whether an actor just inside cannot leave before the other arrives, but can stop and back out."""
     inside = (conflict.enter <= 0.0) & (job.speed() < CRAWLING)
     time = job.speed() / braking(job) + _time_to_back_out(conflict)
     return inside & ~is_out_before(conflict, lost) & (time < conflict.their_arrival)
 
 
 def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
-    """Whether to brake just inside the area, where one cannot get out ahead of the other: one comes to rest before
-    outlines touch, or has the other before its nose.
+    """Return whether to brake just inside the area, since the actor cannot leave it before the other arrives.
+
+    It comes to rest before outlines touch, or the other actor is about to arrive.
     """
     inside = (conflict.enter <= 0.0) & (conflict.back < math.inf)
     rests = conflict.back + stopping_distance(job) < TOUCHING
@@ -205,10 +206,10 @@ def _halts_at_edge(job: Job, conflict: Conflict, lost: Term) -> Term:
 
 
 def _is_free_behind(job: Job) -> Term:
-    """Whether nobody is where one would back up to, or will be there soon.
+    """Return whether the room for backing up is free now and soon.
 
-    The room begins at the rear end of the actor: whoever is beside it or ahead is not in it, which needs no comparison
-    of places along its heading, whose sign is rounding for one exactly abreast.
+    The room begins at the rear end of the actor, so an actor next to it or ahead is not in it. This needs no comparison
+    of positions along its heading, which for an actor exactly abreast would depend on rounding.
     """
     ev, here = job.ev, current_pose(job.ev, job.actor)
     back = 0.5 * (size_of(job.actor, "length") + BEHIND)
@@ -224,22 +225,23 @@ def _is_free_behind(job: Job) -> Term:
 
 
 def _goes_before(job: Job, other: Actor, conflict: Conflict) -> Term:
-    """Whether it is through before another; where ways join, also fast enough not to be run into."""
+    """Return whether the actor passes before another; at a merge, also fast enough not to be hit from behind."""
     joining = conflict.arrives + (MERGING_GAP + _lost(job, other))
     return where(conflict.parts, conflict.clears + GAP, joining) < conflict.earliest
 
 
 def _lost(job: Job, other: Actor) -> Term:
-    """By what time another comes nearer from behind [s]: while one gains dv by its acceleration a, by dv^2 / 2 a."""
+    """Return the time by which another actor gains from behind [s]: dv^2 / 2 a over its speed.
+
+    dv is the speed that the actor lacks, a its acceleration.
+    """
     theirs = maximum(state(job.ev, other, State.SPEED), 1.0)
     slower = maximum(theirs - JOINING_SPEED, 0.0)
     return slower * slower / (2.0 * throttle(job) * theirs)
 
 
 def _beside(job: Job, path: Term) -> tuple[Term, Term]:
-    """How far left of its way the middle of the actor is, and how much farther its outline reaches because the actor
-    stands askew to it [m].
-    """
+    """Return the actor's offset to the left of its way, and the extra reach of its oblique outline [m]."""
     here = current_pose(job.ev, job.actor)
     x, y, heading = path_pose(path, path_project(path, here.x, here.y))[:3]
     off = (here.y - y) * cos(heading) - (here.x - x) * sin(heading)
@@ -248,8 +250,9 @@ def _beside(job: Job, path: Term) -> tuple[Term, Term]:
 
 
 def _kept_aside(job: Job, path: Term) -> Term:
-    """How far off its way the actor is clear of others who are beside it on that way, or will be before it is back [m];
-    0: nobody is.
+    """Return the offset from its way [m] at which the actor is clear of actors on that way; 0 without any.
+
+    Actors count that are next to it or will be before it is back.
     """
     here, aside = current_pose(job.ev, job.actor), job.ev.algebra.literal(0.0)
     s = path_project(path, here.x, here.y)

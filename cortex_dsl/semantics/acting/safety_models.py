@@ -1,4 +1,4 @@
-"""Models of safe driving around another behaviour: that one drives, and where the model sees a risk it brakes instead.
+"""Models of safe driving around another behaviour: it drives; in a risk that the model detects, the actor brakes.
 
 *Responsibility-sensitive safety*: Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable
 self-driving cars", arXiv:1708.06374. Nearer than the distances of definitions 1, 2 and 6 the proper response is to
@@ -61,7 +61,7 @@ def _brake(job: Job, while_: Term, deceleration: Term, note: ir.Block = ()) -> i
 
 
 def _must_wait(job: Job) -> Term:
-    """Whether to wait before an area, or behind somebody."""
+    """Return whether to wait before an area, or behind another actor."""
     sight = Sight.of(job)
     return job.ev.algebra.any_of([waits(job, each, sight) for each in others(job.ev, job.actor)]) | blocked(job)
 
@@ -85,7 +85,7 @@ def responsibility(job: Job) -> ir.Block:
     dangerous = job.ev.algebra.any_of([_is_dangerous(job, each) for each in seen]) & moves(job)
     needed = job.ev.algebra.literal(0.0)
     for each in seen:
-        # Braking by least_braking is enough where the distance was kept; where another has taken it, it is not.
+        # Braking by least_braking suffices if the actor held the distance, but not if another actor has cut it short.
         stopping = job.speed() * job.speed() / (2.0 * maximum(each.gap - LEAST_LINE, LEAST_LINE))
         shrinking = maximum(each.closing, 0.0)
         keeping = shrinking * shrinking / (2.0 * maximum(each.gap, LEAST_LINE))
@@ -133,7 +133,7 @@ def _safe_oncoming(job: Job, oncoming: Term) -> Term:
 
 
 def _safe_beside(job: Job, nearing: Term) -> Term:
-    """Definition 6 of one who comes nearer, and of me who does not [m]."""
+    """Return the safe lateral distance [m] of definition 6 to an actor that comes nearer, if the ego does not."""
     still = job.ev.algebra.literal(0.0)
     return sum((_stopping(job, each, DRIFT_BRAKING, DRIFTING) for each in (nearing, still)), DRIFT_MARGIN + still)
 
@@ -168,7 +168,7 @@ DELAY = 0.75
 HARDEST = 0.774 * GRAVITY
 DEVIATION = 0.375
 CRITICAL = 2.0
-"""Time to collision below which somebody is a risk, and headway to one who brakes by `ALARMING` [s]."""
+"""Time to collision below which an actor is a risk, and headway to an actor that brakes by `ALARMING` [s]."""
 ALARMING = 5.0
 HORIZON = 4.0
 """Time to arrival below which crossing traffic is a risk [s], as in `engine.avoidability`."""
@@ -184,7 +184,7 @@ def careful_driver(job: Job) -> ir.Block:
     goes_on = stays | targets.block(job, [(each.other, each.conflict) for each in seen]) | blocked(job)
     late = job.number("perception", PERCEPTION) + job.number("delay", DELAY)
     hardest = job.number("reference_deceleration", HARDEST)
-    # Afterwards it speeds up for nobody whom it follows nearer than that headway.
+    # Afterwards it does not speed up behind an actor within that headway.
     near = job.ev.algebra.any_of([each.in_lane & (each.gap < job.speed() * CRITICAL) for each in seen])
     brakes = risk | goes_on
     return _after_a_while(job, risk, late, brakes | near, where(brakes, hardest, 0.0), targets)
@@ -222,7 +222,7 @@ def fuzzy_safety(job: Job) -> ir.Block:
         braking = maximum(braking, _reaction(job, each))
     risk = (braking > 0.0) & moves(job)
     on = risk | _must_wait(job)
-    # Nobody who waits is let roll.
+    # A waiting actor does not roll.
     held = where(risk, braking, job.number("comfortable_deceleration", COMFORTABLE))
     return _after_a_while(job, risk, job.number("delay", DELAY), on, held)
 
@@ -239,7 +239,7 @@ def _reaction(job: Job, seen: Seen) -> Term:
 
 
 def _cuts_in(job: Job, other: Actor, beside: Beside) -> Term:
-    """Whether another is beside the ego before that has gone past it."""
+    """Return whether another actor reaches the ego's side before the ego has passed it."""
     long = size_of(job.actor, "length") + size_of(other, "length")
     closing = job.speed() - beside.speed
     before = beside.apart * closing < beside.nearing * (beside.ahead + long + SPARE * closing)
@@ -260,7 +260,7 @@ def _fuzzy(job: Job, gap: Term, lead: Term) -> Term:
     gone = (speed + 0.5 * late * now - lead) * late
     left = after - lead
     critical = _share(gap, gone + left * left / (2.0 * hard), gone + left * left / (2.0 * soft))
-    # One who is slower than the other within the delay has (u - u_l)^2 / 2 a to go until then.
+    # A vehicle that is slower than the other within the delay still covers (u - u_l)^2 / 2 a until then.
     slowed = where(gap < (speed - lead) * (speed - lead) / (2.0 * maximum(-now, 1e-6)), 1.0, 0.0)
     critical = where(speed <= lead, 0.0, where(left < 0.0, slowed, critical))
     return where(critical > 0.0, soft + critical * (hard - soft), proactive * soft)

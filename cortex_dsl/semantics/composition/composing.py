@@ -1,8 +1,8 @@
-"""`compose` blocks: the acts of a scenario's coroutine, and of those that it starts.
+"""Compile `compose` blocks: the acts of a scenario's coroutine, and of the scenarios that it starts.
 
-A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which gives it
-its turns until it has ended: its objects come in, its rules hold, its `compose` runs. What an interrupt leaves behind
-by `abort`, and what `until` or `for` end, is stopped with the behaviours of its objects; what it interrupts waits.
+A started scenario is a coroutine with a higher number than its parent, which gives it its turns until its end: its
+objects appear, its rules hold, its `compose` runs. A scenario that an interrupt leaves by `abort`, or that `until` or
+`for` ends, is stopped with the behaviours of its objects; an interrupted scenario waits.
 """
 
 from collections.abc import Iterator, Sequence
@@ -183,7 +183,7 @@ def place(ev: Evaluator, instance: Instance) -> Evaluator:
     return ev.at_moment(Moment(scenario=instance))
 
 
-# -- what a `compose` does ---------------------------------------------------------------------------------------------
+# -- statements of a `compose` -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class Composer(Inliner):
         during = bodies.tested_guards(body.ev, node.invariants, "invariant", node.name, condition, call)
         return before, during
 
-    # -- what it starts ----------------------------------------------------------------------------------------------
+    # -- started scenarios ---------------------------------------------------------------------------------------------
 
     def mark(self) -> int:
         return len(self.instance.children)

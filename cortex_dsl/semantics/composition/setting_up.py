@@ -185,7 +185,7 @@ COMPOUND: Mapping[type, Callable[..., None]] = {
     nodes.For: control.loop_over,
     nodes.While: control.loop_while,
 }
-"""Statements with blocks, which are run by what runs the statements around them."""
+"""Statements with blocks; the runner of the surrounding statements runs them."""
 
 # -- which scenario runs -----------------------------------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ MAIN = "Main"
 
 
 def entry(module: nodes.Module, name: str | None, findings: Findings) -> nodes.ScenarioDefinition | None:
-    """The one to run: the one named, else `Main`, else the only one that can run by itself and that none starts."""
+    """Return the scenario to run: the named one, else `Main`, else the only unstarted one without arguments."""
     known = {s.name: s for s in module.statements if isinstance(s, nodes.ScenarioDefinition)}
     wanted = name or pinned_scenario(module) or (MAIN if MAIN in known else None)
     if wanted is not None:
@@ -244,7 +244,7 @@ def place_of(ev: Evaluator, scenario: ScenarioValue, instance: Instance) -> Eval
 
 
 def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments: dict[str, Value]) -> None:
-    """Run the setup of a scenario: its objects are made and numbered; what speaks of the run is kept for later."""
+    """Run the setup of a scenario: make and number its objects; store the statements about the run."""
     node, here = scenario.node, place_of(ev, scenario, instance)
     for parameter in node.parameters:
         if parameter.name in arguments:
@@ -279,7 +279,7 @@ def _set_up_by(ev: Evaluator, statement: nodes.Statement, instance: Instance) ->
 
 
 def number(run: VariantState) -> None:
-    """Number the objects made so far: the ego is 0, once there is one."""
+    """Number the objects made so far: the ego, if it exists, is 0."""
     for actor in run.built.actors:
         if actor.index < 0 and actor is run.ego:
             actor.index = 0

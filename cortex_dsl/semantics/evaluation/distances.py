@@ -53,7 +53,7 @@ def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> T
 
 
 def _between_outlines(ev: Evaluator, one: Value, other: Value, one_span: Span, other_span: Span) -> Term:
-    """Distance of two outlines [m]; where contact is judged, 0 between the ego and whom it has touched."""
+    """Return the distance of two outlines [m]; in contact rules, 0 between the ego and an actor that it touched."""
     gap = box_distance(outline(ev, one, one_span), outline(ev, other, other_span))
     if ev.moment.judged and isinstance(one, Actor) and isinstance(other, Actor) and ev.run.ego in (one, other):
         return where(ev.algebra.touches((other if one is ev.run.ego else one).index), 0.0, gap)

@@ -1,7 +1,7 @@
-"""Functions of Scenic's driving domain and of its CARLA model: who is near, what the traffic lights show, and how
-behaviours and monitors change them, by setting a light or stopping the clock of all.
+"""Functions of Scenic's driving domain and of its CARLA model: nearby objects, and traffic lights.
 
-Names and meaning are those of Scenic's driving domain: distances are from centre to centre.
+Behaviours and monitors change lights by setting a light or stopping the clock of all lights. Names and meaning are
+those of Scenic's driving domain: distances are from centre to centre.
 """
 
 import math
@@ -144,7 +144,7 @@ def together(ev: Evaluator, here: Pose, there: Pose) -> Term:
 
 
 def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) -> Value:
-    """Distance to the nearest other object of a class; infinite without one."""
+    """Return the distance to the nearest other object of a class [m]; infinite without one."""
     if not isinstance(kind, BuiltinValue) or kind.name not in ACTOR_KINDS:
         raise WRONG_KIND.mistake(
             span, what="`distanceToClosest`", expected="a class", actual=kind_name(kind), cure="as in `Car`"
@@ -167,18 +167,18 @@ OF_OBJECTS: Mapping[str, Callable[[Evaluator, Actor, Span], Value]] = {
     ),
     "collided": collided,
 }
-"""What only objects can be asked, beside their state and place."""
+"""Attributes that only objects have, except their state and place."""
 
 
 def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> Term:
-    """Least distance to one of several objects that take part [m]; infinite without one."""
+    """Return the least distance to present objects [m]; infinite without any."""
     here = current_pose(ev, actor)
     distances = [where(is_present(ev, each), between(here, current_pose(ev, each)), math.inf) for each in candidates]
     return ev.algebra.least(distances)
 
 
 def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: Span) -> Value:
-    """Time until two outlines touch if both keep their velocities; of one alone, the least over all others."""
+    """Return the time until two outlines touch at constant velocities [s]; without `second`, the least over all."""
     while_running(ev, span, "timeToCollision")
     actor = actor_of(first, "`object`")
     other = -1 if second is None or second.value is None else actor_of(second, "`other`").index

@@ -77,7 +77,7 @@ NORTH = math.pi / 2
 
 
 def as_written(ev: Evaluator, heading: Term) -> Term:
-    """A heading as the file counts it: from the north in Scenic's files, from the east in others."""
+    """Return a heading in the convention of the file [rad]: from north in Scenic's files, from east otherwise."""
     return heading - NORTH if ev.file.from_scenic else heading
 
 
@@ -102,7 +102,7 @@ def is_present(ev: Evaluator, actor: Actor) -> Term:
 
 
 def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
-    """All objects of the scene but one."""
+    """Return all objects of the scene except `actor`."""
     return tuple(each for each in ev.run.built.actors if each is not actor)
 
 
@@ -161,7 +161,7 @@ def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vec
 
 
 def pose_of(ev: Evaluator, value: Value) -> Pose | None:
-    """Place and heading of what has both."""
+    """Return the pose of a value with place and heading; None for other values."""
     if isinstance(value, Actor):
         return current_pose(ev, value)
     return value if isinstance(value, Pose) else None
@@ -219,7 +219,7 @@ def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> Term:
 
 
 def bearing(origin: Vector, target: Vector) -> Term:
-    """Heading of the way from one point to another."""
+    """Return the heading from one point to another [rad]."""
     return atan2(target.y - origin.y, target.x - origin.x)
 
 
@@ -231,7 +231,7 @@ def outline(ev: Evaluator, value: Value, span: Span) -> Term:
     return ev.algebra.pack(point.x, point.y, zero, zero, zero)
 
 
-# -- who looks --------------------------------------------------------------------------------------------------------
+# -- viewers -----------------------------------------------------------------------------------------------------------
 
 
 def viewer(ev: Evaluator, value: Value, span: Span) -> Actor | Pose | Vector:
@@ -288,7 +288,7 @@ def _inside_area(ev: Evaluator, item: Value, area: Area, span: Span) -> Term:
 
 
 def in_sector(ev: Evaluator, sighted: Sighted, point: Vector) -> Term:
-    """Whether a point is in the view of who looks, whatever hides it; the other way round for what is out of view."""
+    """Return whether a point is in the field of view, or outside it if `sighted` says so; occlusion is ignored."""
     viewer = sighted.viewer
     pose = looking(ev, viewer)
     view, start = view_of(ev, viewer), Vector(pose.x, pose.y)

@@ -38,7 +38,7 @@ from engine.vocabulary import ActorKind
 
 @dataclass
 class Sorted:
-    """The specifiers of one `new` by what they say."""
+    """Specifiers of one `new`, grouped by their effect."""
 
     places: list[nodes.Specifier] = field(default_factory=list)
     facings: list[nodes.Facing] = field(default_factory=list)
@@ -46,7 +46,7 @@ class Sorted:
     sights: list[nodes.InSight] = field(default_factory=list)
     """Specifiers of visibility, if another specifier gives the place."""
     settled: Term | None = None
-    """The heading, where it had to be known before the place."""
+    """Heading, if it must be known before the place."""
 
 
 def new(ev: Evaluator, node: nodes.New) -> Value:
@@ -88,7 +88,7 @@ def _sorted(node: nodes.New) -> Sorted:
         else:
             result.places.append(specifier)
     if len(result.places) > 1:
-        # Beside another place, as in Scenic, `visible` says who must see it there.
+        # With another specifier of place, as in Scenic, `visible` names the viewer that must see the object there.
         result.sights = [each for each in result.places if isinstance(each, nodes.InSight)]
         others = [each for each in result.places if not isinstance(each, nodes.InSight)]
         result.places = others if others else [*result.sights]
@@ -144,7 +144,7 @@ def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> Vi
 
 
 def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:
-    """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
+    """Return place and heading with the noise of `mutate` for `name`."""
     heading = default if placement.heading is None else placement.heading
     if found.settled is not None:
         heading = found.settled
@@ -180,7 +180,7 @@ def _recorded_default(ev: Evaluator, node: nodes.New, found: Sorted, pose: Pose)
 
 
 def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | None) -> None:
-    """Note down what a specifier drew, for concrete copies."""
+    """Record the random values of a specifier, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
         ev.run.decisions.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
@@ -311,7 +311,7 @@ def _actor_placement(making: Making, node: nodes.New, found: Sorted, heading: Te
     if not found.places and making.declares("position"):
         return making.default_place()
     if not found.places:
-        # As in Scenic: what has a region of its own is anywhere in it, all else in the middle of the map.
+        # As in Scenic: an object with a region of its own is anywhere in it, any other object in the middle of the map.
         return at_origin(ev) if making.builtin in (None, "Object") else within(ev, ROAD)
     length, width = making.get("length"), making.get("width")
     assert isinstance(length, Term)

@@ -1,6 +1,6 @@
-"""Polygons and lines through points that are known when the file is compiled.
+"""Polygons and lines through points that are known at compile time.
 
-A place in a polygon lies in one of its triangles, each as likely as its area (Devroye, "Non-Uniform Random Variate
+A place in a polygon lies in one of its triangles, which is sampled by area (Devroye, "Non-Uniform Random Variate
 Generation", 1986, chapter XI.2).
 """
 
@@ -20,7 +20,7 @@ from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 
 MOST_CORNERS = 100
-"""Corners of a polygon, and points of a line: each costs some ten operations wherever the region is asked for."""
+"""Maximum number of corners of a polygon, or points of a line: each costs some ten operations per use of the region."""
 FARTHEST = 1e9
 """How far from the origin a region may reach [m]: beyond, areas are no numbers."""
 ON_A_LINE = 1e-6
@@ -88,7 +88,7 @@ def _is_ear(left: Sequence[Known], at: int) -> bool:
 
 
 def _chosen(ev: Evaluator, number: Term, weights: Sequence[float]) -> Callable[[Sequence[float]], Term]:
-    """By a uniform number, one of several entries of a column, each as likely as its weight."""
+    """Return a function that selects an entry of a column by a uniform number, with probability by weight."""
     total, index = math.fsum(weights), ev.algebra.literal(0.0)
     for share in list(accumulate(weights))[:-1]:
         index = index + where(number < share / total, 0.0, 1.0)

@@ -27,7 +27,7 @@ from cortex_dsl.syntax import nodes
 
 
 def relative_to(ev: Evaluator, node: nodes.RelativeTo) -> Value:
-    """A field or heading turned by another, or a place in the frame of another."""
+    """Return a field or heading turned by another one, or a place in the frame of another one."""
     value, base = ev.evaluate_all((node.value, node.base))
     spans = node.value.span, node.base.span
     if isinstance(value, DirectionField) or isinstance(base, DirectionField):
@@ -82,7 +82,7 @@ def _place(ev: Evaluator, node: nodes.Expression | None, span: Span, what: str) 
 
 
 def angle(ev: Evaluator, node: nodes.Angle) -> Value:
-    """The heading of the way from one place to another, as the file counts headings."""
+    """Return the heading from one place to another, in the convention of the file [rad]."""
     start, end = (
         geometry.position(ev, *_place(ev, each, node.span, "an `angle`")) for each in (node.origin, node.target)
     )
@@ -219,6 +219,6 @@ def velocity(ev: Evaluator, actor: Actor) -> Velocity:
 
 
 def angular_speed(ev: Evaluator, actor: Actor) -> Quantity:
-    """`self.angularSpeed`, anticlockwise: nobody spins before the run, as in Scenic."""
+    """Return `self.angularSpeed`, anticlockwise [rad/s]; 0 before the run, as in Scenic."""
     rate = ev.algebra.velocity(actor.index)[2] if ev.moment.running else ev.algebra.literal(0.0)
     return Quantity(rate, ANGULAR_SPEED)

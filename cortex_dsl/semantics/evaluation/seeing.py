@@ -1,4 +1,4 @@
-"""Who sees whom: `can see`, what drivers of the library notice, and what `requireVisible` asks for."""
+"""Visibility: `can see`, the perception of drivers of the library, and `requireVisible`."""
 
 import math
 
@@ -17,12 +17,12 @@ def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
 
 
 def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
+    """Return whether no object hides one object from another, in any direction: the perception of library drivers."""
     return ev.algebra.notices(viewer.index, other.index, notice_reach(ev))
 
 
 def notice_reach(ev: Evaluator) -> Term:
-    """How far drivers of the library notice others: as far as the weather lets anybody see [m]."""
+    """Return the range within which drivers of the library notice other actors: the visibility of the weather [m]."""
     weather, unlimited = ev.run.built.environment, ev.algebra.literal(math.inf)
     return unlimited if weather is None else weather.values.get("sight", unlimited)
 
@@ -40,7 +40,7 @@ def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target
 
 
 def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
-    """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
+    """Return a view packed as x, y, heading, opening angle and reach, and the number of the viewer."""
     looks = geometry.viewer(ev, viewer, span)
     pose, view = geometry.looking(ev, looks), geometry.view_of(ev, looks)
     number = ev.algebra.number_of(looks) if isinstance(looks, Actor) else ev.algebra.literal(-1.0)

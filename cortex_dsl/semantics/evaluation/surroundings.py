@@ -1,7 +1,7 @@
-"""The `environment` statement, and what it makes of the properties of objects: less grip, a shorter view.
+"""The `environment` statement, and its effect on the properties of objects: less grip, a shorter view.
 
 Friction multiplies that of every object. The view of an object reaches to `visibleDistance` times the light, and no
-further than the sight. The properties themselves stay as the file gives them.
+further than the sight. The properties themselves stay as in the file.
 """
 
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT

@@ -1,6 +1,6 @@
 """Loops, branches and assertions at the top level, in the setup of a scenario and in functions.
 
-What they look at must be known when the file is compiled; each round costs steps of the one budget that a file has.
+Their conditions must be known at compile time; each round uses steps of the file's single budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from cortex_dsl.syntax import nodes
 from engine.errors import Signal
 
 Run = Callable[[Evaluator, nodes.Statement], None]
-"""Runs one statement, and reports what is wrong with it."""
+"""Function that runs one statement and reports its errors."""
 
 
 class Leaving(Signal):

@@ -1,8 +1,8 @@
-"""Where an expression stands, its evaluator, and what observers see of its values.
+"""Place of an expression, its evaluator, and the values that observers receive.
 
-The evaluator dispatches on the node's type through a table that it is given, so that each family of expressions has
-its own module and none needs to know the others. An observer is handed the value of every expression, also where the
-compiler finds mistakes: the editor and the interactive session describe a text by them.
+The evaluator dispatches on the node's type through a table that it is given, so that each family of expressions has its
+own module and is independent of the others. An observer receives the value of every expression, even if the compiler
+finds mistakes: the editor and the interactive session describe a text by them.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -36,11 +36,11 @@ class Moment:
 
     running: bool = False
     actor: Actor | None = None
-    """The actor whose behaviour this is (`self`)."""
+    """Actor with this behaviour (`self`)."""
     repeated: bool = False
     """Inside a loop or handler, which may be entered again."""
     scenario: Instance | None = None
-    """The scenario whose setup or compose this is; None for the top level."""
+    """Scenario with this setup or compose; None for the top level."""
     later: bool = False
     """Known with the scene, but used when objects may have moved."""
     looping: bool = False
@@ -183,7 +183,11 @@ class Evaluator:
         raise UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
 
     def usable(self, value: Value) -> Value:
-        """The value, unless it is what a mistake left behind."""
+        """Return the value unless it is poison.
+
+        Raises:
+            Mistake: a mistake left it behind.
+        """
         if isinstance(value, Poison):
             raise Mistake
         return value
@@ -270,11 +274,11 @@ class Evaluator:
 # -- observers ---------------------------------------------------------------------------------------------------------
 
 MOST_VALUES = 24
-"""Values kept of one expression, which has one for every way of making the choices of the file."""
+"""Maximum number of stored values of one expression, which has one per combination of the file's choices."""
 
 
 class Superseded(Signal):
-    """Stops a compilation whose result is not needed any more."""
+    """Stops a compilation that is no longer needed."""
 
 
 @dataclass(frozen=True)
@@ -290,7 +294,7 @@ ObservedValues = Sequence[ObservedValue]
 
 @dataclass
 class ValueRecorder:
-    """Collects values while a text is compiled; `superseded` is asked all the time."""
+    """Collects values during a compilation; `superseded` is called at each value."""
 
     superseded: Callable[[], bool] = lambda: False
     seen: dict[Span, list[ObservedValue]] = field(default_factory=dict)

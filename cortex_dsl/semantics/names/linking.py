@@ -1,5 +1,7 @@
-"""What a file is given from outside, read before anything is evaluated: the files that it imports, each once, all their
-texts in one space of offsets; and `-p NAME=VALUE`, an expression of the language put in the place of the param's own.
+"""Inputs of a file, read before evaluation: imported files and `-p NAME=VALUE`.
+
+Each imported file is read once, and all texts share one space of offsets. A value of `-p` is an expression of the
+language in place of the param's own.
 """
 
 import re
@@ -51,7 +53,7 @@ NO_FILES: Mapping[Span, ImportedFile] = {}
 
 
 def link(module: nodes.Module, source: Source, files: Files) -> Linked:
-    """Read what a file imports, and what that imports.
+    """Read the imported files of a module, recursively.
 
     Raises:
         CompileError: with every error found in the imported files.

@@ -72,7 +72,7 @@ class BodyNames:
             if parameter.default is not None:
                 outside.visit(parameter.default)
         if not isinstance(self.definition, nodes.MonitorDefinition | nodes.FunctionDefinition):
-            # What a scenario sets up has its values when its guards are tested, what a behaviour assigns has not.
+            # Variables of a setup have values when guards are tested, variables of a behaviour have none yet.
             scenario = isinstance(self.definition, nodes.ScenarioDefinition)
             names = replace(self._names(), early=frozenset()) if scenario else self._names()
             for guard in (*self.definition.preconditions, *self.definition.invariants):

@@ -1,6 +1,4 @@
-"""What follows from the syntax tree alone: its parts, the names that statements bind, the moments of a condition, and
-which params belong to the system under test.
-"""
+"""Facts of the syntax tree alone: parts, bound names, moments of a condition, params of the system under test."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
@@ -39,8 +37,8 @@ def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
 
 
 _OF_FILES: dict[int, tuple[nodes.Node, ...]] = {}
-"""The nodes of each file that there is, by its identity, as trees are equal by their contents; an entry goes with its
-file, before another can have that identity."""
+"""Nodes of each file by its identity, since trees are equal by contents; an entry is removed with its file, before the
+identity can be reused."""
 
 
 def _below(node: nodes.Node) -> Iterator[nodes.Node]:
@@ -108,7 +106,7 @@ def always_condition(node: nodes.Expression) -> nodes.Expression | None:
     return None
 
 
-# -- what stands in one node -------------------------------------------------------------------------------------------
+# -- parts of one node -------------------------------------------------------------------------------------------------
 
 
 def bound_name(node: nodes.Import) -> str | None:
@@ -160,7 +158,7 @@ def is_searched(value: nodes.Expression) -> bool:
     return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
 
 
-# -- what statements bind, and what definitions consist of -------------------------------------------------------------
+# -- bindings of statements, and parts of definitions ------------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition | nodes.FunctionDefinition
 
@@ -190,7 +188,7 @@ def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
 
 
 def assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
-    """Names that a body assigns, nested blocks included; what a definition in it assigns is its own."""
+    """Yield the names that a body assigns, including nested blocks but not nested definitions."""
     for statement in statements:
         yield from bound_by(statement)
         for part in () if isinstance(statement, Definition) else parts(statement):
@@ -274,7 +272,7 @@ SYSTEM = "system"
 
 
 def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], findings: Findings) -> tuple[str, ...]:
-    """The names that the file lists, each once, in the order of the list; what is no param is reported."""
+    """Return the names that the file lists, each once, in the order of the list; report names that are no params."""
     names: list[str] = []
     for node in _listed(module):
         if not isinstance(node, nodes.Name) or node.id not in params:

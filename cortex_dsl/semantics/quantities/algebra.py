@@ -30,7 +30,7 @@ class Term(ir.Expr):
 
     algebra: "Algebra"
     depth: int
-    """How many operations lie below it, one on the result of the other."""
+    """Number of nested operations below it."""
 
     def __add__(self, other: "Operand") -> "Term":
         return self.algebra.apply(Op.ADD, self, other)
@@ -143,7 +143,7 @@ class _Item(Term, ir.Item): ...
 
 @dataclass
 class Algebra:
-    """Makes terms; equal ones are the same object. `span` is the place of what is being made."""
+    """Makes terms; equal terms are the same object. `span` is the place of the present term."""
 
     span: Span = NOWHERE
     known: dict[tuple[object, ...], Any] = field(default_factory=dict)
@@ -171,7 +171,7 @@ class Algebra:
         return self._interned(("number", of), _Number, of)
 
     def random(self) -> Term:
-        """A fresh number of the behaviour stream: never shared with another."""
+        """Return a new number of the behaviour stream, which no other term shares."""
         return self._own(Operation(self.span, Op.RANDOM, ()))
 
     def time(self) -> Term:
@@ -199,7 +199,7 @@ class Algebra:
         return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=3), 3)
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
-        """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
+        """Return whether one actor sees another now; the index is -1 for a packed view or outline."""
         return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
 
     def notices(self, viewer: int, other: int, reach: Term) -> Term:
@@ -335,13 +335,13 @@ def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
 
 
 def lead_on(path: Term, actor: int, reach: Term) -> tuple[Term, Term]:
-    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s], of those noticed within a reach."""
+    """Return gap [m] and speed along a path [m/s] of the actor ahead, among those noticed within `reach`."""
     gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, reach, immediates=(actor,), width=2), 2)
     return gap, speed
 
 
 def sees_within(limit: Term, actor: int) -> Term:
-    """Whether an object sees another whose centre is nearer than a limit."""
+    """Return whether an object sees another object whose centre is nearer than `limit` [m]."""
     return limit.algebra.apply(Op.WITHIN, limit, immediates=(actor,))
 
 

@@ -1,5 +1,4 @@
-"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
-decided whatever a search chooses, and by how much it holds.
+"""Static bounds of numbers and conditions: intervals, certainty for every choice of a search, and margins.
 
 `engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes
 at once, on compiled code, and keeps account of NaN. Here an expression is evaluated once or twice in a compilation,
@@ -44,7 +43,7 @@ def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
 
 
 def parts(expression: ir.Expr) -> list[ir.Expr]:
-    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
+    """Return all distinct parts of an expression, operands before their users, the expression itself last."""
     ordered: dict[ir.Expr, None] = {}
     stack = [(expression, False)]
     while stack:
@@ -126,9 +125,9 @@ def closed_value(
     genes: Numbers = NOTHING,
     draws: Numbers = NOTHING,
 ) -> float | None:
-    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
+    """Return the value of an expression without unknowns; None for any other, NaN if it has no value.
 
-    `genes` (SI) and `draws` are known ones, by index.
+    `genes` (SI) and `draws` are known values, by index.
     """
 
     def worth(part: ir.Expr, values: list[float | None]) -> float | None:
@@ -167,7 +166,7 @@ def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
 
 
 def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int, Interval]) -> Interval:
-    """The same of an operation whose operands lie in the intervals `within`."""
+    """Return the interval of an operation whose operands lie in the intervals `within`."""
     match part:
         case ir.Literal(value=value):
             return (value, value)
@@ -244,7 +243,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
                     lambda *_: (0.0, math.inf)),
 }  # fmt: skip
 
-# -- what is certain of a `require` ------------------------------------------------------------------------------------
+# -- certainty of a `require` ------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -252,7 +251,7 @@ class Weight:
     """Of one `require` over all variants in which it was met."""
 
     possible: bool
-    """Whether it could hold in one of them."""
+    """Whether it could hold in some variant."""
     certain: bool
     """Whether it holds in all of them."""
     genes: frozenset[int]
@@ -270,7 +269,7 @@ class Weight:
 
 
 def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
-    """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
+    """Return the weight of a condition by the interval of its truth; `certain`: it is tested in every scene."""
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
 
@@ -298,7 +297,7 @@ def _range(gene: ir.GeneInfo) -> str:
 # -- margins -----------------------------------------------------------------------------------------------------------
 
 Dimensions = Mapping[Term, ir.Dimension | None]
-"""Dimension of what each comparison compares; None where all is bare."""
+"""Dimension of the operands of each comparison; None if all are bare."""
 
 LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 
