@@ -1,4 +1,4 @@
-"""Behaviours to rows: structured acts become jumps over resumable blocks.
+"""Compile behaviours to rows: structured acts become jumps over resumable blocks.
 
 A block is a stretch of behaviour that keeps its own place: the main line of an actor, the body of a `try`, each of
 its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
@@ -65,9 +65,9 @@ class BehaviourWriter:
     blocks: Numbers
     locals: Numbers
     block: int
-    """The block whose code is being written."""
+    """Block that is being written."""
     caller: int = -1
-    """The block that goes on when this coroutine's turn is over; -1: none, which ends the turn of all."""
+    """Block that continues after this coroutine's turn; -1: none, which ends the turn of all."""
     loops: list[LoopTargets] = field(default_factory=list)
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
@@ -159,7 +159,7 @@ class BehaviourWriter:
         self.buffer.emit(Op.JUMP, None, target)
 
     def _yield(self) -> None:
-        """End the turn; what must always hold is tested when the scope itself goes on."""
+        """End the turn; invariants are tested when the scope itself continues."""
         if self.caller < 0:
             self.buffer.emit(Op.YIELD, None, self.block)
         else:

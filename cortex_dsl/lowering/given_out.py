@@ -60,7 +60,7 @@ def colour_of(times: SignalTimes, phase: int, time: float) -> str:
 
 
 def _with_light_times(variant: ir.Variant) -> ir.Variant:
-    """The variant with the times of its lights among what it draws."""
+    """Return the variant with the times of its lights among its draws."""
     if (lights := variant.lights) is None:
         return variant
     times = (lights.green, lights.yellow, lights.all_red, lights.offset)

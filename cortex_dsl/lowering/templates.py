@@ -90,7 +90,7 @@ class SceneValues:
         return self.numbers[key]
 
     def hoist(self, expression: ir.Expr) -> Register | None:
-        """Step code reads what is settled with the scene instead of computing it again."""
+        """Return the register of a value that is settled with the scene; step code reads it without computing it."""
         if isinstance(expression, ir.Pack) or self.dynamics.is_dynamic(expression):
             return None
         if isinstance(expression, ir.Apply) and expression.width > 1:
@@ -143,7 +143,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
-    """Condition and margin. Later code must not rely on what a soft requirement or a margin has computed."""
+    """Write condition and margin. Later code must not reuse the results of a soft requirement or a margin."""
     within = writer if requirement.probability >= 1 else writer.branch()
     condition = _segment(buffer, within, requirement.condition)
     if requirement.margin is None:

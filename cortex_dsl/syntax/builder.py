@@ -54,7 +54,7 @@ class StatementBuilder:
     def statement(self, tree: Branch) -> nodes.Statement:
         return _BUILDERS[tree.data](self, tree.children, span_of(tree))
 
-    # -- what a file says about the world ------------------------------------------------------------------------------
+    # -- statements about the world -----------------------------------------------------------------------------------
 
     def map(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Map(str(parts[0]), self.expressions.arguments(parts[1]), span=span)
@@ -207,7 +207,7 @@ class StatementBuilder:
     def terminate(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Terminate("simulation" in str(parts[0]), span=span)
 
-    # -- what actors do ----------------------------------------------------------------------------------------------
+    # -- acts of actors -----------------------------------------------------------------------------------------------
 
     def do(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Do(self.invocations(parts), mode=_mode(parts), span=span)

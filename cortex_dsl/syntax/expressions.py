@@ -40,7 +40,7 @@ def token(child: Child) -> Token:
 
 
 def _holds_formulas(tree: Branch) -> bool:
-    """Whether temporal operators may stand directly below this one."""
+    """Return whether temporal operators may be directly below this tree."""
     negation = tree.data == "unary" and tree.children[0] == "not"
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
@@ -55,7 +55,7 @@ class NestingError(Signal):
 
 
 class ExpressionBuilder:
-    """Builds expressions and collects what only shows once their shape is known."""
+    """Builds expressions and collects errors that only show once their shape is known."""
 
     def __init__(self, source: Source) -> None:
         self.source = source

@@ -1,4 +1,4 @@
-"""What an analysis of a search found, in words: kinds of failures, heat maps, and whose fault."""
+"""Results of the analysis of a search, in words: kinds of failures, heat maps, and responsible actors."""
 
 import math
 from collections.abc import Sequence
@@ -205,7 +205,7 @@ class HeatMap:
 
 
 def sides(parameter: Parameter) -> Sides:
-    """Even cells over the range; one for each value where there are few."""
+    """Return equal cells over the range; one cell per value if there are few values."""
     low, high = parameter.low, parameter.high
     if parameter.kind == GeneKind.CONTINUOUS or high - low + 1 > CELLS:
         edges = np.linspace(low, high if high > low else low + 1.0, CELLS + 1)
@@ -236,7 +236,7 @@ def _heat_map(across: Sides, up: Sides, x: Ints, y: Ints, failed: Bools) -> Heat
 
 
 def information(tried: Ints, failed: Ints) -> float:
-    """Mutual information of cell and failure [bits], less what chance alone would show; never below 0.
+    """Return the mutual information of cell and failure [bits], less its value by chance alone; never below 0.
 
     Shannon (1948), "A mathematical theory of communication"; the correction for few samples in many cells is that of
     Miller (1955), "Note on the bias of information estimates".

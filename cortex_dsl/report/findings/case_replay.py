@@ -1,6 +1,6 @@
-"""One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
+"""One case of a search, run again from its genome and stream key: the data of a page, a film or a terminal view.
 
-Beside the run itself: how each actor is drawn, and how the deciding pair came near over time, by the kernels that
+In addition to the run: the drawing of each actor, and the approach of the deciding pair over time, by the kernels that
 measure it.
 """
 
@@ -184,7 +184,7 @@ class CaseReplay:
 
     @cached_property
     def columns(self) -> Floats:
-        """(actors, len(Column)) what each actor is, as the scene has it."""
+        """Return the properties of the actors in the scene (actors, len(Column))."""
         return actor_columns(self.program, self.scenes.values[0])
 
     @cached_property
@@ -195,7 +195,7 @@ class CaseReplay:
 
     @cached_property
     def scored(self) -> Trajectory:
-        """The run without what follows contact."""
+        """Return the run up to contact."""
         end = scored_samples(self.trajectory)
         now = self.trajectory
         return Trajectory(now.time[:end], now.states[:end], now.outlines, now.contact_sample)
@@ -240,7 +240,7 @@ class CaseReplay:
 
 
 class IsCompiled(Protocol):
-    """A scenario's syntax tree, and what was made of it."""
+    """A scenario's syntax tree and its compilation."""
 
     @property
     def module(self) -> nodes.Module: ...
@@ -249,7 +249,7 @@ class IsCompiled(Protocol):
 
 
 class Runnable(Protocol):
-    """A compiled scenario that can be run and written down: what a replay asks of a `Scenario`."""
+    """A compiled scenario that can be run and written: the interface of a `Scenario` that a replay uses."""
 
     @property
     def program(self) -> Program: ...
@@ -270,7 +270,7 @@ class Runnable(Protocol):
 def replay_case(
     scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
 ) -> CaseReplay:
-    """Run row 0 of the scenes, which must be valid, and keep what was seen."""
+    """Run row 0 of the scenes, which must be valid, and return the recorded run."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
     shown = light_colours(scenario.compiled.scenario, scenes, 0, scenario.config.simulation)
@@ -305,7 +305,7 @@ def _part(road: Outline, program: Program, trajectory: Trajectory) -> Outline | 
 
 
 def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
-    """A case of a search and what was seen when it ran again, for a document."""
+    """Return a case of a search and its repeated run as a document."""
     program = replay.program
     return {
         **asdict(case),

@@ -1,4 +1,4 @@
-"""What the worst cases of a search are: with whom, of what kind, and whether a competent driver avoids them."""
+"""Properties of the worst cases of a search: the partner, the kind, and whether a competent driver avoids them."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,7 +14,7 @@ from engine.vocabulary import Side
 
 
 class Searched(Protocol):
-    """A compiled scenario with its settings: what this asks of a `Scenario`."""
+    """A compiled scenario with its settings: the interface of a `Scenario` that this module uses."""
 
     @property
     def program(self) -> Program: ...

@@ -1,4 +1,4 @@
-"""What chance chose among finitely many, in scenes: e.g. lanes and maneuvers."""
+"""Random finite choices in scenes, e.g. lanes and maneuvers."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What became of drawn scenes that somebody drove: counts of how their runs ended, and the rate of collisions."""
+"""Results of sampled scenes with an external driver: counts of endings, and the rate of collisions."""
 
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -65,7 +65,7 @@ class DrivenRuns:
 
     @property
     def driven(self) -> int:
-        """Scenes in which somebody drove."""
+        """Return the number of scenes with an external driver."""
         return int(self.counts.sum())
 
     @property

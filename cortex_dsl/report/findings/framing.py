@@ -16,17 +16,17 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 MARGIN = 9.0
-"""World shown around what happens [m]."""
+"""Margin of the world around the events [m]."""
 LEAST_HEIGHT = 24.0
 """[m]"""
 CARD = 1.5
-"""Width of a picture over its height, where several stand side by side, or where it stands beside plots."""
+"""Width of a picture over its height if it is next to other pictures or plots."""
 BAND = 3.0
-"""The same of one that has the whole width of a page: a long road."""
+"""Width over height of a picture with the whole width of a page: a long road."""
 STAGES = {CARD: 725.0, BAND: 1138.0}
 """How wide a page shows each shape, where it has room [px]."""
 BARS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000)
-"""Lengths of the bar that tells the scale [m]."""
+"""Lengths of the scale bar [m]."""
 BAR = 140.0
 """The most that it takes of `STAGES` [px]."""
 REACH = 3.0
@@ -85,7 +85,7 @@ class Frame:
 
     @property
     def bar(self) -> int:
-        """The longest round length whose bar is not too long [m]."""
+        """Return the longest round length whose bar fits [m]."""
         return max((length for length in BARS if length <= BAR * self.pixel), default=BARS[0])
 
 
@@ -130,9 +130,9 @@ def tracks(trajectory: Trajectory) -> Floats:
 
 
 def heading_of_road(road: Outline, lanes_width: float, states: Floats) -> float:
-    """Direction of the road on which somebody starts, in the sense in which it faces [rad]; `states` (samples, State).
+    """Return the direction of the road on which the first actor starts, in its sense [rad]; `states` (samples, State).
 
-    Beside every road, or inside an intersection, that of the road that lies most in its direction; 0 for nobody.
+    Off every road, or inside an intersection, it is that of the road nearest to its direction; 0 without an actor.
     `lanes_width` [m]: of the lanes of one direction.
     """
     there = states[(states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)]

@@ -1,4 +1,4 @@
-"""What the objectives of a file came to in one run: which expectations are broken, and the numbers that are sought."""
+"""Results of the objectives of the file in one run: broken expectations, and values of the objectives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -60,7 +60,7 @@ def broken_words(found: Sequence[Sought]) -> str:
     return "breaks " + (names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}")
 
 
-# -- what each comes to in many runs -----------------------------------------------------------------------------------
+# -- results of each in many runs --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Weighed:
     name: str
     line: int
     sense: Sense | None
-    """None: a requirement, whose runs are those that were not thrown away for another reason."""
+    """Sense; None: a requirement, whose runs exclude those rejected for another reason."""
     unit: str
     values: Floats
     """(runs,) robustness, or the number; of a requirement 1 where it was met, else -1."""

@@ -1,4 +1,4 @@
-"""The five metrics of the paper by name, and what they are where a search looks for something else than its risk."""
+"""The five metrics of the paper by name, and their meaning for a search with an objective other than the risk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What there is to say of a recording in which every pair is judged: the worst windows, and all of them as a table."""
+"""Findings on a recording with every pair assessed: the worst windows, and a table of all windows."""
 
 import csv
 from collections.abc import Iterator, Sequence

@@ -81,7 +81,7 @@ def distinct_simulations(study: Study) -> int:
 
 @dataclass(frozen=True)
 class Yield:
-    """What a method found in all of its runs, for its work: beside figures that count individuals."""
+    """Results of a method in all of its runs, per effort: a complement to figures that count individuals."""
 
     method: str
     valid: int
@@ -131,7 +131,7 @@ def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
 
 
 def study_content(study: Study, found: Findings) -> dict[str, Any]:
-    """The whole study for a document, with what follows from its numbers."""
+    """Return the whole study as a document, with derived values."""
     return {
         **summary(study, found),
         "runs": study.plan.runs,

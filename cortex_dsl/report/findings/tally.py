@@ -1,7 +1,7 @@
-"""Counts over sampled scenes: verdicts, attempts, and how often each requirement was tested and failed.
+"""Counts over sampled scenes: verdicts, attempts, tests and failures of each requirement.
 
-And what follows from them: the first culprit, what each requirement does alone and by how much it was missed, what to
-relax, and which of them contradict one another.
+Derived from them: the first culprit, the effect of each requirement alone and its nearest miss, a relaxation, and
+contradictions between requirements.
 """
 
 import math
@@ -79,7 +79,7 @@ class Tally:
 
 
 def first_culprit(program: Program, tally: Tally) -> int | None:
-    """The requirement that most deserves a look: the first that never passed, else the one that passes least."""
+    """Return the requirement to inspect first: the first that never passed, else the one with the lowest rate."""
     rated = [
         (tally.pass_rate(i), i) for i in range(min(len(program.requirements), len(tally.failed))) if tally.failed[i] > 0
     ]

@@ -1,4 +1,4 @@
-"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault, which params matter."""
+"""Sections of a run's page from its analysis: kinds of failures, grids, responsible actors, effects of params."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -232,7 +232,7 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
     )
 
 
-# -- which params matter for what, and what the search made of them ----------------------------------------------------
+# -- effects of params, and their course in the search -----------------------------------------------------------------
 
 
 def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations, goal: str) -> Node:

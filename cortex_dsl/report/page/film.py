@@ -30,7 +30,7 @@ ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT, GLASS = "#c8400a", "#f4f6f8"
 YELLOW = "#e0a800"
 SIGNALS = {"green": ACTORS[2], "yellow": YELLOW, "red": HOT, "": KERB}
-"""What lights show; they are few, so that a palette has room for what lies between any two colours."""
+"""Colours of lights; few, so that a palette has room for mixtures of any two colours."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
 
 
 def _palette(image: Any) -> Any:
-    """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
+    """Return a palette of our colours and of the mixtures of any two of them, for smooth edges."""
     tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, YELLOW, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
     ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
     halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]

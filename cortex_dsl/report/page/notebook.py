@@ -72,7 +72,7 @@ def _saved(path: str | Path, text: str) -> Path:
 
 
 def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
-    """One of some scenes as a picture, a case as a page that plays, a campaign as a table of what it found.
+    """Return a picture of one scene, a page with a replay of a case, or a table of the results of a campaign.
 
     Raises:
         ArgumentKindError: it is nothing of these.
@@ -150,7 +150,7 @@ def _row(name: str, value: str) -> Element:
 
 
 def scenario_table(scenario: Runnable) -> Element:
-    """A scenario's name, its actors and its params, with one of its scenes."""
+    """Return a table of a scenario's name, its actors and its params, with one of its scenes."""
     space = scenario.program.space
     rows = [
         _row(name, ", ".join(options) if options else f"{low:g} to {high:g} {unit}")

@@ -72,7 +72,7 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A figure without pyplot, whose windows would stay open [inches]."""
+    """Return a figure of this size [inches] without pyplot, whose windows would stay open."""
     return needed("matplotlib.figure", "figures need", "report").Figure(figsize=(width, height), layout="constrained")
 
 
@@ -102,7 +102,7 @@ def _course(record: Record) -> Any:
 
 
 def _heat(found: HeatMap, many: str) -> Any:
-    """The share of collisions, or of what else is sought, in each cell."""
+    """Return the share of collisions, or of results of another objective, in each cell."""
     figure = new_figure(3.4, 2.9)
     axes = figure.subplots()
     share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
@@ -167,7 +167,7 @@ def _compass(axes: Any, frame: Frame) -> None:
 # -- figures of a study ------------------------------------------------------------------------------------------------
 
 ACROSS = 3
-"""Panels beside one another, at most."""
+"""Maximum number of panels side by side."""
 WIDTH, HEIGHT = 2.5, 2.1
 """Width and height of a panel [inches]."""
 COLOURS = ("#8a8f98", "#c8501e", "#0b6bb0", "#2f7d4f", "#7a4fa3", "#b58900")

@@ -1,4 +1,4 @@
-"""The report of one search: a page for those who decide, and for the engineer who is responsible for it."""
+"""The report of one search: a page for decision makers and for the responsible engineer."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class RunPage:
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
     opinions: Mapping[str, str]
-    """Answers of `cortexc verify --model dynamic` by the keys of cases, where it was asked."""
+    """Answers of `cortexc verify --model dynamic` by the keys of cases, if it was run."""
 
     @property
     def record(self) -> Record:
@@ -155,7 +155,7 @@ def _tiles(found: RunPage) -> Iterator[Element]:
 
 
 def _partner_tiles(record: Record) -> Iterator[Element]:
-    """With whom, where there is more than one to collide with: a search may have missed somebody."""
+    """Yield collisions by partner if there are several possible partners: a search may have missed one."""
     actors = record.manifest.actors
     if len(actors) < 3:
         return
@@ -252,7 +252,7 @@ def _numbers_words(found: RunPage) -> str:
 
 
 def _case_words(found: RunPage, case: Case) -> str:
-    """`risk 22, truck`: with whom, where there is more than one who may be meant."""
+    """Return a case's words, as in `risk 22, truck`; the partner is named if there are several."""
     actors, pair = found.record.manifest.actors, int(found.record.evaluations.rollouts.pair[case.row, case.rollout])
     if len(actors) > 2 and pair >= 0:
         return f"risk {case.score}, {'' if case.collided else 'near '}{actors[pair + 1]}"

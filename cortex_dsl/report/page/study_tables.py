@@ -142,7 +142,7 @@ def _percents(interval: Interval) -> str:
 
 
 def paper(found: Findings) -> Node:
-    """Our numbers beside the paper's, and the paper's table of studies with our row."""
+    """Return our numbers next to the paper's, and the paper's table of studies with our row."""
     if not found.beside:
         return None
     beside = [

@@ -23,7 +23,7 @@ def shared_road(replay: CaseReplay) -> Element:
 
 
 def thumbnails(replays: Sequence[CaseReplay]) -> list[Element]:
-    """One a case: the ego, whom it comes nearest to, and where everybody came from."""
+    """Return one picture per case: the ego, its nearest actor, and the ways of all actors."""
     frames = alike([_close(replay) for replay in replays])
     return [_thumbnail(replay, frame) for replay, frame in zip(replays, frames, strict=True)]
 

@@ -42,8 +42,9 @@ def _dots_of(finds: Finds) -> tuple[Dot, ...]:
 
 
 def dots(record: Record) -> dict[str, Any]:
-    """All distinct simulations for the map, or as many as it takes: finds, at most half of all, and every n-th of
-    the others.
+    """Return all distinct simulations for the map, or a subset that fits.
+
+    A subset holds finds, at most half of it, and every n-th of the remaining simulations.
     """
     evaluations = record.evaluations
     rows = _shown(evaluations)

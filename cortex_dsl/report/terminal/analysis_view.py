@@ -1,4 +1,4 @@
-"""What `analyse` and `probability` say: what kinds of failures there are, where, whose fault, how likely."""
+"""Output of `analyse` and `probability`: kinds of failures, their places, responsible actors, and probability."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -57,7 +57,7 @@ from engine.search.insight.sensitivity import Sensitivity, Share
 from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
 
-# -- what the reference driver makes of the failures: which speak against the ego, and how surely ----------------------
+# -- results of the reference driver: failures of the ego, and their certainty -----------------------------------------
 
 
 def avoidance_view(analysis: Analysis) -> RenderableType:
@@ -79,7 +79,7 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
 
 
 def _lost(avoided: Avoided) -> Iterator[Text]:
-    """How many say more about what the file draws, or about others, than about the ego."""
+    """Yield how many failures are due to random values of the file, or to other actors, more than to the ego."""
     for text in (lost_text(avoided), struck_text(avoided)):
         if text:
             yield Text(text, "warn")
@@ -179,7 +179,7 @@ def _summary(program: Program, analysis: Analysis) -> list[RenderableType]:
 
 
 def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
-    """With whom the ego collided, and with whom never."""
+    """Return the actors with which the ego collided, and those with which it never did."""
     text = partners_text(program.actors, analysis.partners) if analysis.valid and analysis.partners.with_ego else ""
     return [Text(f"collisions {text}")] if text else []
 
@@ -292,7 +292,7 @@ HINT = "--condition joint draws the params again in every attempt"
 
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
-    """The estimate with its interval, what it is conditioned on, and how it was made."""
+    """Return the estimate with its interval, its conditions, and its method."""
     if not found.valid and not found.lost:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
     event = f'that "{found.of}" is broken' if found.of else "of a collision"
@@ -311,7 +311,7 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
 
 
 def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
-    """With whom the ego collided, and with whom never."""
+    """Yield the actors with which the ego collided, and those with which it never did."""
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     text = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
     if text and found.method == "mc" and not found.of:
@@ -319,7 +319,7 @@ def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
 
 
 def _avoidable(found: Probability) -> Iterator[Text]:
-    """How probable one is that a competent driver avoids."""
+    """Yield the probability of a collision that a competent driver avoids."""
     if not found.driven:
         return
     yield Text.assemble("of a collision that a competent driver avoids (UN R157): ", (avoidable_text(found), "bad"))

@@ -17,19 +17,19 @@ from engine.outcomes import PAIRS, Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.vocabulary import Sense
 
-# -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
+# -- measures outside the risk, and the use of wheel and pedals --------------------------------------------------------
 
 SECOND, METRE = "s", "m"
-"""Units of what is the worse the less there is; of all others, what is needed, more is worse."""
+"""Units of metrics for which less is worse; for all other units, which measure a need, more is worse."""
 IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def measures_view(
     metrics: Sequence[Metric], actors: Sequence[str], pair: int, unit: SpeedUnit = KM_H
 ) -> RenderableType:
-    """Those of the deciding pair with their meaning, then those of its two actors side by side.
+    """Return the metrics of the deciding pair with their meaning, then those of its two actors side by side.
 
-    Below them stands what those that are no numbers say. Speeds are shown in `unit`.
+    Below them are the meanings of infinite and missing values. Speeds are in `unit`.
     """
     of_pair, of_actors = _shown([_in_unit(metric, unit) for metric in metrics], pair)
     parts: list[RenderableType] = []
@@ -149,13 +149,13 @@ def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tup
     return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
 
 
-# -- how near the ego came to all others: a line for each pair that did not decide the risk ----------------------------
+# -- distances of the ego to all other actors: a line for each pair that did not decide the risk -----------------------
 
 MOST = 12
 
 
 def further_pairs(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> list[RenderableType]:
-    """A section with a line for each pair beside the deciding one, the nearest first; nothing where there is none."""
+    """Return a section with a line for each pair except the deciding one, the nearest first; empty without any."""
     nearest = [k for k in np.argsort(outcomes.min_distance[0], kind="stable").tolist() if k != pair]
     if not nearest:
         return []
@@ -182,11 +182,11 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
     )
 
 
-# -- what the file expects, and what it lets a search make large or small ----------------------------------------------
+# -- expectations of the file, and objectives of a search --------------------------------------------------------------
 
 
 def objectives_view(found: Sequence[Sought]) -> RenderableType:
-    """Name, whether it is kept, and by how much; of a number what it came to."""
+    """Return name, verdict and margin of each expectation; the value of a number."""
     return columns(left(wrap=True), left(), right(), rows=[_sought_row(each) for each in found])
 
 
@@ -223,7 +223,7 @@ def _weighed_row(each: Weighed, unit: SpeedUnit, ascii_only: bool) -> tuple[Rend
 
 
 def _kept_line(each: Weighed) -> Text:
-    """`kept in 312 of 400 runs; least robustness -1.2`."""
+    """Return a line like `kept in 312 of 400 runs; least robustness -1.2`."""
     word = "met" if each.sense is None else "kept"
     if each.kept == each.runs:
         text = Text(f"{word} in all {each.runs:,} runs", "good")
@@ -254,7 +254,7 @@ def _number_line(each: Weighed, unit: SpeedUnit) -> Text:
     return Text.assemble(f"{low} .. {high}", (f" {shown}" if shown else "", "unit"), (f", median {middle}", "quiet"))
 
 
-# -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------
+# -- records of the file: one line a record, a curve if it was recorded over time --------------------------------------
 
 WHEN = {"initial": "at the start", "final": "at the end"}
 LONGEST_CURVE = 40

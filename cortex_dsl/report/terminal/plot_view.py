@@ -1,6 +1,6 @@
-"""What `:plot` draws: a histogram of one thing over many scenes, or two things against each other.
+"""Output of `:plot`: a histogram of one expression over many scenes, or two expressions against each other.
 
-What a scene came to stands in the same picture: the part of a column that collided, a mark for each collision.
+The same picture shows collisions: as part of a column, or as a mark.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,7 @@ ROWS = 8
 WIDEST = 60
 FEWEST_COLUMNS = 10
 IN_A_COLUMN = 100
-"""Accepted draws that a column should hold, so that what is seen is not chance."""
+"""Accepted draws per column, so that the shape is not due to chance."""
 RUNS_IN_A_COLUMN = 15
 """The same of runs, of which there are fewer."""
 OPTIONS_BAR = 30
@@ -59,7 +59,7 @@ def _title(name: str, unit: str) -> str:
 
 
 def distribution_view(weighing: "Weighing", gene: int, width: int, *, ascii_only: bool = False) -> RenderableType:
-    """A histogram of what is accepted; dots where it would reach if all draws were."""
+    """Return a histogram of accepted values; dots show its height if all draws were accepted."""
     space = weighing.program.space
     drawn, accepted = weighing.genomes[:, gene], weighing.genomes[weighing.accepted][:, gene]
     note = f"{len(accepted):,} accepted of {counted(len(drawn), 'draw')}"
@@ -169,9 +169,9 @@ class Columns:
 
     heights: "Floats"
     marked: "Floats | None" = None
-    """The part of each, from its foot, that is told apart."""
+    """Marked part of each column, from its foot."""
     before: "Floats | None" = None
-    """What stood there before; a dot where that is higher."""
+    """Earlier heights; a dot marks a column that was higher."""
 
 
 def _room(width: int) -> int:
@@ -272,7 +272,7 @@ def scatter_view(shown: Shown, width: int, *, ascii_only: bool = False) -> Rende
 
 
 def _scale_of(thing: Plotted, values: "Floats") -> Scale:
-    """That of its numbers, or one place for each option, whose names stand at its ends."""
+    """Return the scale of the numbers, or one place for each option, with names at the ends."""
     if not thing.options:
         return _scale(values)
     last = len(thing.options) - 1
@@ -280,7 +280,7 @@ def _scale_of(thing: Plotted, values: "Floats") -> Scale:
 
 
 def _apart(thing: Plotted, values: "Floats") -> "Floats":
-    """Options beside one another, so that they do not all fall on one line: by the golden ratio, without any chance."""
+    """Spread equal options by the golden ratio, without randomness, so that they do not overlap on one line."""
     return values + ((np.arange(len(values)) * 0.618034) % 1.0 - 0.5) * 0.7 if thing.options else values
 
 

@@ -156,12 +156,12 @@ def _course(figures: "list[Figures]") -> str:
     return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)
 
 
-# -- a study: a bar for every scenario and method, what it found so far, the pace and the time left --------------------
+# -- a study: a bar for every scenario and method, its results so far, the pace and the remaining time -----------------
 
 WIDEST = 14
 """Characters of a bar."""
 BESIDE = 8
-"""Characters that a cell takes beside its bar."""
+"""Characters of a cell in addition to its bar."""
 FEW = 4
 """Number of methods up to which methods are in columns."""
 LINES = 10
@@ -207,7 +207,7 @@ class StudyProgress:
             self._live.stop()
 
     def run_done(self, record: "RunRecord") -> None:
-        """One more run is finished and kept."""
+        """Record one finished run."""
         self._keep(record)
         self.new += 1
         self.simulations += record.figures.simulations.runs
@@ -252,7 +252,7 @@ class StudyProgress:
         return Group(self._headline(), columns(*head, rows=rows, header=True), note)
 
     def _cell(self, place: tuple[int, str], width: int) -> Text:
-        """A bar of the runs done, and the median of what they found."""
+        """Return a bar of the finished runs, and the median of their results."""
         found = self.found[place]
         filled = width * len(found) // self.plan.runs
         number = whole(float(np.median(found))) if found else ""

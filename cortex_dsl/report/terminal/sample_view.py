@@ -1,4 +1,4 @@
-"""Scenes that are drawn: many of them as counts, and what became of them where somebody drove; one from above."""
+"""Sampled scenes: counts of many scenes, endings with an external driver, or one scene from above."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -86,7 +86,7 @@ def verdicts_table(tally: Tally) -> RenderableType:
 
 
 def _shares(total: int, rows: Iterable[tuple[Text, int, str]]) -> RenderableType:
-    """A line for each word with its count, its share and its meaning: for the first, and what occurred of the rest."""
+    """Return a line with count, share and meaning of the first word, and of each other word that occurred."""
     shown = [
         (word, Text(whole(count)), Text(percent(ratio(count, total))), _bar(count, total, word), Text(meaning, "quiet"))
         for number, (word, count, meaning) in enumerate(rows)

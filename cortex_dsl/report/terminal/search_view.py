@@ -1,4 +1,4 @@
-"""The final report of a search, alone or beside its baseline."""
+"""The final report of a search, alone or compared with its baseline."""
 
 import math
 from collections import Counter
@@ -197,11 +197,11 @@ RESULTS: Sequence[tuple[str, str]] = (
     ("generations.csv", "RL, NC, MDG, MDEC and NIS of every generation"),
     ("journal.sqlite", "everything, and all that is needed to repeat it"),
 )
-"""What lies in a run directory."""
+"""Files of a run directory."""
 
 
 def results_view(folder: Path) -> RenderableType:
-    """The files of a run directory that are there, and what each is for."""
+    """Return the existing files of a run directory, and the use of each."""
     rows = [(Text(name), Text(meaning, "quiet")) for name, meaning in RESULTS if (folder / name).exists()]
     return columns(left(), left(wrap=True), rows=rows)
 
