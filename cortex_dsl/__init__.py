@@ -67,10 +67,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import and return what a public name stands for, at its first use.
+    """Import and return the object of a public name, at its first use.
 
     Raises:
-        HiddenEngineError: another package called `engine` stands before ours.
+        HiddenEngineError: another package called `engine` comes before ours.
     """
     if name == "__version__":
         return import_module("cortex_dsl.version").VERSION

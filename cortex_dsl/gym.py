@@ -9,7 +9,7 @@ begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP
 the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 """
 
-# Packages of this extra annotate what classes hold for instances.
+# The classes of this extra's packages declare attributes of instances as class annotations.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 # pyright: reportAttributeAccessIssue=false
 
@@ -77,18 +77,18 @@ def ends_of(outcomes: Outcomes, ended: Bools) -> dict[str, Any]:
 
 
 def end_of(outcomes: Outcomes) -> dict[str, Any]:
-    """The same of the only lane, whose run has ended."""
+    """Return the results of the only lane, whose run has ended."""
     columns = ends_of(outcomes, np.ones(1, dtype=bool))
     return {name: each.tolist()[0] for name, each in columns.items() if not name.startswith("_")}
 
 
 def scenario_of(scenario: "Scenario | str | Path") -> Scenario:
-    """One that is loaded, or named by its file."""
+    """Return a scenario that is given itself, or by its file."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
 class ScenarioEnv(gymnasium.Env[Floats, Floats]):
-    """One scene after another."""
+    """An environment with one scene after another."""
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
@@ -146,7 +146,7 @@ class ScenarioVectorEnv(vector.VectorEnv[Floats, Floats, Bools]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Begin the first episodes of a seed, or of one for each lane, which is then the environment of its seed."""
+        """Begin the first episodes of a seed, or of one seed per lane, which is then the environment of its seed."""
         if isinstance(seed, Sequence):
             drawn = [int(gymnasium.utils.seeding.np_random(each)[0].integers(SEEDS)) for each in seed]
             return bounded(self.environment.reset(drawn)), {}

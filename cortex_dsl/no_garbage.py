@@ -1,8 +1,8 @@
-"""While a text is compiled, Python does not look for garbage.
+"""Switch Python's garbage collector off during a compilation.
 
-What the compiler makes lives until it is done. Python's collector goes through all of it again and again and finds
-nothing: a pass over the tree of a file of 256 KiB takes a tenth of its time, and whether one falls into a compilation
-or two decides how its time grows with the text. Reference counts free what is dropped, as ever.
+Objects of the compiler live until it is done. The collector goes through all of them again and again and finds nothing:
+a pass over the tree of a file of 256 KiB takes a tenth of its time, and whether a compilation contains one pass or two
+changes how its time grows with the text. Reference counts free unused objects as usual.
 """
 
 import gc

@@ -6,7 +6,7 @@
 What an agent observes, decides and gets is that of `Scenario.environment`.
 """
 
-# PettingZoo annotates what classes hold for instances.
+# PettingZoo declares attributes of instances as class annotations.
 # pyright: reportIncompatibleVariableOverride=false, reportIncompatibleMethodOverride=false
 
 from pathlib import Path
@@ -28,7 +28,7 @@ else:
 
 
 class ScenarioParallelEnv(ParallelEnv[str, Floats, Floats]):
-    """One scene after another, in which all controllers act at once."""
+    """An environment with one scene after another, in which all controllers act at once."""
 
     metadata: ClassVar[dict[str, Any]] = {"name": "cortexc_scenario_v0", "render_modes": []}
 

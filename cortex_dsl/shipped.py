@@ -1,4 +1,4 @@
-"""The scenarios that come with cortexc: what each is called, what it says of itself, what it needs beside it."""
+"""Scenarios of cortexc: the name of each, its docstring, and the files that it needs."""
 
 import ast
 from dataclasses import dataclass

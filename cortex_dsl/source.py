@@ -19,7 +19,7 @@ class Span:
     end: int
 
     def to(self, other: "Span") -> "Span":
-        """The span from the start of this one to the end of the other."""
+        """Return the span from the start of this one to the end of `other`."""
         return Span(self.start, max(self.end, other.end))
 
 

@@ -1,6 +1,6 @@
-"""Check the arguments of a Python call, and read the params that a command holds fixed.
+"""Check the arguments of a Python call, and read the params that a command fixes.
 
-A wrong argument is answered by its name, what was expected, what was given, and the cure.
+The error of a wrong argument has its name, the expected and the given value, and the cure.
 """
 
 import re
@@ -267,7 +267,7 @@ class Held:
 
     name: str
     value: float | str
-    """A number in the file's own unit, or what the command line says."""
+    """Number in the file's own unit, or the text of the command line."""
     unit: str = ""
 
     @property

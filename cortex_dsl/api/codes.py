@@ -1,4 +1,4 @@
-"""All codes of diagnostics, with their pages; each is declared beside its check."""
+"""All codes of diagnostics, with their pages; each is declared next to its check."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

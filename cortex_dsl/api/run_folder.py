@@ -1,10 +1,10 @@
-"""A run folder: the journal, tables and worst cases that a search leaves, written while it goes on.
+"""A run folder: the journal, tables and worst cases of a search, written while it runs.
 
     >>> found = search_and_keep(scenario, "niching", new_directory(Path("runs/mine")))
     >>> found.campaign.distinct_collisions, found.worst_files[0]
 
-`finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier,
-`cortex_dsl.api.resuming.resume` does the rest.
+A journal is marked `finished` only after all files next to it are complete: if a process ends earlier,
+`cortex_dsl.api.resuming.resume` does the remaining work.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
     from engine.driving.decisions import Recorder
 
 OnRemoved = Callable[[RemovedError], None]
-"""Called as soon as a run's folder is found to be gone; the search goes on in memory."""
+"""Callback for the removal of a run's folder; the search continues in memory."""
 FAILURES = "controller.log"
-"""File of a run in which stands where a controller failed."""
+"""File of a run with the failures of a controller."""
 
 
 class Searchable(Writable, Protocol):
-    """What a search asks of a scenario: what to run, by which settings, and how to write a case as a file."""
+    """Interface of a scenario for a search: the program, the settings, and writing a case as a file."""
 
     @property
     def compiled(self) -> Compiled: ...
@@ -80,7 +80,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Work:
-    """One search and where it is kept."""
+    """One search and its storage."""
 
     scenario: Searchable
     folder: Path
@@ -89,7 +89,7 @@ class Work:
     on_removed: OnRemoved | None
     workers: Workers
     objective: Sequence[Sought] = ()
-    """What is sought; none: what the manifest names."""
+    """Objectives; (): those of the manifest."""
 
 
 def search_and_keep(
@@ -104,13 +104,13 @@ def search_and_keep(
     workers: Workers | None = None,
     objective: Sequence[Sought] = SOUGHT,
 ) -> Found:
-    """Search a scenario by its own settings, and keep everything in an empty folder.
+    """Search a scenario by its own settings, and store everything in an empty folder.
 
     Raises:
         StoreError: the folder cannot be written, or another process writes it.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
         UnknownObjectiveError: there is no such objective.
-        ObjectiveError: a function as objective failed; what was found before is kept.
+        ObjectiveError: a function as objective failed; earlier results are stored.
         WorkersLostError: no worker process is left to run simulations.
     """
     method, source = canonical(method), scenario.compiled.source
@@ -217,7 +217,7 @@ def _note_failures(path: Path, recorder: "Recorder | None") -> None:
 
 
 def _recorded(work: Work, record: Record | None) -> "tuple[Work, Recorder | None]":
-    """The work with somebody who notes what a controller decides, where one drives."""
+    """Return the work with a recorder of a controller's decisions, if one drives."""
     driver = work.scenario.config.driver
     if driver is None:
         return work, None
@@ -284,7 +284,7 @@ class KeptFiles:
     def identity(self, name: str) -> str:
         return name
 
-    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - for cures of spelling; a journal has none
         return []
 
 
@@ -305,7 +305,7 @@ def _map_links(compiled: Compiled) -> Iterator[Link]:
 
 
 def _links(compiled: Compiled) -> Iterator[Link]:
-    """The file behind each import statement, of the main file and of all others."""
+    """Yield the file of each import statement, of the main file and of all others."""
     modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
     modules |= {file.name: file.module for file in compiled.imports.values()}
     for importer, module in modules.items():

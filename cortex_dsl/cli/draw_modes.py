@@ -1,5 +1,6 @@
-"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them, and with
-`--ego` what becomes of them.
+"""Modes that sample scenes of a file: `cortexc FILE` runs one and shows it, `--sample N` counts them.
+
+With `--ego` it also counts the endings of their runs.
 """
 
 import shlex
@@ -42,7 +43,7 @@ CROWD = 300
 
 
 def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
-    """Draw one scene, run it, and show what happened."""
+    """Sample one scene, run it, and show the events."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -64,7 +65,7 @@ def _announce_crowd(scenario: Scenario, terminal: Terminal) -> None:
 
 @dataclass(frozen=True)
 class DrawnScene:
-    """A valid scene, row 0, and what it was drawn from."""
+    """A valid scene, row 0, and its origin."""
 
     run: RunRequest
     scenario: Scenario
@@ -105,7 +106,7 @@ All decisions of a scene are stored until it is counted.
 
 @dataclass
 class _Sampled:
-    """What there is to tell of the scenes so far."""
+    """Counts over the scenes so far."""
 
     tally: Tally = field(default_factory=Tally)
     runs: DrivenRuns = field(default_factory=DrivenRuns)
@@ -116,7 +117,7 @@ class _Sampled:
 
 
 def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, terminal: Terminal) -> int:
-    """Draw scenes, and count what was rejected, and why; with a driver, drive them and count what became of them."""
+    """Sample scenes, and count rejections by reason; with a driver, drive them and count their endings."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -142,10 +143,10 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
 
 
 def _sampled(scenario: Scenario, run: RunRequest, samples: int, terminal: Terminal) -> _Sampled:
-    """All scenes, or those before Ctrl-C, or before the first that shows a mistake of the file.
+    """Return the counts of all scenes, or of those before Ctrl-C, or before the first that shows a mistake of the file.
 
     Raises:
-        ControllerError: nobody is driven from outside, or the driver cannot be asked.
+        ControllerError: no actor has an external controller, or the driver cannot be queried.
     """
     sampled = _Sampled()
     try:
@@ -185,7 +186,7 @@ def _show(
     note: str,
     terminal: Terminal,
 ) -> None:
-    """Show what was counted."""
+    """Show the counts."""
     program, driver, tally = scenario.program, scenario.config.driver, sampled.tally
     blame = _account(program, run) if tally.scenes and not tally.always else None
     if request.json:

@@ -1,7 +1,7 @@
-"""`cortexc`: from a command line to an exit code, whatever happens on the way.
+"""`cortexc`: from a command line to an exit code, for every outcome.
 
-`main` may be called from a test or a notebook: it changes nothing of the process that it runs in. What a
-process of its own has besides is in `cortex_dsl/__main__.py`.
+`main` may be called from a test or a notebook: it changes nothing of its process. `cortex_dsl/__main__.py` has the code
+for a process of its own.
 """
 
 import contextlib
@@ -88,7 +88,7 @@ def _how_much(error: MemoryError) -> str:
 
 
 def _no_output(error: OSError, terminal: Terminal) -> Exit:
-    """Paths are checked where they are used; what is left is stdout, on a full disk."""
+    """Report that stdout is full: paths are checked where they are used, so the error is that of stdout."""
     from cortex_dsl.console.user_files import reason
 
     where = f"`{error.filename}`" if error.filename else "the output"

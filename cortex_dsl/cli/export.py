@@ -67,7 +67,7 @@ def _answer(options: argparse.Namespace) -> str:
 
 
 def format_list() -> str:
-    """A table of formats: name, what is written, who reads it; what is not installed says so."""
+    """Return a table of formats: name, contents, readers, and whether its package is missing."""
     width = max(map(len, FORMATS))
     lines = []
     for name, entry in FORMATS.items():
@@ -193,7 +193,7 @@ def _write(
 
 
 def esmini_named(path: Path | None) -> Path:
-    """Return the library that plays what is written.
+    """Return the library that plays the written files.
 
     Raises:
         UsageError: there is no library.
@@ -300,7 +300,7 @@ OPTIONS = (
 
 
 def _readers() -> str:
-    """Each format, and who reads it."""
+    """Return each format, and its readers."""
     return "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
 
 

@@ -1,4 +1,4 @@
-"""How far a search is, while it goes on: what the command line and the session share."""
+"""Progress of a running search, shared by the command line and the session."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from engine.search.protocol import SOUGHT
 
 @contextmanager
 def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
-    """Shows how far a search is; `record` holds what there was of it before."""
+    """Show the progress of a search; `record` holds its earlier part."""
     before = [each.by_individual for each in record.generations] if record else []
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
 

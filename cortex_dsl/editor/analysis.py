@@ -1,6 +1,6 @@
-"""A text, compiled for an editor: what is wrong with it, and everything that was found out before it went wrong.
+"""A text, compiled for an editor: its errors, and all facts that were found before the errors.
 
-Pure functions over text. The server holds one `View` for each open file and asks the modules beside this one.
+Pure functions over text. The server holds one `View` for each open file and calls the other modules of this folder.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ from cortex_dsl.syntax.reading import decode
 
 @dataclass(frozen=True)
 class Analysis:
-    """What the compiler made of one text."""
+    """Result of the compiler for one text."""
 
     source: Source
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -35,10 +35,10 @@ class Analysis:
 
 
 def analyse(name: str, text: str, superseded: Callable[[], bool] = lambda: False, files: Files = DISK) -> Analysis:
-    """Compile a text and keep what was learnt; `name` is its path, beside which `files` looks for imports.
+    """Compile a text and return the facts; `name` is its path, next to which `files` looks for imports.
 
     Raises:
-        Superseded: when `superseded` says so on the way.
+        Superseded: `superseded` returned True meanwhile.
     """
     try:
         source = decode(name, text.encode("utf-8", errors="replace"))
@@ -58,7 +58,7 @@ def analyse(name: str, text: str, superseded: Callable[[], bool] = lambda: False
 
 @dataclass(frozen=True)
 class View:
-    """A text as it stands in the editor, and the last analysis with a tree: of this text, or of one a little older."""
+    """The present text of the editor, and the last analysis with a tree: of this text, or of a slightly older one."""
 
     name: str
     text: str

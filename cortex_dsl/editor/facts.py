@@ -1,4 +1,4 @@
-"""What an expression is worth in words, from the values that it had while its file was compiled."""
+"""The value of an expression in words, from its values during the compilation of its file."""
 
 import math
 from collections.abc import Mapping

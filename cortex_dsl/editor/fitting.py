@@ -1,7 +1,7 @@
-"""Which kind of value a place asks for, and what of all that could be written there is of that kind.
+"""Kinds of values that a place takes, and the completions of that kind.
 
-A place that says nothing of the kind keeps every candidate. Where it does, what cannot stand there is left out, and
-what can come at once stands before what needs more: a speed before the car that has one.
+A place without a kind retains every candidate. With a kind, impossible candidates are left out, and direct ones precede
+those that need more: a speed precedes the car that has one.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -33,7 +33,7 @@ class Candidate:
 
 
 class Sort(Enum):
-    """What a place asks for."""
+    """Kind of value that a place takes."""
 
     TRUTH = "a condition, or what one begins with"
     NUMBER = "a number"
@@ -43,7 +43,7 @@ class Sort(Enum):
 
 @dataclass(frozen=True)
 class Asked:
-    """What a place asks for; of a number its dimension, where that is known."""
+    """Value that a place takes; for a number its dimension, if it is known."""
 
     sort: Sort
     dimension: Dimension | None = None
@@ -65,7 +65,7 @@ MEASURES: Mapping[str, Dimension] = {
     **dict.fromkeys(("distance from", "distance to", "minimum distance from", "minimum distance to"), LENGTH),
     "relative heading of": ANGLE,
 }
-"""Dimension of what operators measure that begin an expression."""
+"""Dimension of the results of operators at the beginning of an expression."""
 
 
 def asked_at(view: View, place: Place) -> Asked | None:
@@ -95,7 +95,7 @@ def _measured(place: Place) -> bool:
 
 
 def _like(view: View, name: str) -> Asked:
-    """A number of the dimension of what stands on the other side."""
+    """Return a number of the dimension of the other side."""
     symbol = view.known(len(view.text)).get(name)
     return Asked(Sort.NUMBER, None if symbol is None else _dimension(view.values_of(symbol)))
 
@@ -128,7 +128,7 @@ def _reduced(place: Place) -> bool:
     return any(index and place.left[index - 1].text in REDUCERS for index in place.open)
 
 
-# -- what fits ---------------------------------------------------------------------------------------------------------
+# -- fitting candidates ------------------------------------------------------------------------------------------------
 
 NO_VALUES = frozenset({Kind.CLASS.value, Kind.ACTION.value, Kind.BEHAVIOUR.value})
 """Kinds of built-in names that are no values by themselves."""
@@ -181,7 +181,10 @@ def _for_truth(_asked: Asked, value: object) -> int | None:
 
 
 def _for_number(asked: Asked, value: object) -> int | None:
-    """Numbers of the dimension, or without a unit, which adopt one; objects have numbers."""
+    """Return the rank of a value as a number.
+
+    Numbers of the dimension fit, and those without a unit, which adopt one; objects have numbers.
+    """
     if isinstance(value, Truth):
         return None
     if not isinstance(value, Quantity):

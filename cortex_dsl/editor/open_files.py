@@ -1,4 +1,4 @@
-"""The files that are open in the editor, each with its latest text and what is known about it; positions in them."""
+"""Files that are open in the editor, each with its latest text and its analysis; positions in them."""
 
 import asyncio
 import logging
@@ -98,7 +98,7 @@ class OpenFile:
 
     @property
     def view(self) -> View:
-        """The text as it is now, with what is known about it; the same object until one of them changes."""
+        """Return the present text with its analysis; the same object until one of them changes."""
         if self._view is None or self._view.text is not self.text or self._view.analysis is not self.tree:
             self._view = View(self.name, self.text, self.tree, self.files)
         return self._view

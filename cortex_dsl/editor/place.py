@@ -1,4 +1,4 @@
-"""Where in a statement a place is: what stands before it, which brackets are open, what is being called."""
+"""A place in a statement: the tokens before it, the open brackets, and the callee."""
 
 import re
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Place:
 
     @property
     def previous(self) -> str:
-        """Text of the token before, blanks made one."""
+        """Return the text of the previous token, with each run of blanks replaced by a single blank."""
         return " ".join(self.left[-1].text.split()) if self.left else ""
 
     @property
@@ -54,7 +54,7 @@ class Place:
 
     @property
     def callee(self) -> int:
-        """Index of the word whose arguments these are; -1 outside of calls."""
+        """Return the index of the word that the arguments belong to; -1 outside of calls."""
         if not self.open or self.left[self.open[-1]].text != "(" or not self.open[-1]:
             return -1
         return self.open[-1] - 1 if self.left[self.open[-1] - 1].text.isidentifier() else -1

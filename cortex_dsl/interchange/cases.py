@@ -24,7 +24,7 @@ from engine.search.store import without_folders
 from engine.streams import format_key
 from engine.vocabulary import Verdict
 
-# -- what programs do not keep of one scene ----------------------------------------------------------------------------
+# -- data of one scene that programs do not contain --------------------------------------------------------------------
 
 
 def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTimes | None:

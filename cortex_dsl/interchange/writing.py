@@ -10,10 +10,10 @@ from engine.interchange.contract import Export, ExportOptions, InterchangeError
 
 @dataclass(frozen=True)
 class Gathered:
-    """What is to be written, and what is to be said about it."""
+    """Files to write, with their remarks."""
 
     files: dict[str, bytes] = field(default_factory=dict)
-    """Contents by file name; several cases may share one."""
+    """Contents by file name; several cases may share a file."""
     formats: dict[str, str] = field(default_factory=dict)
     """Format of the row that first asked for the file, by file name."""
     names: list[list[str]] = field(default_factory=list)
@@ -25,10 +25,10 @@ class Gathered:
 
 
 def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportOptions) -> Gathered:
-    """The files of every case in every format that can carry them all; the others are `refused`.
+    """Return the files of every case in every format that can represent all cases; the other formats are `refused`.
 
     Raises:
-        InterchangeError: none can; its place names case and format.
+        InterchangeError: no format can; its place names case and format.
     """
     made: dict[str, list[Export]] = {}
     gathered = Gathered()

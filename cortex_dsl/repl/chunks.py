@@ -26,13 +26,13 @@ class Open(Enum):
 
     NO = "no"
     LINE = "line"
-    """A bracket, a text, a comma or a backslash: the line itself goes on."""
+    """The line itself continues: after a bracket, a text, a comma or a backslash."""
     BLOCK = "block"
     """A colon has opened a block, which ends with a blank line or a dedent."""
 
 
 def openness(text: str) -> Open:
-    """Whether more lines belong to what has been typed."""
+    """Return whether more lines belong to the typed text."""
     depth, block, last = 0, False, ""
     for piece in _PIECE.finditer(text):
         kind, value = piece.lastgroup, piece.group()
@@ -67,7 +67,7 @@ def is_command(text: str) -> bool:
 
 
 def is_whole(text: str) -> bool:
-    """Whether what has been typed can be entered: a block once a blank line or a dedented one ends it."""
+    """Return whether the typed text can be entered: a block once a blank line or a dedented one ends it."""
     if is_command(text) and "\n" not in text.strip():
         return True
     lines = text.split("\n")
@@ -89,7 +89,7 @@ class ChunkReader:
 
     readline: Callable[[], str]
     prompt: Callable[[bool], None]
-    """Called before a line is read; whether it goes on with a chunk."""
+    """Callback before a line is read; its argument is whether the line continues a chunk."""
     blank_ends: bool
     """Whether a blank line ends a block, as people type; in files, blocks have blank lines inside."""
     kept: list[str] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Commands on the cases of the last search: what they are, played in the terminal, written to files."""
+"""Commands on the cases of the last search: shown, played in the terminal, written to files."""
 
 import shlex
 from argparse import ArgumentTypeError

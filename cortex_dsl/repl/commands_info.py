@@ -1,4 +1,4 @@
-"""Commands that inform: help, what a name or a code means, what the compiler says; and the small settings."""
+"""Commands that inform: help, meanings of names and codes, diagnostics of the compiler; and the small settings."""
 
 from collections.abc import Iterator
 
@@ -114,7 +114,7 @@ def do_seed(state: State, argument: str) -> None:
 
 
 def do_set(state: State, argument: str) -> None:
-    """Hold a param, let it go, or list what is held."""
+    """Fix a param, release it, or list the fixed ones."""
     from argparse import ArgumentTypeError
 
     if not argument:

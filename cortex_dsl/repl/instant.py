@@ -1,4 +1,4 @@
-"""Some hundred scenes of the draft, drawn and run at once: what an entry or a plot is held against."""
+"""Some hundred scenes of the draft, sampled and run at once: the basis of an entry's effect or a plot."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -24,7 +24,7 @@ MOST_ATTEMPTS = 2_000_000
 
 @dataclass(frozen=True)
 class Instant:
-    """Accepted scenes alone, and what became of each."""
+    """Accepted scenes alone, and the result of each."""
 
     scenes: "Scenes"
     outcomes: "Outcomes"

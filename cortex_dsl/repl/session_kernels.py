@@ -63,7 +63,7 @@ class Kernels:
         program: Program | None = None,
         config: "Config | None" = None,
     ) -> None:
-        """Wait for the background, then compile what it leaves out of the `parts` of `engine.compiling_apart.PARTS`.
+        """Wait for the background, then compile the remaining `parts` of `engine.compiling_apart.PARTS`.
 
         Ctrl-C ends the waiting, and not the work of the background.
         """

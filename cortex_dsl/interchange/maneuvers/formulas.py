@@ -1,5 +1,6 @@
-"""Expressions of a scenario as formulas over its params, with everything else as it is in one scene; and what
-expressions of a behaviour are worth at the instant at which a run begins.
+"""Expressions of a scenario as formulas over its params, with all other values as in one scene.
+
+Expressions of a behaviour take their values at the start of a run.
 """
 
 import math
@@ -38,7 +39,7 @@ SAID: Mapping[Op, Callable[..., Formula]] = {
     Op.FLOOR: lambda a: formula.applied("floor", a),
     Op.CEIL: lambda a: formula.applied("ceil", a),
 }
-"""Operations that expressions of OpenSCENARIO know; of what is drawn or chosen any other is worked out here."""
+"""Operations of OpenSCENARIO's expressions; any other operation on sampled or chosen values is evaluated here."""
 
 
 VALUES: Mapping[Op, Callable[..., float]] = {
@@ -50,7 +51,7 @@ VALUES: Mapping[Op, Callable[..., float]] = {
 
 
 class UnsayableError(Signal):
-    """Something of a scenario for which OpenSCENARIO has no words: what, and where it stands."""
+    """A part of a scenario that OpenSCENARIO cannot express, and its place."""
 
     def __init__(self, what: str, span: Span) -> None:
         super().__init__(what)
@@ -60,7 +61,7 @@ class UnsayableError(Signal):
 
 @dataclass(frozen=True)
 class Case:
-    """One scene of a scenario: its variant, and what was drawn for it."""
+    """One scene of a scenario: its variant, and its sampled values."""
 
     scenario: Scenario
     scenes: Scenes
@@ -87,7 +88,7 @@ class Case:
 
     @property
     def may_hide(self) -> bool:
-        """Whether somebody may be out of sight behind a third, or behind a building."""
+        """Return whether an actor may be hidden by another actor or by a building."""
         third = len(self.columns) > 2 and bool(self.columns[:, Column.OCCLUDING].any())
         return third or len(self.scenario.program.road.buildings) > 0
 

@@ -1,5 +1,6 @@
-"""From one scene of a compiled scenario to a neutral plan of all its actors: where each starts (as a formula where the
-file ties its place to a param, else as it was drawn), which way it goes, and what ends the run.
+"""From one scene of a compiled scenario to a neutral plan of all its actors: start, route, and ends of the run.
+
+A start is a formula if the file ties its place to a param, else the sampled place.
 """
 
 import math
@@ -38,7 +39,7 @@ from engine.vocabulary import ActorKind, Column, RuleKind
 # -- where actors start ------------------------------------------------------------------------------------------------
 
 NEAR = 1e-6
-"""What is no further from a centre line is on it [m, rad]."""
+"""Distance and angle up to which a pose is on a centre line [m, rad]."""
 BESIDE = 0.5
 """Further from a lane's centre line than this part of its width, an actor is on no lane."""
 PROBES = 9
@@ -47,7 +48,7 @@ PROBES = 9
 
 @dataclass(frozen=True)
 class Placed:
-    """A start, and what others may vary of it."""
+    """A start, and the parameters that vary it."""
 
     start: Start
     parameters: tuple[Parameter, ...] = ()
@@ -133,7 +134,7 @@ def _given(case: Case, actor: int, lane: Lane) -> Formula | None:
 
 @dataclass(frozen=True)
 class _Tie:
-    """`abs((distance from actor to region) - wanted) <= slack`, where the distance is what is left of the lane."""
+    """`abs((distance from actor to region) - wanted) <= slack`, if the distance is the remainder of the lane."""
 
     wanted: Formula
     slack: float

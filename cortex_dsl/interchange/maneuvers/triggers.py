@@ -72,7 +72,7 @@ def _is_there(case: Case, condition: ir.Apply) -> bool:
 
 
 def _comparison(case: Case, names: tuple[str, ...], less: ir.Expr, more: ir.Expr) -> Trigger:
-    """`less < more`; for what is measured there is no difference to `<=`."""
+    """Return the trigger of `less < more`; for measured values it also stands for `<=`."""
     if (measured := _measured(case, names, less)) is not None:
         return measured.makes(formula_of(case, more), True)
     if (measured := _measured(case, names, more)) is not None:
@@ -103,7 +103,7 @@ def _single(measure: Measure, actor: str = "", other: str = "", point: tuple[flo
 
 
 def _several(measure: Measure, names: tuple[str, ...], actor: int, other: int | None) -> Unlimited:
-    """With one other, or the least over all."""
+    """Return the trigger on one other actor, or on the least value over all."""
     others = [name for index, name in enumerate(names) if index != actor and other in (None, index)]
 
     def makes(limit: formula.Formula, below: bool) -> Trigger:

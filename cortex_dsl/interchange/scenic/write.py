@@ -1,6 +1,4 @@
-"""The Scenic file as a whole: its head, which finds the road, then the author's text; and the check of what was
-written.
-"""
+"""The Scenic file as a whole: its head, which finds the road, then the author's text; and the check of the file."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -48,7 +46,7 @@ class _Texts:
     def identity(self, name: str) -> str:
         return name
 
-    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which are right
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - for cures of spelling, which is right
         return []
 
 
@@ -61,10 +59,10 @@ def refuse_left_hand(case: ExportCase) -> None:
 
 
 def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
-    """The file called `name`, and what it does not say.
+    """Return the file called `name`, and remarks on its omissions.
 
     Raises:
-        InterchangeError: what the scenario imports cannot be put into one file.
+        InterchangeError: the imports of the scenario cannot be put into one file.
     """
     witness = ValueRecorder()
     compiled = _concrete(case, witness)
@@ -93,7 +91,7 @@ def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
 
 
 def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
-    """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
+    """Compile the case as a scenario of its own; the witness records the values of its expressions."""
     texts = case.scenario.concrete_files(case.scenes, laid_out=False)
     main, spec = next(iter(texts)), case.scenario.program.road_spec
     maps = {map_name(spec): spec.path} if isinstance(spec, MapFile) else {}
@@ -153,7 +151,7 @@ def _stand_ins(sheet: Sheet) -> Iterator[str]:
 
 
 def check_scenic(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """Check that the road file exists, and that every actor stands where the run began."""
+    """Check that the road file exists, and that every actor is at its start of the run."""
     for name in (each for each in names if each.endswith(".scenic")):
         text = (folder / name).read_text(encoding="utf-8")
         road = next((each for each in names if each.endswith(".xodr")), "")
