@@ -27,7 +27,7 @@ from engine.program import Program
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.report.findings.cases_found import CaseFound
-    from engine.acceptance import Weighing
+    from engine.acceptance import AcceptanceStatistics
     from engine.search.campaign import Campaign
 
 # -- a draft, compiled: its errors, and parts that are merely still missing --------------------------------------------
@@ -115,7 +115,7 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
 
 
 @dataclass
-class Found:
+class LastSearch:
     """A search, and the scenario as it was then."""
 
     scenario: "Scenario"
@@ -162,13 +162,13 @@ class State:
     mistakes: int = 0
     """Entries and commands that were refused."""
     bugs: int = 0
-    found: Found | None = None
+    found: LastSearch | None = None
     """Results of the last search."""
     no_scene: bool = False
     """Whether the last command that needed a scene found none."""
     leaving: bool = False
     _checked: Checked | None = None
-    _weighings: "list[Weighing]" = field(default_factory=list)
+    _weighings: "list[AcceptanceStatistics]" = field(default_factory=list)
 
     @property
     def draft(self) -> Draft:
@@ -201,14 +201,14 @@ class State:
         self._checked = checked
         self.scenes_tried = self.scenes_shown = 0
 
-    def weighing(self, program: "Program") -> "Weighing":
+    def weighing(self, program: "Program") -> "AcceptanceStatistics":
         """Return the acceptance of a program's requirements on 10,000 draws; the last programs are cached."""
         for known in self._weighings:
             if known.program is program:
                 return known
-        from engine.acceptance import weigh
+        from engine.acceptance import measure_acceptance
 
-        weighing = weigh(program, seed=self.seed)
+        weighing = measure_acceptance(program, seed=self.seed)
         self._weighings = [*self._weighings[-2:], weighing]
         return weighing
 

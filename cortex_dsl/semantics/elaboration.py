@@ -232,7 +232,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
 def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
     """Yield the genes; a gene without a unit takes the dimension of its places if they agree."""
     for index, gene in enumerate(file.genes.values()):
-        words = {si_word(dimension) for dimension in file.taken_for.get(index, ())}
+        words = {si_word(dimension) for dimension in file.gene_dimensions.get(index, ())}
         bare = not gene.unit and len(words) == 1 and words != {""}
         yield replace(gene, unit=words.pop(), bare=True) if bare else gene
 

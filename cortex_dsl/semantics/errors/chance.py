@@ -294,7 +294,7 @@ UNDEFINED = Problem(
         "value that is not a number",
         "A root, quotient or logarithm has no finite value for some of the numbers that can be drawn, and one of them "
         "was drawn. A condition on such a number neither holds nor fails.",
-        "x = Range(-9, 0)\nego = new Car at (sqrt(x), -30)\n",
+        "x = Range(-9, 1)\nego = new Car at (sqrt(x), -30)\n",
         "x = Range(1, 9)\nego = new Car at (sqrt(x), -30)\n",
         shown="while the scene is drawn",
     ),

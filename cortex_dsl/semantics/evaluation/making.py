@@ -88,7 +88,7 @@ def _warn_of_slips(ev: Evaluator, made: ClassValue) -> None:
 
 
 @dataclass
-class Making:
+class ObjectBuilder:
     """An object under construction. Each property is evaluated at its first use."""
 
     ev: Evaluator

@@ -277,7 +277,7 @@ MOST_VALUES = 24
 """Maximum number of stored values of one expression, which has one per combination of the file's choices."""
 
 
-class Superseded(Signal):
+class Cancelled(Signal):
     """Stops a compilation that is no longer needed."""
 
 
@@ -301,7 +301,7 @@ class ValueRecorder:
 
     def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
         if self.superseded():
-            raise Superseded
+            raise Cancelled
         kept = self.seen.setdefault(node.span, [])
         if len(kept) < MOST_VALUES:
             kept.append(ObservedValue(evaluator, value))

@@ -112,7 +112,7 @@ class FileContext:
     _bounds: dict[int, Interval] = field(default_factory=dict)
     """Bounds of the first `_bounded` genes."""
     _bounded: int = 0
-    taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
+    gene_dimensions: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """Dimensions of the places that use a gene without a unit, by the number of the gene."""
     find_map: MapFinder = no_maps
     has_map: bool = False
@@ -122,7 +122,7 @@ class FileContext:
     networks: dict[MapSpec, Network] = field(default_factory=dict)
     filtered: dict[tuple[Span, tuple[Value, ...]], tuple[Value, ...]] = field(default_factory=dict)
     """Elements of the road that satisfy a condition, by the place of the condition and the items."""
-    asks_road: dict[Span, bool] = field(default_factory=dict)
+    uses_road: dict[Span, bool] = field(default_factory=dict)
     """Whether a condition is about elements of the road, by its place."""
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None
