@@ -6,8 +6,8 @@
     >>> case = campaign.worst[0]
     >>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere")
 
-These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used,
-and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and what to do.
+These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used, and
+nothing here prints. Each error is a `CortexError`, with its reason and its cure.
 """
 
 from importlib import import_module

@@ -4,9 +4,9 @@
     env = gymnasium.make("cortex_dsl.gym:cortexc/Scenario-v0", scenario="mine.scn")
     many = gymnasium.make_vec("cortex_dsl.gym:cortexc/Scenario-v0", num_envs=1024, scenario="mine.scn")
 
-What is observed, decided and paid is that of `Scenario.environment`, whose other arguments may be given too. Lanes
-begin their next episode by the step after the end of one (Gymnasium's NEXT_STEP). At an end `info` says what became of
-the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
+Observations, actions and rewards are those of `Scenario.environment`, and its other arguments may be given too. Lanes
+begin their next episode by the step after the end of an episode (Gymnasium's NEXT_STEP). At an end `info` has the
+result of the run: `collided`, `end` and `verdict`, as in `evaluations.csv`.
 """
 
 # The classes of this extra's packages declare attributes of instances as class annotations.

@@ -198,7 +198,7 @@ class Demand(Act):
 
 @frozen
 class Option:
-    """One way for `Pick` to go on."""
+    """An option of `Pick`."""
 
     weight: Expr
     allowed: Expr

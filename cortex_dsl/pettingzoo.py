@@ -3,7 +3,7 @@
     from cortex_dsl.pettingzoo import ScenarioParallelEnv
     env = ScenarioParallelEnv("mine.scn")
 
-What an agent observes, decides and gets is that of `Scenario.environment`.
+Observations, actions and rewards of an agent are those of `Scenario.environment`.
 """
 
 # PettingZoo declares attributes of instances as class annotations.

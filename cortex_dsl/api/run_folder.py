@@ -319,7 +319,7 @@ def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
 
 
 def check_map(folder: Path, manifest: Manifest) -> None:
-    """Refuse to go on on another road.
+    """Refuse to continue a run on another road.
 
     Raises:
         StoreError: the file of the map is gone, or holds something else.

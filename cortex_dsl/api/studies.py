@@ -1,10 +1,10 @@
-"""Studies in Python: every scenario by every method many times, kept in a folder or not, and compared run by run.
+"""Studies in Python: every scenario by every method many times, with or without a folder, and compared run by run.
 
     >>> import cortex_dsl as cx
     >>> done = cx.study("examples", ["random", "ga"], runs=5, generations=4, population=20, out="runs/mine")
     >>> done.findings.verdict
 
-`cortexc study` begins, carries out and goes on with one by the same functions.
+`cortexc study` begins, carries out and continues a study by the same functions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

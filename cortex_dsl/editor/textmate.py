@@ -2,7 +2,7 @@
 
 In a clone it goes into `editors/`; an installed cortexc has no such folder and prints it.
 
-Its rules stand in the order of the lexer's, with the same expressions; a test holds the colours of the two together.
+Its rules have the order and the expressions of the lexer's; a test compares the colours of both.
 """
 
 import sys

@@ -1,11 +1,12 @@
 """Compile behaviours to rows: structured acts become jumps over resumable blocks.
 
-A block is a stretch of behaviour that keeps its own place: the main line of an actor, the body of a `try`, each of
-its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
-its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
-are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
-later clauses win, may interrupt earlier ones, which then resume. Monitors and `compose` are such code without an actor.
-What a `compose` runs has its turn within its caller's: it ends it by resuming the caller's block.
+A block is a stretch of behaviour with a place of its own: the main line of an actor, the body of a `try`, each of its
+handlers. `YIELD b` ends the actor's turn and stores the place at which block b continues; `RESUME b` continues there. A
+`try` stores in its parent that the next turn starts at its dispatch, which tests the handlers from the last to the
+first for whether they are running or should start, and resumes the first such handler, else the body. This implements
+Scenic's interrupts: later clauses take precedence and may interrupt earlier ones, which then resume. Monitors and
+`compose` are such code without an actor. A coroutine that a `compose` runs has its turn within its caller's and ends it
+by resuming the caller's block.
 """
 
 from collections.abc import Sequence
@@ -168,7 +169,7 @@ class BehaviourWriter:
         self._test_invariants()
 
     def _return_at(self, again: Target | int) -> None:
-        """Let the caller go on; this block does so at a row of its own in its next turn, or (-1) never."""
+        """Continue the caller; in its next turn this block continues at a row of its own, or (-1) never."""
         self.buffer.emit(Op.SET_RESUME, None, self.block, again)
         self.buffer.emit(Op.RESUME, None, self.caller)
 

@@ -1,9 +1,9 @@
 """`format_copy`: `format_source` for copies of one scenario; only the first copy is parsed.
 
 Copies differ in numbers, in short texts (the address of a stream) and in comments. None of these changes the kinds of
-the tokens, except for the sign of a number, which is left out of what is parsed. So the tokens of the first copy, moved
-to their places in another copy, are the tokens of that copy. The layout itself is made anew for each: a line that gets
-too long is wrapped as always.
+the tokens, except for the sign of a number, which is left out of the parsed text. So the tokens of the first copy,
+moved to their places in another copy, are the tokens of that copy. The layout itself is made anew for each copy: a line
+that becomes too long is wrapped as usual.
 """
 
 import re

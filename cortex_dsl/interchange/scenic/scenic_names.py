@@ -185,7 +185,7 @@ class OutputBuffer:
 
 
 def verbatim(text: str) -> nodes.Name:
-    """Text as it is to stand in the file: the printer of trees writes names as they are."""
+    """Return a text that is written to the file unchanged: the printer of trees writes names as they are."""
     return nodes.Name(text, span=NOWHERE)
 
 

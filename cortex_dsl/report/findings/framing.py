@@ -116,7 +116,7 @@ def _largest(width: float, height: float) -> float:
 
 
 def tracks(trajectory: Trajectory) -> Floats:
-    """(n, 2) corners of everybody's outline at every sample at which it took part and its pose was a number [m]."""
+    """Return the (n, 2) outline corners of each actor at every sample with a finite pose at which it is present [m]."""
     x, y, heading = np.moveaxis(trajectory.states[..., [State.X, State.Y, State.HEADING]], -1, 0)
     there = (trajectory.states[..., State.PRESENT] > 0.5) & np.isfinite(x + y + heading)
     half = 0.5 * np.broadcast_to(trajectory.outlines[:, :2], (*there.shape, 2))[there]

@@ -1,12 +1,12 @@
-"""What a notebook shows: scenes, runs and searches as SVG and HTML, by the same drawings as the pages.
+"""Notebook output: scenes, runs and searches as SVG and HTML, by the same drawings as the pages.
 
-    >>> scenario.show(scenario.sample(1))           # where everybody starts
-    >>> scenario.replay(scenario.sample(1))         # the run of it, which plays
+    >>> scenario.show(scenario.sample(1))           # the actors at their start
+    >>> scenario.replay(scenario.sample(1))         # a replay of its run
     >>> campaign = scenario.search("ga")
-    >>> scenario.show(campaign)                     # what a search found
-    >>> scenario.show(campaign.worst[0])            # one of its cases, which plays
+    >>> scenario.show(campaign)                     # results of a search
+    >>> scenario.show(campaign.worst[0])            # a replay of one of its cases
 
-What comes back is displayed by notebooks, and its `save` writes it to a file.
+Notebooks display the result, and its `save` writes it to a file.
 """
 
 from dataclasses import dataclass

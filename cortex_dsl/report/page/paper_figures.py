@@ -120,7 +120,7 @@ def _label(name: str, unit: str) -> str:
 
 
 def _scene(replay: CaseReplay, frame: Frame) -> Any:
-    """The road from above, ways, and everybody at the key moment; the ego's road lies along the picture."""
+    """Draw the road from above, ways, and all actors at the key moment; the ego's road lies along the picture."""
     states, width = replay.trajectory.states[replay.key_sample], PAGE if frame.is_band else COLUMN
     figure = new_figure(width, width / frame.shape)
     axes = figure.subplots()

@@ -1,8 +1,8 @@
-"""The player of a case: the drawing from above, its controls, plots in step, and the data that it replays.
+"""The player of a case: the drawing from above, its controls, synchronous plots, and the data of the replay.
 
-The data are poses and speeds of everybody, and how the deciding pair came near, over time. Numbers travel as whole
+The data are poses and speeds of all actors, and the approach of the deciding pair, over time. Numbers are sent as whole
 numbers, each series as its first value and the differences: a hundred samples of one series take some 300 bytes.
-Positions in centimetres, headings in milliradians, speeds in millimetres a second.
+Positions are in centimetres, headings in milliradians, speeds in millimetres a second.
 """
 
 import math

@@ -1,10 +1,10 @@
-"""What a temporal requirement says of the first sample: a scene whose start breaks it is no scene, as in Scenic.
+"""Requirements of temporal formulas on the first sample: as in Scenic, a scene whose start breaks one is rejected.
 
-What the run knows at sample 0 follows from the scene: where everybody stands and how fast, that nobody steers or has a
-pedal down, who sees whom, and that the time is 0. With these in place of what is read from the run, a formula becomes a
-condition of the scene. What does not follow from it (what a behaviour remembers or draws) is unknown, and logic has
-three values (Kleene, "Introduction to Metamathematics", 1952, section 64): of each part both are kept, whether it may
-hold and whether it surely holds, whatever the unknown is and however the run goes on:
+The state at sample 0 follows from the scene: positions and speeds of all actors, steering and pedals at rest,
+visibility, and time 0. With these values in place of the state of the run, a formula becomes a condition of the scene.
+All other values (stored or sampled by a behaviour) are unknown, and logic has three values (Kleene, "Introduction to
+Metamathematics", 1952, section 64): each part has two truths, whether it may hold and whether it certainly holds, for
+every value of the unknown and every course of the run:
 
     always f: may hold where f may          eventually f: surely holds where f does          next f: unknown
     f until g: may hold where f or g may, surely holds where g does

@@ -1,11 +1,13 @@
-"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts; and the conditions that
-abort a run, guards of behaviours and `require` in behaviours and monitors.
+"""Compile the statements of one behaviour, monitor or `compose`, with its names, to acts.
 
-Numbers that a body assigns live in locals; lanes, objects and other things are bound at compile time and cannot change
+The module also contains the conditions that abort a run: guards of behaviours, and `require` in behaviours and
+monitors.
+
+Numbers that a body assigns are in locals; lanes, objects and other values are bound at compile time and cannot change
 during the run.
 
 As in Scenic, preconditions are tested when a behaviour starts, and invariants then and in every sample in which the
-behaviour itself goes on: not while something that it `do`es is running, but again when that has ended.
+behaviour itself continues: not while a `do` is running, but again when that has ended.
 Source: Scenic 3 reference, "Behavior Definition".
 """
 

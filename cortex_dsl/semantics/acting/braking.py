@@ -1,17 +1,18 @@
-"""The library's emergency brake, and what all who brake for others share: whom to wait for, and until when.
+"""The library's emergency brake, and the shared decisions of all braking drivers: for which actors to wait, and how
+long.
 
-The emergency brake acts on the ways that both go, as `foreseeing` tells them; with `foresees=False` on time to
+The emergency brake acts on conflicts of ways, as `foreseeing` predicts them; with `foresees=False` on time to
 collision, exact for the outlines, at constant velocities. The default threshold of both is that of UN Regulation 157
 (automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle that cuts in must be avoided:
 
     TTC < v_rel / (2 * 6 m/s^2) + 0.35 s
 
 the time that a steady 6 m/s^2 takes away from the relative speed while closing half as fast on average, and 0.35 s
-before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
-larger, so earlier, for those who cross. Braking for an actor that is ahead on the way goes on until that one has left
-the way, is faster, or the actor stands; it then holds. `min_speed` and `max_speed` are conditions to begin: a brake
-that ended above standstill and could not begin again would let its vehicle roll into what it has braked for. Other
-braking ends where nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving
+before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two actors in one
+lane and larger, so earlier, for crossing actors. Braking for an actor ahead on the way lasts until that actor has left
+the way or is faster, or until the braking actor stands; it then holds. `min_speed` and `max_speed` are conditions to
+begin: a brake that ended above standstill and could not begin again would let its vehicle roll into the obstacle. Other
+braking ends if nothing would be hit within 4 s, the time to collision that separates safe from uncomfortable driving
 (Hirst and Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it also holds
 while an actor is close ahead in the lane or intersection.
 """
@@ -49,7 +50,7 @@ CLEAR = 4.0
 MARGIN = 0.3
 """Time between two actors in the area below which they count as being there together [s]; *ours*."""
 RESUMED = 5.0
-"""Speed that a driver at rest is taken to go on with [m/s]; *ours*."""
+"""Assumed speed of a driver at rest that drives on [m/s]; *ours*."""
 STANDSTILL = 0.01
 """[m/s]"""
 HOLD_GAP = 3.0
@@ -196,7 +197,7 @@ def _is_close(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def stays_close(job: Job, other: Actor, sight: Sight) -> Term:
-    """Whether to go on braking, or to wait."""
+    """Return whether to continue braking, or to wait."""
     conflict = _going_on(job, other, sight)
     inside = conflict.crosses & (conflict.enter <= 0.0) & (conflict.their_enter <= 0.0)
     closes = conflict.enter < closing_speed(job, other, conflict) * CLEAR

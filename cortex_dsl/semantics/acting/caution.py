@@ -1,10 +1,10 @@
-"""Library behaviours that heed others: giving way at an intersection, and people on foot who cross another's way.
+"""Library behaviours that react to other actors: giving way at an intersection, and crossing pedestrians.
 
-Nobody acts on who is hidden behind others or buildings. Heads turn, so drivers notice in all directions,
-as far as the weather lets anybody see.
+No driver reacts to an actor hidden behind actors or buildings. Heads turn, so drivers notice in all directions, within
+the visibility of the weather.
 
-Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
-matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
+Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. The road network
+defines conflicts (`engine.road.linking`). The driver waits for a vehicle that would come into the way within the
 critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base values of the
 Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic 4.1 s, the near
 turn 6.2 s, straight across 6.5 s.

@@ -1,18 +1,19 @@
-"""The library's driver who chooses its lane: behind others the Intelligent Driver Model, to another lane by MOBIL.
+"""The library's driver with lane choice: the Intelligent Driver Model within a lane, MOBIL for lane changes.
 
 Kesting, Treiber and Helbing (2007), "General lane-changing model MOBIL for car-following models", Transportation
-Research Record 1999, 86-94, equations 2 and 3, with symmetric rules. It changes where whoever is then behind it brakes
-by no more than `safe_deceleration`, and where its own gain, and `politeness` times the gain of both who are then and
-now behind it, are more than `advantage`:
+Research Record 1999, 86-94, equations 2 and 3, with symmetric rules. The driver changes lanes if the new follower
+brakes by no more than `safe_deceleration`, and if its own gain, plus `politeness` times the gain of the new and the old
+follower, exceeds `advantage`:
 
     a_c' - a_c + p (a_n' - a_n + a_o' - a_o) > advantage        a_n' > -safe_deceleration
 
-Accelerations are those of the Intelligent Driver Model, also of the others, who are taken to drive by its parameters
-and to want to go as fast as it does, or as they do now. It changes to lanes of its own direction.
+Accelerations are those of the Intelligent Driver Model, also for the other drivers; their assumed parameters are those
+of this driver, their desired speed is the greater of its desired speed and their present speed. It changes to lanes of
+its own direction.
 
-A lane that ends beside another one that goes on, as that of an on-ramp, is to its driver one at whose end somebody
-stands: braking for that one makes the change worth while, and where there is no gap the driver waits there (Treiber and
-Kesting, "Traffic Flow Dynamics", 2013, chapter 14, on mandatory changes).
+An ending lane next to a continuing lane, such as that of an on-ramp, counts as having a standing actor at its end:
+braking for that actor makes the change worthwhile, and without a gap the driver waits there (Treiber and Kesting,
+"Traffic Flow Dynamics", 2013, chapter 14, on mandatory changes).
 """
 
 import math

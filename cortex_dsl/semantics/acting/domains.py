@@ -1,7 +1,7 @@
 """Requirements that keep random values within their domain: no negative length, no speed below 0.
 
-A number that can be bounded is checked where it is given (`ranges.within`). What has no bound, such as the value of a
-`Normal`, is checked in every scene that is drawn.
+A number with bounds is checked where it is given (`ranges.within`). A number without bounds, such as the value of a
+`Normal`, is checked in every sampled scene.
 """
 
 from collections.abc import Iterable, Iterator

@@ -51,7 +51,7 @@ class Sight:
 
     @staticmethod
     def of(job: Job) -> "Sight":
-        """As the weather lets anybody see, all around and at once, where the call names nothing else."""
+        """Return the sight that the weather permits, all around and without delay, unless the call gives a value."""
         reach = minimum(notice_reach(job.ev), job.number("range", math.inf))
         return Sight(reach, job.number("field_of_view", math.tau), job.number("latency", 0.0))
 

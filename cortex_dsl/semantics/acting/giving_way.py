@@ -1,18 +1,19 @@
-"""The library's driver who gives way: it stops at a line before the area where ways cross.
+"""The library's driver that gives way: it stops at a line before the area where ways cross.
 
-It goes on only where it clears the area before the other can be in it, though that one sped up (gap acceptance; where
-two ways become one: where it is there long enough before the other). Else it stops at the line and waits, by a
-deceleration of 3 m/s^2 where that is enough. Where it can no longer stop there, it does what keeps the two apart
-(`foreseeing`), and brakes where it comes to rest before outlines touch.
+It continues only if it clears the area before the other actor can be in it, even if that actor accelerates (gap
+acceptance; at a merge: if it is there long enough before the other actor). Else it stops at the line and waits, by a
+deceleration of 3 m/s^2 if that is enough. If it can no longer stop there, it acts so that both stay apart
+(`foreseeing`), and brakes if it comes to rest before outlines touch.
 
-Who has left its way, as one that comes into a bend too fast, goes back to it only where nobody is beside it or comes
-from behind: the area of conflict, which is searched for along ways, says nothing of that. Else it keeps aside, and
-stands only where all of its outline is clear of that way.
+An actor that has left its way, e.g. in a bend at high speed, returns to it only if no actor is next to it or approaches
+from behind: the area of conflict, which is searched for along ways, does not cover that case. Else it stays aside, and
+stands only if all of its outline is clear of that way.
 
-Who has come to rest nearer to the area than 0.7 m, or just inside, as one that had to brake hard, backs up to the
-line while another comes: fronts that come round a bend swing out of the strip of their way.
+An actor that has come to rest nearer to the area than 0.7 m, or just inside, e.g. after hard braking, backs up to the
+line while another actor approaches: in a bend, fronts swing out of the strip of their way.
 
-Behind others it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and braking.
+Behind other actors it drives as the Intelligent Driver Model (`following`) with the vehicle's own acceleration and
+braking.
 """
 
 import math

@@ -2,24 +2,25 @@
 
 *Responsibility-sensitive safety*: Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable
 self-driving cars", arXiv:1708.06374. Nearer than the distances of definitions 1, 2 and 6 the proper response is to
-brake by at least `least_braking`. Of routes that cross nobody is taken to have the right of way here: before the area
-in which both may be at a time one still has to be able to stop after the response time. Parameters are those with which
-CARLA runs Intel's ad-rss-lib.
+brake by at least `least_braking`. On crossing routes no actor has the right of way here: before the area in which both
+may be together, the actor must still be able to stop after the response time. Parameters are those with which CARLA
+runs Intel's ad-rss-lib.
 
-*The careful driver* of UN Regulation 157, Annex 4, Appendix 3: another 0.375 m off the middle of its lane towards this
-one, or in it, that would be hit in less than 2 s, or that brakes by more than 5 m/s^2 within 2 s of headway, is a risk.
-It is perceived for 0.4 s, 0.75 s later braking begins and builds up by 12.65 m/s^3 to 0.774 g.
+*The careful driver* of UN Regulation 157, Annex 4, Appendix 3: an actor is a risk if it is 0.375 m off the middle of
+its lane towards the ego's lane, or in that lane, and would be hit in less than 2 s, or if it brakes by more than 5
+m/s^2 within 2 s of headway. It is perceived for 0.4 s, 0.75 s later braking begins and builds up by 12.65 m/s^3 to
+0.774 g.
 
 *The fuzzy safety model* of the same regulation: Mattas, Makridis, Botzoris et al. (2020), "Fuzzy surrogate safety
 metrics for real-time assessment of rear-end collision risk", Accident Analysis and Prevention 148, 105794. With u and
-u_l the speeds, t = 0.75 s, 4 and 6 m/s^2 of comfortable and hard braking, 7 m/s^2 of the one ahead, d = 2 m, PFS falls
-from 1 to 0 as the gap less d grows from u t + u^2 / (2 * 6) - u_l^2 / (2 * 7) to u t + u^2 / (2 * 4) - u_l^2 / (2 * 7)
-+ d; CFS, while closing, from g + c^2 / (2 * 6) to g + c^2 / (2 * 4), g being the gap that goes within t and c the speed
-at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 0 it is 4 + CFS * 2 m/s^2.
+u_l the speeds, t = 0.75 s, 4 and 6 m/s^2 of comfortable and hard braking, 7 m/s^2 of the vehicle ahead, d = 2 m, PFS
+falls from 1 to 0 as the gap less d grows from u t + u^2 / (2 * 6) - u_l^2 / (2 * 7) to u t + u^2 / (2 * 4) - u_l^2 / (2
+* 7) + d; CFS, while closing, from g + c^2 / (2 * 6) to g + c^2 / (2 * 4), g being the loss of gap within t and c the
+speed at which it then still shrinks. Braking is PFS * 4 m/s^2, and where CFS > 0 it is 4 + CFS * 2 m/s^2.
 
-Both models of the regulation speak of one lane. Where ways cross (*ours*), the careful driver takes for a risk whom it
-would meet within 4 s, as `engine.avoidability` does, and the fuzzy model takes the area in which they would meet for
-one who stands there.
+Both models of the regulation cover one lane. Where ways cross (*ours*), an actor that the careful driver would meet
+within 4 s is a risk, as in `engine.avoidability`, and the fuzzy model treats the area of the meeting as a standing
+vehicle.
 """
 
 from cortex_dsl import ir

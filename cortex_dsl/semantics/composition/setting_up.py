@@ -1,11 +1,11 @@
-"""Setting up the parts of a program: the top level of a file, the files that it imports, and modular scenarios.
+"""Set up the parts of a program: the top level of a file, the files that it imports, and modular scenarios.
 
 As in Scenic, an import brings the objects and requirements of a file along with its definitions. Each imported file
-runs once in a variant, with variables of its own, and is then shared by name. What decides about the run as a whole
-stays with the file that is run.
+runs once in a variant, with variables of its own, and is then shared by name. Only the main file decides about the run
+as a whole.
 
-The scenario that the run is shares the run with the top level of its file. Those that a `compose` starts are set up
-with the scene too; their objects wait outside until the scenario starts, unless it surely starts with the run.
+The scenario to run shares the run with the top level of its file. Scenarios that a `compose` starts are set up with the
+scene too; their objects wait outside until the scenario starts, unless it certainly starts with the run.
 Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Composing Scenarios".
 """
 
@@ -87,8 +87,9 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
 def run_module(
     ev: Evaluator, statements: Sequence[nodes.Statement], first: int = 0, marks: Marks | None = None
 ) -> None:
-    """Run the statements of a file's top level, or go on with the one numbered `first`; behaviours, monitors and
-    scenarios are known from its start.
+    """Run the statements of a file's top level, or continue with the statement numbered `first`.
+
+    Behaviours, monitors and scenarios are known from the start of the file.
     """
     if not first:
         ev.names.update(_definitions(ev, statements))

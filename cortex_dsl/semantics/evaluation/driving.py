@@ -155,7 +155,7 @@ def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) ->
 
 
 def collided(ev: Evaluator, actor: Actor, span: Span) -> Value:
-    """`self.collided`: that the ego has touched anybody."""
+    """Return `self.collided`: whether the ego has touched any actor."""
     if not ev.moment.judged or actor is not ev.run.ego:
         raise NOT_JUDGED.mistake(span)
     return Truth(ev.algebra.touches())
@@ -231,7 +231,7 @@ def freeze(ev: Evaluator, span: Span) -> Effect:
 
 
 def unfreeze(ev: Evaluator, span: Span) -> Effect:
-    """Let the clock of the lights go on where it stood."""
+    """Restart the clock of the lights at the time at which it was stopped."""
     plan, algebra = needed(ev, span, "`unfreezeTrafficLights`"), ev.algebra
     assert plan.controls is not None
     frozen, lost = algebra.local(plan.controls.frozen), algebra.local(plan.controls.lost)

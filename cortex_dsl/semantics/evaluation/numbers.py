@@ -1,8 +1,8 @@
 """Values as numbers: adopted dimensions, permitted ranges, suspicious bare numbers, and arithmetic.
 
-Dimensions are checked; units were left behind at the literals. A bare number (dimension None) adopts the dimension of
-its place, and of the other side in sums and comparisons; in products and quotients it is pure. What is computed from
-bare numbers alone stays bare.
+Dimensions are checked; units end at the literals. A bare number (dimension None) adopts the dimension of its place, and
+of the other operand in sums and comparisons; in products and quotients it is pure. A result of bare numbers alone is
+bare.
 """
 
 import math

@@ -1,9 +1,11 @@
 """Expressions of the IR: interned, written as formulas, and folded where folding gives the very bits of the kernel.
 
-Terms read as they are calculated: `a + b * c`, `a < b`, `where(c, a, b)`, `minimum(a, b)`; a number beside a term
-becomes a literal. `~`, `&` and `|` are the logic of truths. `==` stays identity, since passes key on it: see `equal`.
+Terms have the form of their calculation: `a + b * c`, `a < b`, `where(c, a, b)`, `minimum(a, b)`; a number as an
+operand becomes a literal. `~`, `&` and `|` are the logic of truths. `==` stays identity, since passes key on it: see
+`equal`.
 
-Transcendental operations on constants stay operations: a concrete copy of a case must compute what the original did.
+Transcendental operations on constants stay operations: a concrete copy of a case must compute the values of the
+original.
 """
 
 import math
@@ -207,7 +209,7 @@ class Algebra:
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
     def touches(self, actor: int = -1) -> Term:
-        """Whether the ego has touched an actor, or anybody (-1)."""
+        """Return whether the ego has touched an actor, or any actor (-1)."""
         return self.apply(Op.TOUCHES, immediates=(actor,))
 
     def pack(self, *items: Term) -> Term:

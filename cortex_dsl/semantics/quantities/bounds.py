@@ -1,14 +1,14 @@
 """Static bounds of numbers and conditions: intervals, certainty for every choice of a search, and margins.
 
-`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes
-at once, on compiled code, and keeps account of NaN. Here an expression is evaluated once or twice in a compilation,
-where one such array would cost more than the whole result. A test compares the two.
+`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes at once,
+on compiled code, and tracks NaN. Here an expression is evaluated once or twice in a compilation, where one such array
+would cost more than the whole result. A test compares the two.
 
-A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
-`a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
-This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic
-specifications for continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in
-view) has no margin, and neither has what joins conditions of different dimensions: metres and seconds have no lesser.
+A margin is a number that is positive if a condition holds and negative if it does not. `a <= b` holds by b - a, `a and
+b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|. This is
+the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic specifications for
+continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in view) has no margin,
+and neither has a combination of conditions of different dimensions: metres and seconds have no lesser.
 """
 
 import math
@@ -113,7 +113,7 @@ CLOSED: Mapping[Op, Callable[..., float]] = {
     Op.HYPOT: math.hypot,
     Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
 }
-"""What a constant expression is worth, for checks and indices; never written into the program."""
+"""Values of operations on constants, for checks and indices; never written into the program."""
 
 Numbers = Mapping[int, float]
 NOTHING: Numbers = {}
