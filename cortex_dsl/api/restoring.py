@@ -113,7 +113,7 @@ def restore(run: OpenedRun) -> Collection[str]:
 
 
 def _is_written(run: OpenedRun) -> bool:
-    """Whether the files of a run are there, written by a version with a chain."""
+    """Return whether a run has ended, with files of a version that has a chain."""
     return run.record.proved and run.record.status in (FINISHED, STOPPED, INTERRUPTED)
 
 

@@ -50,7 +50,7 @@ class Studied:
 
     @property
     def complete(self) -> bool:
-        """Whether every run of the plan is finished; Ctrl-C ends a study earlier."""
+        """Return whether every run of the plan is finished; Ctrl-C ends a study earlier."""
         return len(self.records) == sum(1 for _ in self.plan.addresses())
 
     @cached_property

@@ -77,7 +77,7 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
 
 
 def _is_no_text(word: str) -> bool:
-    """Whether a word has bytes that are no letters: neither journals nor pages nor JSON can name such a file."""
+    """Return whether a word has bytes that are no letters: journals, pages and JSON cannot name such a file."""
     return any("\ud800" <= letter <= "\udfff" for letter in word)
 
 

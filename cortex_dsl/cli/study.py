@@ -154,7 +154,7 @@ def _end_of(study: "Study", terminal: Terminal) -> Exit:
 
 
 def _over_the_file(evaluations: "Evaluations") -> bool:
-    """Whether all runs that failed did so over a behaviour that never acts, or an objective that is no number."""
+    """Return whether every failed run has a behaviour that never acts, or an objective that is no number."""
     from engine.vocabulary import EndReason, Verdict
 
     runs = evaluations.rollouts

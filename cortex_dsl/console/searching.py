@@ -34,7 +34,7 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
 
 
 def is_constant(done: Progress) -> bool:
-    """Whether an objective other than the risk is the same in every valid run of a generation."""
+    """Return whether an objective other than the risk is the same in every valid run of a generation."""
     values = done.evaluations.fitness[done.evaluations.valid]
     return done.objective != DEFAULT_OBJECTIVES and len(values) > 1 and bool((values == values[0]).all())
 

@@ -72,7 +72,7 @@ class View:
 
     @cached_property
     def fresh(self) -> bool:
-        """Whether the places of the analysis are those of the text."""
+        """Return whether the places of the analysis are those of the text."""
         return self.analysis.source.text == self.text
 
     def index(self, offset: int) -> int:

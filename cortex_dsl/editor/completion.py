@@ -163,7 +163,7 @@ def _inside(view: View, place: Place) -> Iterator[Candidate]:
 
 
 def _goes_on(place: Place) -> bool:
-    """Whether the word before is an operator here, though it could be a name."""
+    """Return whether the word before is an operator here, though it could be a name."""
     return place.previous in TEMPORAL_PREFIXES and place.left[0].text in TEMPORAL
 
 

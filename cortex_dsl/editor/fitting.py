@@ -124,7 +124,7 @@ def _of_argument(place: Place) -> Asked | None:
 
 
 def _reduced(place: Place) -> bool:
-    """Whether the place is inside the brackets of a reducer, where everything changes still."""
+    """Return whether the place is inside the brackets of a reducer, where values still change."""
     return any(index and place.left[index - 1].text in REDUCERS for index in place.open)
 
 
@@ -157,13 +157,13 @@ def fitting(view: View, place: Place, candidates: Iterable[Candidate]) -> Iterat
 
 
 def _is_hidden(symbol: Symbol, place: Place) -> bool:
-    """Whether a name has no value here: a definition, or a name of another block."""
+    """Return whether a name has no value here: a definition, or a name of another block."""
     elsewhere = symbol.kind in (SymbolKind.LOCAL, SymbolKind.ARGUMENT) and symbol.scope.end < place.start
     return symbol.kind in NO_VALUE_SYMBOLS or (elsewhere and not place.indent)
 
 
 def _is_astray(candidate: Candidate, place: Place, first: str) -> bool:
-    """Whether a built-in name means nothing in such a statement."""
+    """Return whether a built-in name has no meaning in such a statement."""
     if candidate.label == "self":
         return not place.indent and first not in ("expect", *OVER_RUN)
     return candidate.kind == Kind.DISTRIBUTION.value and first in (*CONDITIONS, *OVER_RUN)

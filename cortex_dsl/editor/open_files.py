@@ -111,7 +111,7 @@ class OpenFile:
         self.generation += 1
 
     def imports(self, other: "OpenFile") -> bool:
-        """Whether it read another file when it was last compiled."""
+        """Return whether it imported another file at its last compilation."""
         read = {self.files.identity(each.name) for each in self.latest.source.imported}
         return self.files.identity(other.name) in read
 

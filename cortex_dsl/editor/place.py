@@ -46,7 +46,7 @@ class Place:
 
     @property
     def after_value(self) -> bool:
-        """Whether an operator can follow."""
+        """Return whether an operator can follow."""
         if self.before is None:
             return False
         named = self.before.is_name or self.before.is_unit or self.before.kind in Number or self.before.is_text
@@ -70,7 +70,7 @@ class Place:
 
     @property
     def in_new(self) -> bool:
-        """Whether specifiers can stand here."""
+        """Return whether specifiers can be here."""
         since = self.open[-1] if self.open else -1
         return any(token.text in ("new", "override") for token in self.left[since + 1 :])
 
@@ -122,7 +122,7 @@ def _statement(view: View, start: int) -> tuple[tuple[Token, ...], tuple[int, ..
 
 
 def _ends(text: str, token: Token, following: int) -> bool:
-    """Whether a statement is over between a token and an offset."""
+    """Return whether a statement ends between a token and an offset."""
     if token.text == ";":
         return True
     between = text[token.end : following]

@@ -62,7 +62,7 @@ def parted(text: str) -> list[str]:
 
 
 def is_command(text: str) -> bool:
-    """Whether a chunk is an order to the session and no part of the scenario."""
+    """Return whether a chunk is a command to the session and no part of the scenario."""
     return text.lstrip().startswith(":") or text.strip() in BARE_COMMANDS
 
 
@@ -119,7 +119,7 @@ class ChunkReader:
         return line.rstrip("\r\n") if line else None
 
     def _is_next(self, lines: list[str], line: str) -> bool:
-        """Whether a line is the beginning of another chunk."""
+        """Return whether a line is the beginning of another chunk."""
         if not lines or not line.strip():
             return False
         if _only_comments(lines):
@@ -129,7 +129,7 @@ class ChunkReader:
         return openness(text) is Open.BLOCK and at_edge
 
     def _ends(self, lines: list[str]) -> bool:
-        """Whether the chunk is whole with its last line."""
+        """Return whether the chunk is complete with its last line."""
         if is_command(lines[0]) and len(lines) == 1:
             return True
         if _only_comments(lines):

@@ -182,7 +182,7 @@ def _parsed(state: State, before: str, text: str, or_else: str = "") -> nodes.Mo
 
 
 def _needs_nobody(probe: Probe) -> bool:
-    """Whether an expression means something while there is no ego yet."""
+    """Return whether an expression has a meaning while there is no ego yet."""
     inside = everything_in(parse(Source("", f"{PLACE}{probe.text}\n"))) if probe.over is Over.SCENE else None
     return inside is not None and "ego" not in _names(inside)
 

@@ -61,7 +61,7 @@ def draw(scenario: "Scenario", seed: int, indices: "Ints") -> "Scenes":
 
 
 def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
-    """Whether some scene holds a number that does not exist; show it if so."""
+    """Return whether some scene contains an undefined number; show it if so."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
@@ -75,7 +75,7 @@ def is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
 
 
 def _fails(state: State, scenario: "Scenario", scenes: "Scenes", outcomes: "Outcomes") -> bool:
-    """Whether some run cannot be finished; show why if so."""
+    """Return whether some run cannot be finished; show the reason if so."""
     errors = np.flatnonzero(outcomes.verdict == Verdict.ERROR)
     if not len(errors):
         return False

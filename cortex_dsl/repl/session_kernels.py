@@ -47,7 +47,7 @@ class Kernels:
 
     @property
     def ready(self) -> bool:
-        """Whether nothing has to be waited for; without a background, work is done when it is needed."""
+        """Return whether no work is left to wait for; without a background, work is done when it is needed."""
         return self.thread is None or not self.thread.is_alive()
 
     def stop(self) -> None:

@@ -153,7 +153,7 @@ class _Walk:
 
 
 def _breaks(node: object) -> bool:
-    """Whether a block leaves its loop; a `break` of an inner loop counts too, to be on the safe side."""
+    """Return whether a block leaves its loop; a `break` of an inner loop counts too, to be on the safe side."""
     if isinstance(node, ir.Leave):
         return node.kind == "break"
     if isinstance(node, tuple):

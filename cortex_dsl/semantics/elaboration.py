@@ -238,7 +238,7 @@ def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
 
 
 def _has_end(module: nodes.Module, file: FileContext) -> bool:
-    """Whether the file says how long a run may last."""
+    """Return whether the file limits the time of a run."""
     ends = any(isinstance(statement, nodes.TerminateAfter) for statement in everything_in(module))
     return ends or file.settings.max_time is not None
 

@@ -60,7 +60,7 @@ class _Line:
 
     @property
     def defines(self) -> bool:
-        """Whether it begins a definition, which has a blank line before and after it."""
+        """Return whether it begins a definition, which has a blank line before and after it."""
         first = self.nodes[0]
         return isinstance(first, Piece) and first.kind in ("_BEHAVIOR", "_CLASS", "_MONITOR", "_SCENARIO")
 

@@ -74,7 +74,7 @@ def leading(node: Node) -> Piece:
 
 
 def is_forced(node: Node) -> bool:
-    """Whether a line must end before or in it."""
+    """Return whether a line must end before or in it."""
     return bool(leading(node).comments) or (isinstance(node, Group) and node.forced)
 
 

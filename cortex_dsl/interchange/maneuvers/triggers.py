@@ -65,7 +65,7 @@ def _trigger(case: Case, names: tuple[str, ...], condition: ir.Expr) -> Trigger:
 
 
 def _is_there(case: Case, condition: ir.Apply) -> bool:
-    """Whether it asks if an actor takes part that does so from the start."""
+    """Return whether the condition is the presence of an actor that is present from the start."""
     if condition.op != Op.STATE or condition.immediates[1] != State.PRESENT:
         return False
     return case.actors[condition.immediates[0]].present

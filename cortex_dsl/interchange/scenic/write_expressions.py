@@ -191,12 +191,12 @@ class Expressions:
         return None if text is None else verbatim(text)
 
     def _is_builtin(self, node: nodes.Expression) -> bool:
-        """Whether a name is `network`, `intersection` or `road` itself."""
+        """Return whether a name is `network`, `intersection` or `road` itself."""
         return isinstance(node, nodes.Name) and node.id in BUILTINS and BUILTINS[node.id].kind is Kind.CONSTANT
 
 
 def _leads_along(node: nodes.Expression) -> bool:
-    """Whether an expression is made of the author's names, and of attributes that Scenic has too."""
+    """Return whether an expression consists of the author's names, and of attributes that Scenic has too."""
     match node:
         case nodes.Name():
             return True

@@ -202,7 +202,7 @@ class CaseReplay:
 
     @property
     def collided(self) -> bool:
-        """Whether any two touched."""
+        """Return whether any two actors touched."""
         return self.trajectory.contact_sample >= 0
 
     @property

@@ -65,7 +65,7 @@ class Frame:
 
     @property
     def is_band(self) -> bool:
-        """Whether it is of the wide shape."""
+        """Return whether it has the wide shape."""
         return self.shape > (CARD + BAND) / 2.0
 
     @property

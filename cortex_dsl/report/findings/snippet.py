@@ -182,7 +182,7 @@ def _moved(mark: Mark, offset: int, room: int) -> Mark:
 
 
 def _fits_beside(mark: Mark, marks: list[Mark], room: int) -> bool:
-    """Whether a text can stand right of its own carets."""
+    """Return whether a text fits to the right of its own carets."""
     return mark is marks[-1] and mark.end + 1 + sum(map(cells, mark.text)) <= room
 
 

@@ -65,7 +65,7 @@ class Tally:
 
     @property
     def always(self) -> bool:
-        """Whether every attempt was accepted."""
+        """Return whether every attempt was accepted."""
         return self.valid == self.attempts
 
     @property

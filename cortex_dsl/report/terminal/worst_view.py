@@ -90,7 +90,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
 
 
 def _blame(campaign: Campaign, case: Case) -> Text:
-    """Whether the reference driver avoids a case."""
+    """Return the word for whether the reference driver avoids a case."""
     return Text(*AVOIDABLE[Blame(int(campaign.blame[case.row, case.rollout]))])
 
 

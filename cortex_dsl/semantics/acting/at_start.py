@@ -150,5 +150,5 @@ def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
 
 
 def _is_here(actor: Actor) -> bool:
-    """Whether an actor takes part from the start."""
+    """Return whether an actor is present from the start."""
     return actor.scenario is None or actor.scenario.present

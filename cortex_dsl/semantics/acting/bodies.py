@@ -160,7 +160,7 @@ class Invocation:
         return (*self.prologue, *demands, *self.acts)
 
     def allowed(self, ev: Evaluator) -> Term:
-        """Whether it could start now, its arguments being worked out."""
+        """Return whether it could start now, with its present arguments."""
         result: Term = ev.algebra.truth(True)
         for holds, _ in (*self.preconditions, *self.invariants):
             result = result & holds

@@ -142,7 +142,7 @@ def _is_before(job: Job, other: Actor, conflict: Conflict) -> Term:
 
 
 def _on_collision_course(job: Job) -> Term:
-    """Whether something would be hit soon, and no later than where braking begins."""
+    """Return whether a collision is due soon, and no later than the time at which braking begins."""
     soon = maximum(CLEAR, job.number("threshold")) if job.given("threshold") is not None else CLEAR
     return moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < soon)
 
@@ -164,7 +164,7 @@ def _within_reference(job: Job, other: Actor) -> Term:
 
 
 def _works(job: Job) -> Term:
-    """Whether the actor is in the range of speeds in which its brake begins to act."""
+    """Return whether the actor is in the range of speeds in which its brake begins to act."""
     speed = job.speed()
     return (speed >= job.number("min_speed", 0.0)) & (speed <= job.number("max_speed", math.inf))
 

@@ -83,7 +83,7 @@ class Conflict:
 
     @property
     def parts(self) -> Term:
-        """Whether my way leaves theirs again: they cross, where others join."""
+        """Return whether my way leaves the other way again: the ways cross and do not merge."""
         return self.leave < math.inf
 
     @property
@@ -93,17 +93,17 @@ class Conflict:
 
     @property
     def is_behind(self) -> Term:
-        """Whether the other comes after me, on a way that we share from here on."""
+        """Return whether the other actor follows me, on a way that both share from here on."""
         return (self.enter <= 0.0) & (self.along > SAME_WAY) & (self.their_enter > 0.0)
 
     @property
     def comes(self) -> Term:
-        """Whether the other comes towards me on my way."""
+        """Return whether the other actor comes towards me on my way."""
         return (self.their_enter <= 0.0) & (self.along < -SAME_WAY)
 
     @property
     def crosses(self) -> Term:
-        """Whether there is an area of two ways that cross or join."""
+        """Return whether there is an area of two ways that cross or join."""
         return self.exists & ~(self.is_ahead | self.is_behind | self.comes)
 
     def coincides(self, by: float) -> Term:
@@ -151,7 +151,7 @@ def stopping_distance(job: Job) -> Term:
 
 
 def can_stop(job: Job, conflict: Conflict) -> Term:
-    """Whether full braking ends before the area."""
+    """Return whether full braking ends before the area."""
     return stopping_distance(job) + LEAST_LINE < conflict.enter
 
 

@@ -221,7 +221,7 @@ class Folder:
 
 
 def _draws(node: nodes.Expression) -> bool:
-    """Whether it is another number each time it is looked at."""
+    """Return whether each evaluation gives another number."""
     return any(isinstance(part, nodes.Name) and part.id in DISTRIBUTIONS for part in everything_in(node))
 
 

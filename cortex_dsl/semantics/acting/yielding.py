@@ -34,7 +34,7 @@ def everything(block: ir.Block) -> Iterator[ir.Act]:
 
 
 def ever_acts(block: ir.Block) -> bool:
-    """Whether anything in the block may take, wait or end the run."""
+    """Return whether any act in the block may take, wait or end the run."""
     return any(isinstance(act, TURN_ENDS) for act in everything(block))
 
 

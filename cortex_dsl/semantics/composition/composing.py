@@ -206,7 +206,7 @@ class Composer(Inliner):
 
     @property
     def acts(self) -> bool:
-        """Whether it is there while it runs: it composes, or has guards."""
+        """Return whether it has acts while it runs: it composes, or has guards."""
         return bool(self.node.compose or self.node.preconditions or self.node.invariants)
 
     # -- its own block -----------------------------------------------------------------------------------------------

@@ -129,7 +129,7 @@ def _names_of(ev: Evaluator, span: Span) -> tuple[ImportedFile, dict[str, Value]
 
 
 def _belongs(ev: Evaluator, statement: nodes.Statement) -> bool:
-    """Whether a statement of an imported file can be honoured; says why not."""
+    """Return whether a statement of an imported file takes effect; report the reason if not."""
     if isinstance(statement, nodes.Model):
         return False
     word, reason = OF_THE_RUN.get(type(statement), ("", ""))

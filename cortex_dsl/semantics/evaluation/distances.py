@@ -75,7 +75,7 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
-    """Whether two outlines, or an outline and a region, have a point in common."""
+    """Return whether two outlines, or an outline and a region, have a common point."""
     left, right = ev.evaluate_all((node.left, node.right))
     if _is_area(left) or _is_area(right):
         item, area = (right, left) if _is_area(left) else (left, right)

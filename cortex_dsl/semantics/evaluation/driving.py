@@ -74,7 +74,7 @@ def _limit(ev: Evaluator, name: str, distance: Given) -> Term:
 
 
 def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
-    """Whether another vehicle, seen or not, is near."""
+    """Return whether another vehicle, seen or not, is near."""
     while_running(ev, span, "withinDistanceToAnyCars")
     actor, limit = actor_of(car, "`car`"), _limit(ev, "withinDistanceToAnyCars", distance)
     here = current_pose(ev, actor)
@@ -90,7 +90,7 @@ def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
 
 
 def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
-    """Whether a person that the vehicle sees is near its front."""
+    """Return whether a person that the vehicle sees is near its front."""
     while_running(ev, span, "withinDistanceToAnyPedestrians")
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToAnyPedestrians", distance)
     front = _front(ev, actor)
@@ -117,7 +117,7 @@ def _front(ev: Evaluator, actor: Actor) -> Pose:
 
 
 def objects_in_lane(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
-    """Whether the vehicle sees another that is near and in the same lane, or in the same intersection."""
+    """Return whether the vehicle sees another vehicle nearby in the same lane, or in the same intersection."""
     while_running(ev, span, "withinDistanceToObjsInLane")
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToObjsInLane", distance)
     here = current_pose(ev, actor)
@@ -131,7 +131,7 @@ def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: Term)
 
 
 def together(ev: Evaluator, here: Pose, there: Pose) -> Term:
-    """Whether two places lie in one intersection, or in one lane outside of it."""
+    """Return whether two places lie in one intersection, or in one lane outside of it."""
     network = network_of(ev)
     lane = index_of(ev, lane_at(ev, here))
     assert lane is not None

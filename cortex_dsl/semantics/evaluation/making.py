@@ -111,7 +111,7 @@ class ObjectBuilder:
 
     @property
     def may_act(self) -> bool:
-        """Whether it may have a behaviour."""
+        """Return whether it may have a behaviour."""
         return self.plain or self.kind is not ActorKind.OBSTACLE
 
     def declares(self, name: str) -> bool:
@@ -200,7 +200,7 @@ class ObjectBuilder:
         return Placement(point, None) if pose is None else Placement(point, pose.heading, lane=pose.lane)
 
     def lies_anywhere(self) -> bool:
-        """Whether it need not lie on the road."""
+        """Return whether it may lie off the road."""
         given = "regionContainedIn" in self.defaults or any(w.property == "regionContainedIn" for w in self.given)
         return given and (self.get("regionContainedIn") is None or isinstance(self.get("regionContainedIn"), Area))
 
@@ -239,7 +239,7 @@ class ObjectBuilder:
 
     @property
     def plain(self) -> bool:
-        """Whether it is an `Object`, or of a class of the file that is made from nothing else."""
+        """Return whether it is an `Object`, or of a class of the file without another base."""
         return self.builtin in (None, "Object")
 
     def _adopted(self, name: str, value: Value) -> Value:

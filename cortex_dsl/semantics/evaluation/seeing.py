@@ -12,7 +12,7 @@ from cortex_dsl.syntax import nodes
 
 
 def sees(ev: Evaluator, viewer: Value, other: Actor) -> Term:
-    """Whether an object, or an oriented point, sees a part of another's outline."""
+    """Return whether an object, or an oriented point, sees a part of another outline."""
     return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
 
 
@@ -28,7 +28,7 @@ def notice_reach(ev: Evaluator) -> Term:
 
 
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
-    """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
+    """Return whether a part of an outline, or a place, is visible to an object, or from a point in any direction."""
     if not ev.moment.running:
         view, outline = _view(ev, viewer, viewer_span), geometry.outline(ev, target, target_span)
         return ev.algebra.look(view, outline, len(ev.run.built.actors))

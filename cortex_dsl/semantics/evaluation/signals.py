@@ -179,7 +179,7 @@ def signals_of(ev: Evaluator, intersection: Intersection) -> tuple[Signal | Road
 
 
 def is_signalized(ev: Evaluator, intersection: Intersection) -> bool:
-    """Whether it has lights: by the map's file, where that has any."""
+    """Return whether it has lights: by the map file if that has any lights, else by the plan."""
     if lit_arms(intersection.network) is None:
         return plan_of(ev) is not None
     return any(is_there(Signal(intersection, i)) for i in range(len(intersection.legs)))
@@ -314,10 +314,7 @@ COMFORTABLE = 3.4
 
 
 def must_stop(ev: Evaluator, actor: Actor, span: Span) -> tuple[Term, Term]:
-    """Whether an object has to stop for the light ahead, and how far its front is from the stop line [m].
-
-    For red it does if it can at all, for yellow if it can in comfort.
-    """
+    """Return whether an object must stop for the light ahead, and the distance of its front to the stop line [m]."""
     plan = needed(ev, span, "`obey_signals`")
     ahead, speed = ahead_of(ev, actor), state(ev, actor, State.SPEED)
     shown = _shown(ev, plan, ahead.light, ahead.phase)

@@ -160,7 +160,7 @@ def _is_a(ev: Evaluator, x: Given, kind: Value, span: Span) -> bool:
 
 
 def _is_of(value: Value, name: str) -> bool:
-    """Whether a value is of a class of the language; each object is an `Object`, which is an oriented point."""
+    """Return whether a value is of a class of the language; each object is an `Object`, which is an oriented point."""
     match value:
         case Actor(kind=kind, builtin=builtin):
             above = name in ("Object", "OrientedPoint", "Point")

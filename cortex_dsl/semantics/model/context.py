@@ -257,7 +257,7 @@ class Evaluator:
         return folded(expression, bounds)
 
     def may_be_undefined(self, expression: ir.Expr) -> bool:
-        """Whether a part of an expression may have no value, such as a root."""
+        """Return whether a part of an expression may have no value, such as a root."""
         return may_be_undefined(expression, self.interval)
 
     @contextmanager

@@ -89,7 +89,7 @@ class BodyNames:
         return Names(self.table, self.table.all_names, inner, early, self.in_behaviour, running=True)
 
     def _waits_for_run(self, statement: nodes.Statement) -> bool:
-        """Whether a statement of a setup is evaluated when everything has been set up."""
+        """Return whether a statement of a setup is evaluated after all setups."""
         setup = self.definition.setup if isinstance(self.definition, nodes.ScenarioDefinition) else ()
         return speaks_of_run(statement) and any(statement is each for each in setup)
 

@@ -85,7 +85,7 @@ def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
 
 
 def is_timed(node: nodes.Expression) -> bool:
-    """Whether a condition speaks of more than one moment."""
+    """Return whether a condition concerns more than one moment."""
     return (isinstance(node, nodes.Temporal) and node.operator in TIMED) or any(map(is_timed, subformulas(node)))
 
 
@@ -152,7 +152,7 @@ SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "Verifa
 
 
 def is_searched(value: nodes.Expression) -> bool:
-    """Whether the value of a param makes it a gene."""
+    """Return whether the value of a param makes it a gene."""
     if isinstance(value, nodes.WithUnit | nodes.Degrees):
         value = value.value
     return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
@@ -250,7 +250,7 @@ def names_in(statement: nodes.Statement) -> tuple[str, ...]:
 
 
 def speaks_of_run(statement: nodes.Statement) -> bool:
-    """Whether a statement speaks of the running simulation, so that it is evaluated when all objects are there."""
+    """Return whether a statement concerns the running simulation, so that it is evaluated after all objects exist."""
     if isinstance(statement, nodes.Require):
         return is_timed(statement.condition)
     return isinstance(statement, nodes.TerminateWhen | nodes.Record | nodes.Expect | nodes.Optimize)
@@ -285,7 +285,7 @@ def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], 
 
 
 def lists_names(statement: nodes.Statement, part: nodes.Node) -> bool:
-    """Whether a part of a statement is such a list."""
+    """Return whether a part of a statement is the list of params of the system under test."""
     return isinstance(statement, nodes.Simulation) and isinstance(part, nodes.Argument) and part.name == SYSTEM
 
 

@@ -205,7 +205,7 @@ class Algebra:
         return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
 
     def notices(self, viewer: int, other: int, reach: Term) -> Term:
-        """Whether nothing hides one actor from another within a reach [m]."""
+        """Return whether one actor is within a reach [m] of another and not hidden from it."""
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
     def touches(self, actor: int = -1) -> Term:
@@ -219,7 +219,7 @@ class Algebra:
         return tuple(self._interned(("item", bundle, i), _Item, bundle, i) for i in range(count))
 
     def look(self, view: Term, outline: Term, actors: int) -> Term:
-        """Whether an outline is in a packed view at the start, where so many actors are placed by now."""
+        """Return whether an outline is in a packed view at the start, where the first `actors` actors may hide it."""
         return self.apply(Op.CAN_SEE, view, outline, immediates=(actors,))
 
     def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:

@@ -64,12 +64,12 @@ def leaves(expression: ir.Expr) -> list[ir.Expr]:
 
 
 def is_dynamic(expression: ir.Expr) -> bool:
-    """Whether the value may change during a run."""
+    """Return whether the value may change during a run."""
     return any(map(changes, parts(expression)))
 
 
 def changes(part: ir.Expr) -> bool:
-    """Whether an operation of its own reads the running simulation, whatever its operands do."""
+    """Return whether an operation itself reads the running simulation, regardless of its operands."""
     return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
 
 

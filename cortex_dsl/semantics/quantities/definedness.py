@@ -41,7 +41,7 @@ UNDEFINED: Mapping[Op, Callable[..., bool]] = {
 
 
 def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> bool:
-    """Whether a part of an expression may have no value; `interval` gives the numbers between which a part lies."""
+    """Return whether a part of an expression may have no value; `interval` returns the bounds of a part."""
     return any(
         isinstance(part, ir.Apply) and part.op in DEFINED and not DEFINED[part.op](*map(interval, operands(part)))
         for part in parts(expression)
@@ -49,5 +49,5 @@ def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval
 
 
 def is_undefined(op: Op, intervals: Sequence[Interval]) -> bool:
-    """Whether an operation has no value, wherever in these intervals its operands lie."""
+    """Return whether an operation has no value for any operands in these intervals."""
     return op in UNDEFINED and UNDEFINED[op](*intervals)

@@ -87,10 +87,10 @@ class ErrorContext:
 
     @property
     def wants_value(self) -> bool:
-        """Whether an expression could begin here."""
+        """Return whether an expression could begin here."""
         return "NUMBER" in self.accepts
 
     @property
     def wants_operator(self) -> bool:
-        """Whether an expression has just ended here."""
+        """Return whether an expression has just ended here."""
         return "PLUS" in self.accepts and not self.wants_value
