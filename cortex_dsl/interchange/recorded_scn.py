@@ -27,9 +27,9 @@ from engine.vocabulary import ActorKind, State
 DIGITS = 9
 """Decimals of positions, headings and speeds [m, rad, m/s]."""
 AROUND = 0.5
-"""How far ahead or behind a start is searched, in seconds of the mean speed …"""
+"""Range of a varied start along the way, ahead or behind, in seconds of the mean speed."""
 LEAST, MOST = 1.0, 10.0
-"""… and within these bounds [m]."""
+"""Bounds of that range [m]."""
 PACES = 0.9, 1.1
 STEPS = 1e-4, 1.0
 """Time steps that a scenario may have [s]."""

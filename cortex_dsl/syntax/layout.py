@@ -292,8 +292,7 @@ class Indenter:
             self.making[-1] = True
 
     def is_operator(self, word: Token) -> bool:
-        """Return whether `always`, `eventually` or `next` is an operator here: its place allows it, and a value
-        follows."""
+        """Return whether `always`, `eventually` or `next` is an operator: its place allows it, and a value follows."""
         return self.requiring and _OPERAND.match(self.text, word.end_pos or 0) is not None
 
     def line_end(self, index: int) -> Iterator[Token]:

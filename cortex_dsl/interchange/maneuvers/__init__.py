@@ -86,9 +86,9 @@ class _Champions(NamedTuple):
 
     sets: Sequence[Mapping[str, float]]
     others: int
-    """How many make other choices, …"""
+    """Number of cases with other choices."""
     looked_at: int
-    """… of so many that were looked at."""
+    """Number of cases that were compared."""
 
 
 def _champions(case: "ExportCase", plan: ManeuverPlan, worst: Sequence["Case"]) -> _Champions:

@@ -181,9 +181,9 @@ class StudyProgress:
     found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
     """Colliding genomes of each finished run of a cell."""
     new: int = 0
-    """Runs that this process finished …"""
+    """Number of runs that this process finished."""
     simulations: int = 0
-    """… and their simulations."""
+    """Number of simulations in these runs."""
     started: float = field(default_factory=time.monotonic)
     _live: Live | None = None
 
