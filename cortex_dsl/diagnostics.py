@@ -1,4 +1,4 @@
-"""What the compiler has to say about a file: data only. `cortex_dsl.report.findings.snippet` draws it."""
+"""Diagnostics of the compiler for a file: data only. `cortex_dsl.report.findings.snippet` draws them."""
 
 from collections.abc import Iterable
 from enum import Enum
@@ -13,14 +13,14 @@ class Severity(Enum):
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
-    """What was understood, where the file does not say it."""
+    """Interpretation of a text that leaves it open."""
     HINT = "hint"
-    """A better way to write what is right already; runs keep quiet about it, `--check` does not."""
+    """Better form of correct text; `--check` shows it, runs do not."""
 
 
 @frozen
 class Label:
-    """A place in the source and what to say there; an empty text draws the carets alone."""
+    """A place in the source and its text; an empty text draws the carets alone."""
 
     span: Span
     text: str = ""
@@ -28,7 +28,7 @@ class Label:
 
 @frozen
 class Page:
-    """What is always true of a code: `cortexc explain` prints it. Declared with the code, beside its check."""
+    """Constant facts of a code, printed by `cortexc explain`. Declared with the code, next to its check."""
 
     title: str
     why: str
@@ -44,7 +44,7 @@ class Page:
 
 @frozen
 class Diagnostic:
-    """One finding: what is wrong (`message`), where, why (`reason`), and how to correct it (`cure`)."""
+    """One finding: the error (`message`), its place, the reason (`reason`), and how to correct it (`cure`)."""
 
     code: str
     """Stable: SCN1xx syntax, SCN2xx names, SCN3xx units and types, SCN4xx values and meaning, SCN5xx random
@@ -74,7 +74,7 @@ class CompileError(CortexError):
         return f"<pre>{escape(str(self))}</pre>"
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython prints instead of a traceback: the mistakes alone, for its frames are ours, not the file's."""
+        """Return the errors without a traceback, for IPython: all frames are ours, none is the file's."""
         return str(self).strip("\n").splitlines()
 
     def __str__(self) -> str:

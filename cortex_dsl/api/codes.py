@@ -1,4 +1,4 @@
-"""All codes of diagnostics, with their pages; each is declared beside its check."""
+"""All codes of diagnostics, with their pages; each is declared next to its check."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ FAMILIES = {
     "5": "what is random",
     "6": "behaviors and runs",
 }
-"""By the first digit of a code."""
+"""Titles by the first digit of a code."""
 
 
 @dataclass(frozen=True)

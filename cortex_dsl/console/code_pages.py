@@ -111,7 +111,7 @@ def _program(out: "Console", heading: str, text: str, option: str) -> None:
 
 
 def _said(code: str, page: "Page") -> tuple["Source", list["Diagnostic"]]:
-    """What the compiler itself says about the wrong example, of this code."""
+    """Return the source of the wrong example and the compiler's diagnostic with this code."""
     from cortex_dsl.api.codes import judged
     from cortex_dsl.source import Source
 

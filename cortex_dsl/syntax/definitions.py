@@ -1,4 +1,4 @@
-"""Tree to nodes: classes, behaviours, monitors and scenarios, and the order of what stands in them."""
+"""Tree to nodes: classes, behaviours, monitors and scenarios, and the order of their contents."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeAlias
@@ -14,7 +14,7 @@ Parts: TypeAlias = Sequence[Child]
 
 
 class Builder(Protocol):
-    """What definitions need of the builder of statements."""
+    """Interface of the builder of statements that definitions use."""
 
     expressions: ExpressionBuilder
 
@@ -25,7 +25,7 @@ class Builder(Protocol):
 
 @frozen
 class _Body:
-    """A block, taken apart: its docstring, its guards by their word, its sections by theirs, and what is left."""
+    """The parts of a block: its docstring, its guards by their word, its sections by theirs, and the remainder."""
 
     docstring: str | None
     guards: dict[str, tuple[nodes.Guard, ...]]
@@ -138,11 +138,11 @@ def _parameter(builder: Builder, tree: Branch) -> nodes.Parameter:
     return nodes.Parameter(str(word), builder.expressions.optional(default), span=span_of(tree))
 
 
-# -- what stands in a block ------------------------------------------------------------------------------------------
+# -- contents of a block ----------------------------------------------------------------------------------------------
 
 
 def _docstring(builder: Builder, block: Child) -> tuple[str | None, Sequence[Child]]:
-    """A leading string, and what follows it."""
+    """Return a leading string and the children after it."""
     children = branch(block).children
     if children and branch(children[0]).data == "expression_statement":
         value = branch(branch(children[0]).children[0])
@@ -169,7 +169,7 @@ def _guard(builder: Builder, tree: Branch) -> nodes.Guard:
 
 
 def _in_order(builder: Builder, body: _Body, section: Branch) -> bool:
-    """Whether a section is the only one of its name, and no earlier one belongs below it."""
+    """Return whether a section is the only one of its name, and no earlier one belongs below it."""
     name = section.data
     first = body.sections.get(name) or (body.sections.get("compose") if name == "setup" else None)
     if first is None:

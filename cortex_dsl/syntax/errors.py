@@ -1,6 +1,6 @@
-"""Every syntax error, declared once: its code, its title, why it is an error, and an example with its cure.
+"""Every syntax error, declared once: its code, its title, its reason, and an example with its cure.
 
-Messages and places are made where an error is found; what is always true of it is here.
+Messages and places are made where an error is found; its constant parts are here.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ class Code:
     wrong: str
     right: str
     shown: str = ""
-    """As in `Page`."""
+    """Time at which the code is raised, if not while `wrong` is compiled; see `Page`."""
 
     @property
     def page(self) -> Page:

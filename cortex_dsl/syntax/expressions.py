@@ -23,7 +23,7 @@ _FOREIGN_CONSTANTS = {"true": "True", "false": "False", "null": "None", "nil": "
 
 
 def span_of(child: Branch | Token) -> Span:
-    """Where a tree or token stands."""
+    """Return the span of a tree or token."""
     if isinstance(child, Token):
         return Span(child.start_pos or 0, child.end_pos or 0)
     return Span(child.meta.start_pos, child.meta.end_pos) if not child.meta.empty else Span(0, 0)
@@ -40,7 +40,7 @@ def token(child: Child) -> Token:
 
 
 def _holds_formulas(tree: Branch) -> bool:
-    """Whether temporal operators may stand directly below this one."""
+    """Return whether temporal operators may be directly below this tree."""
     negation = tree.data == "unary" and tree.children[0] == "not"
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
@@ -55,7 +55,7 @@ class NestingError(Signal):
 
 
 class ExpressionBuilder:
-    """Builds expressions and collects what only shows once their shape is known."""
+    """Builds expressions and collects errors that only show once their shape is known."""
 
     def __init__(self, source: Source) -> None:
         self.source = source

@@ -1,4 +1,4 @@
-"""From a path to a `Source`: what is in the file is checked here, whether there is a file is the caller's business."""
+"""From a path to a `Source`: the contents of the file are checked here, its existence is checked by the caller."""
 
 import re
 from pathlib import Path
@@ -10,12 +10,12 @@ from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.errors import MAX_BYTES
 
 _LONE_RETURN = re.compile(r"\r(?!\r*\n|\r*\Z)")
-"""One that something follows; several before a line feed are an accident of tools, and do no harm."""
+"""A carriage return before other text; several before a line feed are an accident of tools, and do no harm."""
 _NOTHING = re.compile(r"(?:\s|\ufeff|#[^\n]*(?:\n|\Z))*\Z")
 
 
 def read_source(path: str | Path) -> Source:
-    """The text of a file under the name by which it was asked for.
+    """Return the text of a file under the requested name.
 
     Raises:
         CompileError: the content is no text in UTF-8, is empty, or is too large.

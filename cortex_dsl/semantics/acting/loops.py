@@ -25,7 +25,7 @@ def while_(body: Body, node: nodes.While) -> ir.Block:
 
 
 def for_(body: Body, node: nodes.For) -> ir.Block:
-    """Numbers are counted through while the run goes on; of other things each round is written out."""
+    """Compile `for`: numbers are counted at run time, other items are unrolled."""
     ev, span = body.ev, node.iterable.span
     items = items_of(ev.evaluate(node.iterable), span, "what `for` runs over")
     table = _numbers(items)

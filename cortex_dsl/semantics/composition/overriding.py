@@ -62,7 +62,7 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
 
 
 def _override_own(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance) -> None:
-    """A property of the file's own: whoever reads it during the run sees the value of the scenario that runs."""
+    """Override a property of the file's own: reads during the run see the value of the running scenario."""
     name = node.property
     if name in ev.file.attributes_set:
         raise OVERRIDDEN_AND_SET.mistake(node.property_span, name=name)

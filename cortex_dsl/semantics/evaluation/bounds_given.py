@@ -1,4 +1,4 @@
-"""Arguments of distributions as they are written: their unit, the order of bounds, and what a deviation may be."""
+"""Arguments of distributions as written: their unit, the order of bounds, and the permitted deviations."""
 
 import math
 from collections.abc import Sequence

@@ -32,7 +32,7 @@ def converted_twice(operator: str, left: Quantity, right: Quantity, node: nodes.
 
 
 def _conversions(dimension: Dimension, factors: Iterable[float]) -> Iterator[tuple[Unit, Unit]]:
-    """The units between which one of the factors converts; powers of ten and of sixty also have other uses."""
+    """Yield the pairs of units between which one of the factors converts; whole ratios also have other uses."""
     units = [unit for unit in UNITS.values() if unit.dimension == dimension]
     for start, end in permutations(units, 2):
         ratio = start.factor / end.factor

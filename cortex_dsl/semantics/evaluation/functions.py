@@ -1,4 +1,4 @@
-"""What the built-in functions do. Each takes the evaluator, its arguments and the place of the call."""
+"""Built-in functions. Each takes the evaluator, its arguments and the place of the call."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -46,7 +46,7 @@ from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Maneuver
 
 Meaning = Callable[..., Value]
-"""What a function does: it takes the evaluator, its arguments in order, and the place of the call."""
+"""Function of the evaluator, the arguments in order, and the place of the call."""
 
 RANGE_LIMIT = 10_000
 """Longest list that `range` makes."""
@@ -195,12 +195,13 @@ def _kept(ev: Evaluator, closure: Closure, among: Sequence[Value], span: Span) -
 
 
 OF_THE_PLAN = frozenset({"signal", "signals", "isSignalized"})
-"""What elements of the road are asked that a statement of the file decides."""
+"""Attributes of road elements that a statement of the file decides."""
 
 
 def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, among: Sequence[Value]) -> bool:
-    """Whether a lambda asks elements of the road, which all variants share, for what each of them is: it is worked out
-    once, for a town has hundreds.
+    """Return whether a lambda reads only fixed attributes of road elements, which all variants share.
+
+    Its result is then computed once, since a town has hundreds of elements.
     """
     if ev.observe is not None:
         return False

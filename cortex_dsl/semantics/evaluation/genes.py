@@ -213,7 +213,7 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
 
 
 BOUNDED = ("Range", "VerifaiRange", "TruncatedNormal", "DiscreteRange", "VerifaiDiscreteRange")
-"""Distributions whose last two arguments are their bounds."""
+"""Distributions with bounds as their last two arguments."""
 
 
 def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) -> None:

@@ -1,7 +1,7 @@
-"""The `environment` statement, and what it makes of the properties of objects: less grip, a shorter view.
+"""The `environment` statement, and its effect on the properties of objects: less grip, a shorter view.
 
 Friction multiplies that of every object. The view of an object reaches to `visibleDistance` times the light, and no
-further than the sight. The properties themselves stay as the file gives them.
+further than the sight. The properties themselves stay as in the file.
 """
 
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
@@ -56,7 +56,7 @@ def _value(ev: Evaluator, argument: Given, spec: Domain) -> Term:
 
 
 def in_environment(ev: Evaluator, name: str, value: Term) -> Term:
-    """What a property of an object comes to in the environment."""
+    """Return a property of an object under the conditions of the environment."""
     given = {} if ev.run.built.environment is None else ev.run.built.environment.values
     if name == "friction" and "friction" in given:
         return value * given["friction"]

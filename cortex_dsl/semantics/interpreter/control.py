@@ -1,6 +1,6 @@
 """Loops, branches and assertions at the top level, in the setup of a scenario and in functions.
 
-What they look at must be known when the file is compiled; each round costs steps of the one budget that a file has.
+Their conditions must be known at compile time; each round uses steps of the file's single budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from cortex_dsl.syntax import nodes
 from engine.errors import Signal
 
 Run = Callable[[Evaluator, nodes.Statement], None]
-"""Runs one statement, and reports what is wrong with it."""
+"""Function that runs one statement and reports its errors."""
 
 
 class Leaving(Signal):
@@ -77,10 +77,10 @@ def _round(ev: Evaluator, node: nodes.For | nodes.While, run: Run) -> bool:
 
 
 def check_assertion(ev: Evaluator, node: nodes.Assert) -> None:
-    """What is known must hold; what is random is required of the scene.
+    """Check a known condition now; turn a random condition into a requirement of the scene.
 
     Raises:
-        Mistake: it surely does not hold.
+        Mistake: the condition is false in all cases.
     """
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     if isinstance(condition, ir.Literal):

@@ -1,15 +1,14 @@
-"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
-decided whatever a search chooses, and by how much it holds.
+"""Static bounds of numbers and conditions: intervals, certainty for every choice of a search, and margins.
 
-`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes
-at once, on compiled code, and keeps account of NaN. Here an expression is evaluated once or twice in a compilation,
-where one such array would cost more than the whole result. A test compares the two.
+`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes at once,
+on compiled code, and tracks NaN. Here an expression is evaluated once or twice in a compilation, where one such array
+would cost more than the whole result. A test compares the two.
 
-A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
-`a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
-This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic
-specifications for continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in
-view) has no margin, and neither has what joins conditions of different dimensions: metres and seconds have no lesser.
+A margin is a number that is positive if a condition holds and negative if it does not. `a <= b` holds by b - a, `a and
+b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|. This is
+the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic specifications for
+continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in view) has no margin,
+and neither has a combination of conditions of different dimensions: metres and seconds have no lesser.
 """
 
 import math
@@ -32,7 +31,7 @@ _DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, 
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
-    """What an expression is made of."""
+    """Return the direct operands of an expression."""
     match expression:
         case ir.Apply(arguments=arguments):
             return arguments
@@ -44,7 +43,7 @@ def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
 
 
 def parts(expression: ir.Expr) -> list[ir.Expr]:
-    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
+    """Return all distinct parts of an expression, operands before their users, the expression itself last."""
     ordered: dict[ir.Expr, None] = {}
     stack = [(expression, False)]
     while stack:
@@ -65,12 +64,12 @@ def leaves(expression: ir.Expr) -> list[ir.Expr]:
 
 
 def is_dynamic(expression: ir.Expr) -> bool:
-    """Whether the value may change during a run."""
+    """Return whether the value may change during a run."""
     return any(map(changes, parts(expression)))
 
 
 def changes(part: ir.Expr) -> bool:
-    """Whether an operation of its own reads the running simulation, whatever its operands do."""
+    """Return whether an operation itself reads the running simulation, regardless of its operands."""
     return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
 
 
@@ -78,7 +77,7 @@ Result = TypeVar("Result")
 
 
 def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
+    """Fold an expression bottom-up: `worth` maps a part and its operands' results to a result; shared parts once."""
     known: dict[ir.Expr, Result] = {}
     for part in parts(expression):
         known[part] = worth(part, [known[operand] for operand in operands(part)])
@@ -114,7 +113,7 @@ CLOSED: Mapping[Op, Callable[..., float]] = {
     Op.HYPOT: math.hypot,
     Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
 }
-"""What a constant expression is worth, for checks and indices; never written into the program."""
+"""Values of operations on constants, for checks and indices; never written into the program."""
 
 Numbers = Mapping[int, float]
 NOTHING: Numbers = {}
@@ -126,9 +125,9 @@ def closed_value(
     genes: Numbers = NOTHING,
     draws: Numbers = NOTHING,
 ) -> float | None:
-    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
+    """Return the value of an expression without unknowns; None for any other, NaN if it has no value.
 
-    `genes` (SI) and `draws` are known ones, by index.
+    `genes` (SI) and `draws` are known values, by index.
     """
 
     def worth(part: ir.Expr, values: list[float | None]) -> float | None:
@@ -167,7 +166,7 @@ def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
 
 
 def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int, Interval]) -> Interval:
-    """The same of an operation whose operands lie in the intervals `within`."""
+    """Return the interval of an operation whose operands lie in the intervals `within`."""
     match part:
         case ir.Literal(value=value):
             return (value, value)
@@ -244,7 +243,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
                     lambda *_: (0.0, math.inf)),
 }  # fmt: skip
 
-# -- what is certain of a `require` ------------------------------------------------------------------------------------
+# -- certainty of a `require` ------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -252,14 +251,14 @@ class Weight:
     """Of one `require` over all variants in which it was met."""
 
     possible: bool
-    """Whether it could hold in one of them."""
+    """Whether it could hold in some variant."""
     certain: bool
     """Whether it holds in all of them."""
     genes: frozenset[int]
-    """On which genes it depends."""
+    """Indices of the genes that it depends on."""
 
     def joined(self, other: "Weight | None") -> "Weight":
-        """Of the variants of both."""
+        """Return the weight over the variants of both."""
         if other is None:
             return self
         return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
@@ -270,7 +269,7 @@ class Weight:
 
 
 def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
-    """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
+    """Return the weight of a condition by the interval of its truth; `certain`: it is tested in every scene."""
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
 
@@ -298,7 +297,7 @@ def _range(gene: ir.GeneInfo) -> str:
 # -- margins -----------------------------------------------------------------------------------------------------------
 
 Dimensions = Mapping[Term, ir.Dimension | None]
-"""Dimension of what each comparison compares; None where all is bare."""
+"""Dimension of the operands of each comparison; None if all are bare."""
 
 LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 

@@ -1,7 +1,7 @@
-"""Where operations have a value: the root of a negative number has none, nor has 0 / 0.
+"""Domains of operations: the root of a negative number has no value, nor has 0 / 0.
 
-What is built on such a number is none either, comparisons and conditions included. Here stands what bounds exclude or
-prove of it; of all else the scene or the run decides, and is an error where the number does not exist.
+An expression with an undefined operand is undefined too, including comparisons and conditions. This module contains the
+cases that bounds exclude or prove; the scene or the run decides the others, and an undefined number is an error there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,18 +30,18 @@ DEFINED: Mapping[Op, Callable[..., bool]] = {
     Op.ASIN: lambda a: a[0] >= -1.0 and a[1] <= 1.0,
     Op.ACOS: lambda a: a[0] >= -1.0 and a[1] <= 1.0,
 }
-"""Operations that have no value for some operands, and whether they have one for all in the given intervals."""
+"""Operations with undefined cases, and tests that all operands in the given intervals have a value."""
 UNDEFINED: Mapping[Op, Callable[..., bool]] = {
     Op.SQRT: lambda a: a[1] < 0.0,
     Op.LOG: lambda a: a[1] <= 0.0,
     Op.ASIN: lambda a: a[0] > 1.0 or a[1] < -1.0,
     Op.ACOS: lambda a: a[0] > 1.0 or a[1] < -1.0,
 }
-"""Whether they have one for no operand there."""
+"""Tests that no operands in the given intervals have a value."""
 
 
 def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval]) -> bool:
-    """Whether a part of an expression may have no value; `interval` gives the numbers between which a part lies."""
+    """Return whether a part of an expression may have no value; `interval` returns the bounds of a part."""
     return any(
         isinstance(part, ir.Apply) and part.op in DEFINED and not DEFINED[part.op](*map(interval, operands(part)))
         for part in parts(expression)
@@ -49,5 +49,5 @@ def may_be_undefined(expression: ir.Expr, interval: Callable[[ir.Expr], Interval
 
 
 def is_undefined(op: Op, intervals: Sequence[Interval]) -> bool:
-    """Whether an operation has no value, wherever in these intervals its operands lie."""
+    """Return whether an operation has no value for any operands in these intervals."""
     return op in UNDEFINED and UNDEFINED[op](*intervals)

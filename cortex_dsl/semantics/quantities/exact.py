@@ -53,4 +53,4 @@ EXACT: Mapping[Op, Callable[..., float]] = {
     Op.NOT: _negation,
     Op.SELECT: _selected,
 }
-"""Operations whose results are exactly defined, so that folding them changes no bit."""
+"""Operations with exactly defined results, so that folding them changes no bit."""

@@ -1,4 +1,4 @@
-"""Slips in what defines and joins: classes, scenarios, guards, imports, and requirements over time.
+"""Mistakes in definitions and connections: classes, scenarios, guards, imports, and requirements over time.
 
 Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
@@ -27,7 +27,7 @@ _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 
 def misspelt_second_word(context: ErrorContext) -> Diagnostic | None:
-    """`do chose A()`, `require allways x`: a known statement whose second word is nearly right."""
+    """Explain `do chose A()`, `require allways x`: a known statement with a misspelt second word."""
     if context.place > 2 or len(context.words) < 3:
         return None
     second, known = context.words[1], _SECOND_WORDS.get(context.first.text, ())
@@ -185,7 +185,7 @@ def _wrong_import(word: Word, message: str, cure: str) -> Diagnostic:
 _SIDES: Mapping[str, str] = MappingProxyType(
     {"ahead": "ahead of", "front": "ahead of", "left": "left of", "right": "right of"}
 )
-"""What stands beside an object, without its `of` or in plain English."""
+"""Words for places next to an object, without `of` or in plain English."""
 
 
 def side_without_of(context: ErrorContext) -> Diagnostic | None:

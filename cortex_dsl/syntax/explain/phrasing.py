@@ -1,7 +1,7 @@
-"""Statements whose words or signs are nearly right (`wait 3 s`, `terminate if x`, `with speed = 5`), and what is said
-as in a sentence (`15 to 50 km/h`, `40 m before intersection`, `when ego collides with truck`).
+"""Statements with almost correct words or signs (`wait 3 s`, `terminate if x`, `with speed = 5`), and phrases of prose.
 
-Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
+Phrases are, e.g., `15 to 50 km/h`, `40 m before intersection`, `when ego collides with truck`. Rules of the table of
+mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
 
 import re

@@ -249,7 +249,7 @@ def misspelt_statement(context: ErrorContext) -> Diagnostic | None:
 
 
 def nothing_follows(context: ErrorContext) -> Diagnostic | None:
-    """A keyword without what belongs to it."""
+    """Explain a keyword without its operand."""
     before = context.before
     if before is None or before.text not in _NAME_OF_A_THING:
         return None
@@ -266,7 +266,7 @@ def nothing_follows(context: ErrorContext) -> Diagnostic | None:
 
 
 def unknown_unit(context: ErrorContext) -> Diagnostic | None:
-    """A word in the place of a unit that is not one; `5 %` and `90°` have rules of their own."""
+    """Explain a word in the place of a unit that is no unit; `5 %` and `90°` have rules of their own."""
     found, before = context.found, context.before
     if before is None or before.kind != "number" or found.kind != "name" or found.text in RESERVED:
         return None
