@@ -27,22 +27,6 @@ class Label:
 
 
 @frozen
-class Page:
-    """What is always true of a code: `cortexc explain` prints it. Declared with the code, beside its check."""
-
-    title: str
-    why: str
-    wrong: str = ""
-    """The smallest whole program that raises the code."""
-    right: str = ""
-    """The same program, corrected."""
-    options: tuple[str, str] = ("", "")
-    """The `-p NAME=VALUE` that `wrong` and `right` are compiled with."""
-    shown: str = ""
-    """When the code is raised, if not while `wrong` is compiled: `while the file is read`."""
-
-
-@frozen
 class Diagnostic:
     """One finding: what is wrong (`message`), where, why (`reason`), and how to correct it (`cure`)."""
 

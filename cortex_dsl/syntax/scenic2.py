@@ -68,7 +68,9 @@ def _objects(text: str, line: Line, values: Collection[str]) -> Iterator[tuple[i
 
 def in_one(diagnostics: Sequence[Diagnostic], source: Source) -> list[Diagnostic]:
     """The same, those of the spelling of Scenic 2 as one, if several: it names their lines and the command."""
-    spelled = [each for each in diagnostics if each.code == errors.MISSING_NEW.id or each.cure == errors.WRITE_BRACKETS]
+    spelled = [
+        each for each in diagnostics if each.code == errors.MISSING_NEW.code or each.cure == errors.WRITE_BRACKETS
+    ]
     if len(spelled) <= MOST_FORGOTTEN:
         return list(diagnostics)
     first, *others = spelled

@@ -96,3 +96,23 @@ assert sys.stdout.errors == "replace"
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("text", ["x = 3 +\n", "ego = new Car on road\nrequire ego.sped < 3 m/s\n", ""])
+def test_a_check_reads_no_page_of_a_code(text: str, left_turn: Path, tmp_path: Path) -> None:
+    """Folders of diagnostics are for `explain`: a check opens none, whatever it reports."""
+    program = """
+import sys
+opened = []
+sys.addaudithook(lambda event, found: opened.append(str(found[0])) if event in ("open", "os.listdir") else None)
+from cortex_dsl.cli import main
+main(sys.argv[1:])
+from cortex_dsl.installation import HOME
+assert any("left_turn" in name or "own.scn" in name for name in opened)
+sys.exit(str([name for name in opened if str(HOME / "cortex_dsl" / "codes") in name] or 0))
+"""
+    own = tmp_path / "own.scn"
+    own.write_text(text)
+    command = [sys.executable, "-c", program, str(own if text else left_turn), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.stderr.strip().endswith("0") or not done.stderr.strip(), done.stderr
