@@ -24,7 +24,7 @@ def process() -> int:
     """Run the command line of this process and return its exit code."""
     _open_streams()
     _start_light()
-    asked = _hear_stops()
+    asked = _install_signal_handlers()
     from cortex_dsl.cli import main
 
     code = main()
@@ -56,7 +56,7 @@ def _start_light() -> None:
     atexit.register(gc.freeze)
 
 
-def _hear_stops() -> list[int]:
+def _install_signal_handlers() -> list[int]:
     """Let SIGTERM, by which schedulers stop a job, do what Ctrl-C does; the list says whether it came.
 
     Of either none is lost: an exception in a frame whose caller drops it would be.

@@ -50,7 +50,7 @@ class OffRoad:
 
 
 @dataclass(frozen=True)
-class Weighing:
+class AcceptanceStatistics:
     """Evaluation of every requirement on n attempts. Requirements are those of `Program.requirements`, in order."""
 
     program: Program
@@ -133,7 +133,7 @@ class Conflict:
 class Account:
     """All results of an evaluation, for reports."""
 
-    weighing: Weighing
+    weighing: AcceptanceStatistics
     blames: tuple[Blame, ...]
     target: float | None
     """Target acceptance; None if there is no need."""
@@ -141,7 +141,7 @@ class Account:
     conflict: Conflict | None
 
 
-def account(weighing: Weighing, target: float | None = None) -> Account:
+def account(weighing: AcceptanceStatistics, target: float | None = None) -> Account:
     """Return all results of an evaluation, for the given target or the default target."""
     found = blames(weighing)
     target = _default_target(weighing, found) if target is None else target
@@ -149,7 +149,7 @@ def account(weighing: Weighing, target: float | None = None) -> Account:
     return Account(weighing, found, target, relaxed, smallest_conflict(weighing))
 
 
-def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
+def _default_target(weighing: AcceptanceStatistics, found: Sequence[Blame]) -> float | None:
     """Return twice the present acceptance and at least 1 %, or half of the possible value if that is less.
 
     None if half of the attempts pass already, or no single requirement changes acceptance.
@@ -160,7 +160,9 @@ def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
     return min(max(LEAST_TARGET, 2.0 * acceptance), 0.5 * (acceptance + best))
 
 
-def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | None = None) -> Weighing:
+def measure_acceptance(
+    program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | None = None
+) -> AcceptanceStatistics:
     """Make `count` attempts, with genes from their own distributions, or all from one genome (d,)."""
     count = max(1, min(rows_at_once(program, count), PAIRS // len(program.actors) ** 2))
     block = max(1, min(BLOCK, PAIRS // 50 // len(program.actors) ** 2))
@@ -168,7 +170,7 @@ def weigh(program: Program, count: int = DRAWS, seed: int = 0, genome: Floats | 
     blocks = [_weigh_block(program, np.arange(*ends), seed, genome) for ends in pairwise(starts)]
     genomes, variants, holds, margins = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
     off_road = _off_road(program, holds[:LOOKS], seed, genome)
-    return Weighing(program, genomes, variants, holds, margins, off_road)
+    return AcceptanceStatistics(program, genomes, variants, holds, margins, off_road)
 
 
 def _off_road(program: Program, holds: np.ndarray, seed: int, genome: Floats | None) -> tuple[OffRoad, ...]:
@@ -215,7 +217,7 @@ def _fair(program: Program, weighed: Weighed, keys: Ints) -> Bools:
     return ~drawn | fair_starts(program, starts, SimulationConfig(time_step=step))
 
 
-def blames(weighing: Weighing) -> tuple[Blame, ...]:
+def blames(weighing: AcceptanceStatistics) -> tuple[Blame, ...]:
     """Return the effect of each requirement, in the order of `Program.requirements`."""
     holds = weighing.holds
     earlier = np.ones(len(holds), dtype=bool)
@@ -244,7 +246,7 @@ def testing_order(program: Program) -> list[int]:
     return [*range(file, reasons), *range(file), *range(reasons, len(program.requirements))]
 
 
-def _nearest(weighing: Weighing, requirement: int, failures: Ints) -> dict[str, int]:
+def _nearest(weighing: AcceptanceStatistics, requirement: int, failures: Ints) -> dict[str, int]:
     margins = weighing.margins[:, requirement]
     rows = np.flatnonzero(~weighing.holds[:, requirement] & np.isfinite(margins))
     if not len(rows):
@@ -257,7 +259,7 @@ def _share(chosen: np.ndarray) -> float:
     return float(chosen.mean()) if len(chosen) else math.nan
 
 
-def relaxations(weighing: Weighing, target: float) -> tuple[Relaxation, ...]:
+def relaxations(weighing: AcceptanceStatistics, target: float) -> tuple[Relaxation, ...]:
     """Return every single requirement of the file that can bring acceptance to the target, cheapest first.
 
     With the requirement removed, k = ceil(target n) attempts must pass: the amount is the deficit of the k-th best
@@ -277,7 +279,7 @@ def relaxations(weighing: Weighing, target: float) -> tuple[Relaxation, ...]:
     return tuple(sorted(found, key=lambda r: (math.isinf(r.amount), -r.acceptance, r.requirement)))
 
 
-def _relaxation(weighing: Weighing, requirement: int, others: np.ndarray, wanted: int) -> Relaxation:
+def _relaxation(weighing: AcceptanceStatistics, requirement: int, others: np.ndarray, wanted: int) -> Relaxation:
     holds = weighing.holds[others, requirement]
     margins = np.where(holds, np.inf, weighing.margins[others, requirement])
     ordered = np.sort(np.where(np.isnan(margins), -np.inf, margins))[::-1]
@@ -286,7 +288,7 @@ def _relaxation(weighing: Weighing, requirement: int, others: np.ndarray, wanted
     return Relaxation(requirement, math.inf if math.isinf(limit) else -limit, reached)
 
 
-def smallest_conflict(weighing: Weighing) -> Conflict | None:
+def smallest_conflict(weighing: AcceptanceStatistics) -> Conflict | None:
     """Return a smallest set of requirements that no attempt meets; None if an attempt meets all requirements."""
     if not len(weighing) or weighing.accepted.any():
         return None

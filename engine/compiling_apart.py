@@ -105,9 +105,9 @@ def _weighing_kernels(demand: KernelDemand) -> Iterator[Kernel]:
 
 
 def _weigh(demand: KernelDemand) -> None:
-    from engine.acceptance import weigh
+    from engine.acceptance import measure_acceptance
 
-    weigh(cast("Program", demand.program), 1)
+    measure_acceptance(cast("Program", demand.program), 1)
 
 
 def _simulating_kernels(demand: KernelDemand) -> Iterator[Kernel]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from engine.display import facts_table
 from engine.frozen import frozen
-from engine.result_row import Kept, Per, Result
+from engine.result_row import Per, Result, Retention
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Fault, Side, Verdict
 
@@ -96,7 +96,7 @@ class _Measured:
             "MD",
             "least distance between the outlines",
             Per.PAIR,
-            kept=Kept.NEAREST,
+            retention=Retention.NEAREST,
             when="min_distance_time",
             of_risk=True,
             formula="least distance between the outlines over continuous time; 0 on contact",
@@ -104,7 +104,7 @@ class _Measured:
         ),
     ]
     """Infinite for two that are never in the scene together."""
-    min_distance_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.NEAREST)]
+    min_distance_time: Annotated[Floats, Result("", "s", per=Per.PAIR, retention=Retention.NEAREST)]
     max_closing_speed: Annotated[
         Floats,
         Result(
@@ -113,14 +113,14 @@ class _Measured:
             "MS",
             "largest closing speed of the centres",
             Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             when="max_closing_time",
             of_risk=True,
             formula="max of c = -(p . v) / |p| over samples, p and v: relative position and velocity of the centres",
             source="CORTEX-AVD, Table 1",
         ),
     ]
-    max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, retention=Retention.DECIDING)]
     distance_at_ms: Annotated[
         Floats,
         Result(
@@ -129,7 +129,7 @@ class _Measured:
             "D_MS",
             "distance at the instant of MS",
             Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             when="max_closing_time",
             of_risk=True,
             formula="distance at the first sample with c >= MS - 0.01 m/s; infinite if they never approach",
@@ -144,7 +144,7 @@ class _Measured:
             "TTC_MS",
             "D_MS / MS",
             Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             when="max_closing_time",
             of_risk=True,
             formula="D_MS / MS; infinite if they never approach",
@@ -157,28 +157,34 @@ class _Measured:
             "speeds of that pair at its closest approach, or at contact [m/s]",
             "m/s",
             per=Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             in_document=False,
         ),
     ]
     """Speed of the rear axle, along its heading, at the instant of MD, or of contact; the next four are at that
     instant, too. NaN and -1 for two that never meet.
     """
-    other_speed: Annotated[Floats, Result("", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False)]
+    other_speed: Annotated[Floats, Result("", "m/s", per=Per.PAIR, retention=Retention.DECIDING, in_document=False)]
     approach_angle: Annotated[
         Floats,
         Result(
             "heading of the other then, relative to the ego [rad]: 0 same direction, +-3.14 head-on, positive left",
             "rad",
             per=Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             in_document=False,
         ),
     ]
     """-pi .. pi, positive to the left."""
     closing_speed: Annotated[
         Floats,
-        Result("closing speed of their centres then [m/s]", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False),
+        Result(
+            "closing speed of their centres then [m/s]",
+            "m/s",
+            per=Per.PAIR,
+            retention=Retention.DECIDING,
+            in_document=False,
+        ),
     ]
     side: Annotated[
         Ints,
@@ -186,7 +192,7 @@ class _Measured:
             "side of the ego on which the other is then: `front`, `left`, `rear`, `right`",
             per=Per.PAIR,
             kind=Side,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
             in_document=False,
         ),
     ]
@@ -197,16 +203,16 @@ class _Measured:
             "inside the ego's field of view [s]",
             "s",
             per=Per.PAIR,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
         ),
     ]
     """NaN if it never did, as the next two results. For recordings, which contain no views, all three are NaN."""
-    ttc_at_first_sight: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    ttc_at_first_sight: Annotated[Floats, Result("", "s", per=Per.PAIR, retention=Retention.DECIDING)]
     """Exact for the outlines at constant velocities; infinite if they were not on a collision course."""
-    hidden_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    hidden_time: Annotated[Floats, Result("", "s", per=Per.PAIR, retention=Retention.DECIDING)]
     """Time of the samples at which the other actor was in the sector and radius of the ego's view, but covered."""
     left_road_time: Annotated[
-        Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
+        Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, retention=Retention.LEAST)
     ]
     """Time at which an actor's centre first left the road, NaN if never."""
     fault: Annotated[
@@ -215,13 +221,13 @@ class _Measured:
             "of a collision: `ego`; or `struck_from_behind`, `struck_standing`: no failure of the ego",
             per=Per.PAIR,
             kind=Fault,
-            kept=Kept.DECIDING,
+            retention=Retention.DECIDING,
         ),
     ]
     """-1 for pairs that do not touch."""
     lateral_grip: Annotated[
         Floats,
-        Result("largest lateral use of grip by the ego, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
+        Result("largest lateral use of grip by the ego, as a share of mu g", per=Per.ACTOR, retention=Retention.EGO),
     ]
     """NaN for an actor without tyres; so is the next."""
     combined_grip: Annotated[
@@ -229,7 +235,7 @@ class _Measured:
         Result(
             "the same for acceleration and turning together; above 0.5, the vehicle model is not valid",
             per=Per.ACTOR,
-            kept=Kept.EGO,
+            retention=Retention.EGO,
         ),
     ]
     others_contact_time: Annotated[
@@ -273,7 +279,7 @@ class Assessment(_Measured, _Judged, _Sampled, _Decided):
     """Assessed simulations as a search stores them: verdict, counts, risk and metrics, (n,) each.
 
     Every array may have more leading axes (a campaign has (individuals, rollouts)). With several pairs, MD is that of
-    the nearest pair, MS and related metrics are those of the pair that decides the risk (`Kept`).
+    the nearest pair, MS and related metrics are those of the pair that decides the risk (`Retention`).
     """
 
     sought: Floats

@@ -26,7 +26,7 @@ class Per(Enum):
     """(n, 2) The two actors in contact."""
 
 
-class Kept(Enum):
+class Retention(Enum):
     """Choice of the value that a scene stores in `Assessment`."""
 
     OWN = "own"
@@ -56,7 +56,7 @@ class Result:
     """Text of a report next to the symbol."""
     per: Per = Per.SCENE
     kind: Kind = float
-    kept: Kept = Kept.OWN
+    retention: Retention = Retention.OWN
     parts: tuple[str, ...] = ()
     """Names of the k columns of an array (n, k)."""
     part_of: str = ""

@@ -22,7 +22,7 @@ NAME, SYMBOL, MEANING = "sum_of_speeds", "V_SUM", "sum of both speeds at the ins
 ROW = f'''
     {NAME}: Annotated[
         Floats,
-        Result("sum of both speeds then [m/s]", "m/s", "{SYMBOL}", "{MEANING}", Per.PAIR, kept=Kept.DECIDING),
+        Result("sum of both speeds then [m/s]", "m/s", "{SYMBOL}", "{MEANING}", Per.PAIR, retention=Retention.DECIDING),
     ]'''
 KERNEL = '''
 

@@ -262,7 +262,7 @@ AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P
 
 
 @dataclass(frozen=True)
-class Held:
+class FixedParam:
     """One param that is no gene in this run."""
 
     name: str
@@ -276,7 +276,7 @@ class Held:
         return self.value if isinstance(self.value, str) else f"{self.value:.10g}"
 
 
-def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[Held, ...]:
+def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[FixedParam, ...]:
     """What `-p` and `--freeze` hold, in the order in which they were given."""
     entries = param_entries(module)
     return tuple(
@@ -284,8 +284,8 @@ def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[Hel
     )
 
 
-def _held(name: str, text: str) -> Held:
+def _held(name: str, text: str) -> FixedParam:
     amount = AMOUNT.fullmatch(text.strip())
     if amount is None or amount["unit"] not in ("", *UNIT_WORDS):
-        return Held(name, text)
-    return Held(name, float(amount["number"]), amount["unit"])
+        return FixedParam(name, text)
+    return FixedParam(name, float(amount["number"]), amount["unit"])

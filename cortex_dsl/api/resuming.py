@@ -14,9 +14,9 @@ from cortex_dsl.api.arguments import callback, objectives_of
 from cortex_dsl.api.case_files import worst_files
 from cortex_dsl.api.restoring import restore
 from cortex_dsl.api.run_folder import (
-    Found,
     OnRemoved,
-    Work,
+    SearchJob,
+    SearchResult,
     campaign_of,
     carry_out,
     default_workers,
@@ -29,7 +29,7 @@ from engine.search.campaign import OnGeneration
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest
-from engine.search.protocol import Sought
+from engine.search.protocol import ObjectiveSpec
 from engine.search.store import JOURNAL, StoreError, hold
 from engine.search.workers import Workers
 
@@ -41,9 +41,9 @@ def resume(
     on_generation: OnGeneration | None = None,
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
-    objective: Sought | Sequence[Sought] | None = None,
+    objective: ObjectiveSpec | Sequence[ObjectiveSpec] | None = None,
     ego: object = None,
-) -> Found:
+) -> SearchResult:
     """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
 
     `objective`: what the run looks for, which is known but for functions: these must be given again, by the same name.
@@ -65,7 +65,7 @@ def resume(
 
 
 @dataclass(frozen=True)
-class Rest:
+class RemainingWork:
     """What is left to do of a run. Without a journal: nothing, it is finished."""
 
     run: OpenedRun
@@ -74,7 +74,7 @@ class Rest:
     journal: Journal | None = None
     record: Record | None = None
     """What the journal holds."""
-    objective: tuple[Sought, ...] = ()
+    objective: tuple[ObjectiveSpec, ...] = ()
     """What the run looks for."""
 
     def carry_out(
@@ -83,16 +83,16 @@ class Rest:
         on_generation: OnGeneration | None = None,
         on_removed: OnRemoved | None = None,
         workers: Workers | None = None,
-    ) -> Found:
+    ) -> SearchResult:
         """Search to the end, or only report a run that is finished."""
         config = replace(self.manifest.config, driver=self.run.scenario.config.driver)
         folder, scenario = self.run.folder, replace(self.run.scenario, config=config)
         workers = workers or default_workers(scenario)
-        work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
+        work = SearchJob(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
         if self.journal is not None and self.record is not None:
             return carry_out(work, self.journal, self.record)
         campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
-        found = Found(campaign, folder, self.manifest, worst_files(folder))
+        found = SearchResult(campaign, folder, self.manifest, worst_files(folder))
         try:
             restore(self.run)
         except StoreError as error:
@@ -102,8 +102,8 @@ class Rest:
 
 @contextmanager
 def reopened(
-    run: OpenedRun, generations: int | None = None, objective: Sought | Sequence[Sought] | None = None
-) -> Iterator[Rest]:
+    run: OpenedRun, generations: int | None = None, objective: ObjectiveSpec | Sequence[ObjectiveSpec] | None = None
+) -> Iterator[RemainingWork]:
     """Hold an open run for as long as the block goes on with it, once nothing stands against that.
 
     Raises:
@@ -114,13 +114,13 @@ def reopened(
     given = None if objective is None else objectives_of(run.scenario.program, objective)
     aims = same_objective(run.folder, run.scenario.program, longer, given)
     if run.record.status == "finished" and longer == run.record.manifest:
-        yield Rest(run, longer, objective=aims)
+        yield RemainingWork(run, longer, objective=aims)
         return
     _insist_on_driver(run)
     with hold(run.folder):
         record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
         with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
-            yield Rest(run, longer, journal, record, aims)
+            yield RemainingWork(run, longer, journal, record, aims)
 
 
 def _insist_on_driver(run: OpenedRun) -> None:

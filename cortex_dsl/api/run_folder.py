@@ -28,7 +28,7 @@ from engine.search.journal_reader import Record
 from engine.search.manifest import DIGEST, Link, Manifest, Origin, Text, changed_versions, make_manifest
 from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
-from engine.search.protocol import SOUGHT, Sought
+from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec
 from engine.search.ranking import worst_cases, worst_runs
 from engine.search.run import search
 from engine.search.searchers import canonical
@@ -66,7 +66,7 @@ class Searchable(Writable, Protocol):
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """The results of a search. They can be shown even where they could not be stored."""
 
     campaign: Campaign
@@ -79,7 +79,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Work:
+class SearchJob:
     """One search and where it is kept."""
 
     scenario: Searchable
@@ -88,7 +88,7 @@ class Work:
     on_generation: OnGeneration | None
     on_removed: OnRemoved | None
     workers: Workers
-    objective: Sequence[Sought] = ()
+    objective: Sequence[ObjectiveSpec] = ()
     """What is sought; none: what the manifest names."""
 
 
@@ -102,8 +102,8 @@ def search_and_keep(
     on_generation: OnGeneration | None = None,
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
-    objective: Sequence[Sought] = SOUGHT,
-) -> Found:
+    objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
+) -> SearchResult:
     """Search a scenario by its own settings, and keep everything in an empty folder.
 
     Raises:
@@ -126,7 +126,7 @@ def search_and_keep(
         _is_reproducible(scenario),
     )
     workers = workers or default_workers(scenario)
-    work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
+    work = SearchJob(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
 
@@ -140,8 +140,8 @@ def _is_reproducible(scenario: Searchable) -> bool:
 
 
 def same_objective(
-    folder: Path, program: Program, manifest: Manifest, given: Sequence[Sought] | None = None
-) -> tuple[Sought, ...]:
+    folder: Path, program: Program, manifest: Manifest, given: Sequence[ObjectiveSpec] | None = None
+) -> tuple[ObjectiveSpec, ...]:
     """What a run looks for, to go on with it.
 
     Raises:
@@ -167,7 +167,7 @@ def default_workers(scenario: Searchable) -> Workers:
     return workers_for(search.engine, search.jobs)
 
 
-def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
+def carry_out(work: SearchJob, journal: Journal, record: Record | None = None) -> SearchResult:
     """Search, write every generation as it ends, then write the files of the finished run."""
     heard = work.on_generation
     work, recorder = _recorded(work, record)
@@ -189,7 +189,7 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
             heard(progress)
 
     campaign = campaign_of(replace(work, on_generation=on_generation), record)
-    found = Found(campaign, work.folder, work.manifest)
+    found = SearchResult(campaign, work.folder, work.manifest)
     if removed:
         return replace(found, failure=removed[0])
     try:
@@ -216,7 +216,7 @@ def _note_failures(path: Path, recorder: "Recorder | None") -> None:
         recorder.failures.clear()
 
 
-def _recorded(work: Work, record: Record | None) -> "tuple[Work, Recorder | None]":
+def _recorded(work: SearchJob, record: Record | None) -> "tuple[SearchJob, Recorder | None]":
     """The work with somebody who notes what a controller decides, where one drives."""
     driver = work.scenario.config.driver
     if driver is None:
@@ -227,7 +227,7 @@ def _recorded(work: Work, record: Record | None) -> "tuple[Work, Recorder | None
     return replace(work, scenario=work.scenario.driven_by(recorder)), recorder
 
 
-def campaign_of(work: Work, record: Record | None) -> Campaign:
+def campaign_of(work: SearchJob, record: Record | None) -> Campaign:
     """The search itself, from its beginning or from where its journal ends."""
     manifest, driver = work.manifest, work.scenario.config.driver
     config = replace(manifest.config, driver=driver)
@@ -250,7 +250,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
         raise _foreign(work, error) from error
 
 
-def _foreign(work: Work, error: ForeignPastError) -> StoreError:
+def _foreign(work: SearchJob, error: ForeignPastError) -> StoreError:
     """Return the remark for a journal that does not follow from its own beginning."""
     changed = changed_versions(work.manifest)
     what = f"generation {error.generation} in the journal of `{work.folder}` is not the one that follows here"

@@ -33,7 +33,7 @@ from engine.search.insight.kinds import blamed
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, Text, check_program
 from engine.search.past import follow, who_drove
-from engine.search.protocol import Box, Sought
+from engine.search.protocol import Box, ObjectiveSpec
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, located
@@ -103,7 +103,7 @@ def search(
     *,
     profile: str = "paper",
     preset: str = "cortex",
-    objective: Sought | Sequence[Sought] = "risk",
+    objective: ObjectiveSpec | Sequence[ObjectiveSpec] = "risk",
     on_generation: OnGeneration | None = None,
     workers: Workers | None = None,
     out: str | Path | None = None,

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from engine.risk import Risk
     from engine.scenes import Scenes
     from engine.search.campaign import Campaign, OnGeneration
-    from engine.search.protocol import Sought
+    from engine.search.protocol import ObjectiveSpec
     from engine.search.ranking import Case
     from engine.search.workers import Workers
     from engine.tables import Floats, Ints
@@ -128,7 +128,7 @@ class Scenario:
         *,
         controller: str = "",
         others: "Mapping[str, object] | None" = None,
-        reward: "Sought" = "risk",
+        reward: "ObjectiveSpec" = "risk",
         observe: str = RECORDS,
         jobs: int = 1,
     ) -> "Environment":
@@ -236,7 +236,7 @@ class Scenario:
         *,
         profile: str = "paper",
         preset: str = "cortex",
-        objective: "Sought | Sequence[Sought]" = "risk",
+        objective: "ObjectiveSpec | Sequence[ObjectiveSpec]" = "risk",
         on_generation: "OnGeneration | None" = None,
         workers: "Workers | None" = None,
         out: str | Path | None = None,

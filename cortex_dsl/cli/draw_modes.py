@@ -216,9 +216,9 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
 
 def _account(program: Program, run: RunRequest) -> "Account":
     """Return which requirement rejects most attempts; None where there is nothing to explain."""
-    from engine.acceptance import account, weigh
+    from engine.acceptance import account, measure_acceptance
 
-    return account(weigh(program, seed=run.seed or 0), run.target)
+    return account(measure_acceptance(program, seed=run.seed or 0), run.target)
 
 
 def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:

@@ -63,7 +63,7 @@ def _answer(options: argparse.Namespace) -> str:
         return format_list()
     from cortex_dsl.report.documents import document
 
-    return document("formats", {"formats": _formats_content(), "diagnostics": []})
+    return document("formats", {"formats": _formats_content(), "diagnostics": [], "notes": []})
 
 
 def format_list() -> str:

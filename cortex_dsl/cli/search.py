@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.api.resuming import reopened
-from cortex_dsl.api.run_folder import Found, search_and_keep
+from cortex_dsl.api.run_folder import SearchResult, search_and_keep
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, opened_run, removed, request_of, show_found, usage_errors
@@ -45,9 +45,9 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
     return show_found(found, scenario, request, terminal)
 
 
-def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[Found]:
+def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[SearchResult]:
     """One search after the other; Ctrl-C ends the one that runs and leaves out those to come."""
-    done: list[Found] = []
+    done: list[SearchResult] = []
     for method in asked.methods:
         try:
             done.append(_search(method, scenario, run, asked, terminal))
@@ -60,7 +60,7 @@ def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, termina
     return done
 
 
-def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> Found:
+def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> SearchResult:
     """One whole search with its run directory."""
     folder = _folder(method, asked, scenario.program)
     with watched(terminal, method, asked.generations) as on_generation:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cortex_dsl.api.run_folder import Found, OnRemoved
+from cortex_dsl.api.run_folder import OnRemoved, SearchResult
 from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.command import driver_words
@@ -30,7 +30,7 @@ from engine.search.campaign import Campaign
 from engine.search.manifest import DrivenBy, changed_versions
 from engine.search.objectives import ObjectiveError, ObjectiveNameError
 from engine.search.past import ForeignPastError
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case
 from engine.search.result_files import summary
 from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
@@ -71,7 +71,7 @@ def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
     return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
 
 
-def show_found(found: Sequence[Found], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
+def show_found(found: Sequence[SearchResult], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
     """Show what was found, and say how the command ends."""
     campaigns = [each.campaign for each in found]
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
@@ -93,7 +93,7 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
     return _exit_code(campaigns)
 
 
-def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
+def _show(program: Program, found: Sequence[SearchResult], terminal: Terminal, *, ours: bool) -> None:
     """The report; `ours` says that failed runs are no mistake of the file."""
     reports = [_report(each, program if ours else None) for each in found]
     console, settings = terminal.out, _settings(found)
@@ -106,7 +106,7 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
             terminal.err.print(line)
 
 
-def _report(found: Found, program: Program | None) -> SearchReport:
+def _report(found: SearchResult, program: Program | None) -> SearchReport:
     """Of one campaign; without a program nothing is to blame."""
     folder = found.folder if found.folder.is_dir() else None
     manifest = found.manifest
@@ -122,7 +122,7 @@ def _driver_options(driver: DrivenBy | None) -> str:
     return " ".join([as_options(driver.name), *driver_words(None, driver.block, driver.observe)])
 
 
-def _settings(found: Sequence[Found]) -> str:
+def _settings(found: Sequence[SearchResult]) -> str:
     """The settings that a reader must know, in one line."""
     manifest = found[0].manifest
     search = manifest.config.search
@@ -130,11 +130,11 @@ def _settings(found: Sequence[Found]) -> str:
     parts += [f"preset {each.manifest.preset}" for each in found if each.manifest.preset]
     if search.rollouts > 1:
         parts.append(f"{search.aggregate} of {search.rollouts} rollouts")
-    parts += [] if manifest.objective == SOUGHT else [f"objective {' and '.join(manifest.objective)}"]
+    parts += [] if manifest.objective == DEFAULT_OBJECTIVES else [f"objective {' and '.join(manifest.objective)}"]
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 
-def _content(request: CompileRequest, found: Sequence[Found], reports: Sequence[SearchReport]) -> dict[str, Any]:
+def _content(request: CompileRequest, found: Sequence[SearchResult], reports: Sequence[SearchReport]) -> dict[str, Any]:
     searches = [
         {
             "method": each.manifest.method,

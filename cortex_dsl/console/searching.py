@@ -9,7 +9,7 @@ from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.report.terminal.progress import SearchProgress
 from engine.search.campaign import OnGeneration, Progress
 from engine.search.journal_reader import Record
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 
 
 @contextmanager
@@ -19,7 +19,13 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
 
         def on_generation(done: Progress) -> None:
-            best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
+            best = (
+                nan
+                if done.best is None
+                else done.best.score
+                if done.objective == DEFAULT_OBJECTIVES
+                else done.best.continuous
+            )
             progress.generation_done(done.figures.by_individual, done.simulations, best)
             if done.generation == 0 and is_constant(done):
                 terminal.note(constant_line(done), "warn")
@@ -30,7 +36,7 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
 def is_constant(done: Progress) -> bool:
     """Whether an objective other than the risk is the same in every valid run of a generation."""
     values = done.evaluations.fitness[done.evaluations.valid]
-    return done.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
+    return done.objective != DEFAULT_OBJECTIVES and len(values) > 1 and bool((values == values[0]).all())
 
 
 def constant_line(done: Progress) -> str:

@@ -225,10 +225,11 @@ def _no_scene(
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
-    from engine.acceptance import account, weigh
+    from engine.acceptance import account, measure_acceptance
+    from engine.feasibility import explain
 
-    genome = scenes.genomes[0] if tally.scenes == 1 else None
-    blame = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
+    genome = scenes.genomes[0] if tally.scenes == 1 and not explain(scenario.program).infeasible else None
+    blame = account(measure_acceptance(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
         from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
@@ -248,9 +249,9 @@ def blame_of_search(program: Program, campaign: "Campaign", seed: int) -> "Accou
     """Return the requirements that reject the attempts of a search; None if a scene is valid or nothing was tried."""
     if campaign.by_individual.valid or not Tally.of_search(campaign.evaluations).attempts:
         return None
-    from engine.acceptance import account, weigh
+    from engine.acceptance import account, measure_acceptance
 
-    return account(weigh(program, seed=seed))
+    return account(measure_acceptance(program, seed=seed))
 
 
 def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:

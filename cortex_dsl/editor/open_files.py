@@ -10,7 +10,7 @@ from functools import cached_property
 
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.files import Folder
-from cortex_dsl.semantics.model.context import Superseded
+from cortex_dsl.semantics.model.context import Cancelled
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 
@@ -128,7 +128,7 @@ class OpenFile:
         await asyncio.sleep(pause)
         try:
             found = await asyncio.to_thread(analyse, self.name, self.text, superseded, self.files)
-        except Superseded:
+        except Cancelled:
             return
         except Exception:
             _LOG.exception("a bug in cortexc, not in %s; please report it", self.name)

@@ -11,7 +11,7 @@ from cortex_dsl.console.kernels import SEARCH
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.console.user_files import Asked, is_folder, place_files, user_path
 from cortex_dsl.interchange.formats import FORMATS
-from cortex_dsl.repl.state import Found, State, whole_number
+from cortex_dsl.repl.state import LastSearch, State, whole_number
 from cortex_dsl.report.terminal.theme import heading
 from cortex_dsl.spelling import nearest
 
@@ -57,7 +57,7 @@ def _replayed(state: State, case: "Case") -> "CaseReplay":
     return replay_case(scenario, scenario.scene(case), remark=remark, name=f"{case.rank:02d}.scn")
 
 
-def _last(state: State) -> Found:
+def _last(state: State) -> LastSearch:
     """The last search, which has found something.
 
     Raises:
@@ -70,7 +70,7 @@ def _last(state: State) -> Found:
     return state.found
 
 
-def _wait_for(state: State, found: Found) -> None:
+def _wait_for(state: State, found: LastSearch) -> None:
     state.kernels.wait(state.terminal, SEARCH, found.scenario.program, found.scenario.config)
 
 

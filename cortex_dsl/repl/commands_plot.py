@@ -19,7 +19,7 @@ from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
-    from engine.acceptance import Weighing
+    from engine.acceptance import AcceptanceStatistics
     from engine.program import Program
     from engine.tables import Bools
 
@@ -55,15 +55,15 @@ def _plot_param(state: State, program: "Program", gene: int) -> None:
     console.print(distribution_view(weighing, gene, console.width, ascii_only=console.options.ascii_only))
 
 
-def _plenty(state: State, weighing: "Weighing") -> "Weighing":
+def _plenty(state: State, weighing: "AcceptanceStatistics") -> "AcceptanceStatistics":
     """More draws where few of them are accepted."""
     accepted = int(weighing.accepted.sum())
     if accepted >= ENOUGH:
         return weighing
-    from engine.acceptance import weigh
+    from engine.acceptance import measure_acceptance
 
     wanted = len(weighing) * ENOUGH // max(accepted, 1)
-    return weigh(weighing.program, min(MOST_DRAWS, wanted), state.seed)
+    return measure_acceptance(weighing.program, min(MOST_DRAWS, wanted), state.seed)
 
 
 # -- expressions -------------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from cortex_dsl.console.kernels import RUN, SAMPLE, SEARCH
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.instant import INSTANT, draw, is_undefined
-from cortex_dsl.repl.state import Found, State, refuse, whole_number
+from cortex_dsl.repl.state import LastSearch, State, refuse, whole_number
 from cortex_dsl.report.findings.tally import Tally
 from engine.errors import ArgumentError
 
@@ -180,7 +180,7 @@ def _search(state: State, method: str, argument: str) -> None:
     settings = ", ".join([f"{generations} x {population}", f"seed {state.seed}", *(f"objective {aim}" for aim in aims)])
     report = SearchReport(campaign, None, blame=blame_of_search(scenario.program, campaign, state.seed))
     console.print(search_view(scenario.program, report, settings, console.width))
-    state.found = Found(scenario, campaign, state.draft, f":{method}, {settings}")
+    state.found = LastSearch(scenario, campaign, state.draft, f":{method}, {settings}")
     if campaign.worst:
         console.print()
         console.print(NEXT, style="quiet")

@@ -140,10 +140,10 @@ class Kernels:
 
 def warm_up(scenario: "Scenario") -> None:
     """Load, or compile, all that a session calls."""
-    from engine.acceptance import weigh
+    from engine.acceptance import measure_acceptance
     from engine.avoidability import avoidability
 
-    weigh(scenario.program, 1)
+    measure_acceptance(scenario.program, 1)
     scenes = scenario.sample(1)
     scenario.simulate(scenes)
     scenario.watch(scenes)

@@ -25,7 +25,7 @@ from engine.program import Program
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from cortex_dsl.report.findings.cases_found import CaseFound
-    from engine.acceptance import Weighing
+    from engine.acceptance import AcceptanceStatistics
     from engine.search.campaign import Campaign
 
 # -- a draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
@@ -110,7 +110,7 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
 
 
 @dataclass
-class Found:
+class LastSearch:
     """A search, and the scenario as it was then."""
 
     scenario: "Scenario"
@@ -157,13 +157,13 @@ class State:
     mistakes: int = 0
     """Entries and commands that were refused."""
     bugs: int = 0
-    found: Found | None = None
+    found: LastSearch | None = None
     """What the last search has found."""
     no_scene: bool = False
     """Whether the last command that needed a scene found none."""
     leaving: bool = False
     _checked: Checked | None = None
-    _weighings: "list[Weighing]" = field(default_factory=list)
+    _weighings: "list[AcceptanceStatistics]" = field(default_factory=list)
 
     @property
     def draft(self) -> Draft:
@@ -196,14 +196,14 @@ class State:
         self._checked = checked
         self.scenes_tried = self.scenes_shown = 0
 
-    def weighing(self, program: "Program") -> "Weighing":
+    def weighing(self, program: "Program") -> "AcceptanceStatistics":
         """A program's requirements on ten thousand draws; those of the last programs are kept."""
         for known in self._weighings:
             if known.program is program:
                 return known
-        from engine.acceptance import weigh
+        from engine.acceptance import measure_acceptance
 
-        weighing = weigh(program, seed=self.seed)
+        weighing = measure_acceptance(program, seed=self.seed)
         self._weighings = [*self._weighings[-2:], weighing]
         return weighing
 

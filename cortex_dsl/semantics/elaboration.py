@@ -229,7 +229,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
 def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
     """The genes; one without a unit has that of the places in which it stands, where they agree."""
     for index, gene in enumerate(file.genes.values()):
-        words = {si_word(dimension) for dimension in file.taken_for.get(index, ())}
+        words = {si_word(dimension) for dimension in file.gene_dimensions.get(index, ())}
         bare = not gene.unit and len(words) == 1 and words != {""}
         yield replace(gene, unit=words.pop(), bare=True) if bare else gene
 

@@ -30,7 +30,7 @@ from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.objectives import Objective, Runs, objectives
-from engine.search.protocol import Sought
+from engine.search.protocol import ObjectiveSpec
 from engine.streams import StreamKey, key_rows
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import RECORDS, EndReason, Method, Verdict
@@ -51,7 +51,7 @@ class Episodes:
         config: Config,
         agents: Sequence[str] = (),
         others: Mapping[str, object] | None = None,
-        reward: Sought = "risk",
+        reward: ObjectiveSpec = "risk",
         observe: str = RECORDS,
     ) -> None:
         self.program, self.config = program, config

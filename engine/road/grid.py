@@ -14,7 +14,7 @@ from engine.frozen import frozen
 from engine.maps import RoadSpec
 from engine.road.junction import CHORD_TOLERANCE, Direction, Junction, Turn
 from engine.road.linking import link
-from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Maneuver, Network, Road
+from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import (
     Shape,
@@ -266,7 +266,7 @@ class _Builder:
 
     def intersection(self, site: Site, area: int) -> Intersection:
         legs = tuple(
-            Leg(
+            Arm(
                 name=arm.name,
                 heading=arm.heading,
                 length=self.grid.arm_length(site, arm),

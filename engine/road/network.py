@@ -205,7 +205,7 @@ class Road:
 
 
 @frozen_identity
-class Leg:
+class Arm:
     """One arm of an intersection."""
 
     name: str
@@ -239,7 +239,7 @@ class Intersection:
     """[m]"""
     region: int
     """Id of its area in `network.regions`."""
-    legs: tuple[Leg, ...] = field(repr=False)
+    legs: tuple[Arm, ...] = field(repr=False)
     """Clockwise from the north."""
 
     @property

@@ -15,7 +15,7 @@ from engine.frozen import frozen
 from engine.maps import Roundabout
 from engine.road.junction import CHORD_TOLERANCE
 from engine.road.linking import link_by_ways, maneuver
-from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Maneuver, Network, Road
+from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Maneuver, Network, Road
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, strip, triangulate
 from engine.road.specification import LENGTHS, MAX_LANES, SHORTEST_ROAD, RoadError, wrong_choice, wrong_length
@@ -309,9 +309,9 @@ class _Builder:
         away, round_it = plan.angle(arm), plan.side * (plan.reach + 0.5 * math.pi)
         coming = next(other for other in self.arms if plan.after(other) == arm)
         legs = [
-            Leg(inward[0].road, away, inward[0].length, inward, outward, None, 1),
-            Leg(after[0].road, _within(away + round_it), after[0].length, (), after, plan.after(arm), 0),
-            Leg(before[0].road, _within(away - round_it), before[0].length, before, (), coming, 0),
+            Arm(inward[0].road, away, inward[0].length, inward, outward, None, 1),
+            Arm(after[0].road, _within(away + round_it), after[0].length, (), after, plan.after(arm), 0),
+            Arm(before[0].road, _within(away - round_it), before[0].length, before, (), coming, 0),
         ]
         legs.sort(key=lambda leg: -math.remainder(leg.heading - 0.5 * math.pi - 1e-9, math.tau))
         middle = 0.5 * (plan.line + plan.spec.radius - plan.half_width)

@@ -10,7 +10,7 @@ from engine.program import ParamSpace
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, figures
 from engine.search.insight.gene_effects import GeneEffect
 from engine.search.insight.kinds import Failures, FoundKind, failures, kinds
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case
 from engine.tables import Ints
 
@@ -33,7 +33,7 @@ class Progress:
     """Distinct simulations so far."""
     elapsed: float
     """[s]"""
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
     """Names of the objectives."""
 
     @property
@@ -77,7 +77,7 @@ class Campaign:
     """Status at the end: `finished`; `stopped` by the user, fully analysed; or `interrupted` during the analyses."""
     blame: Ints
     """(n, k) `Blame`: verdict of the reference driver on each distinct simulation in which the ego collided."""
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
     """Names of the objectives."""
 
     @property

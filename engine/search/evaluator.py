@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from engine.avoidability import blame
 from engine.config import Config
 from engine.errors import ArgumentError
-from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
+from engine.outcomes import MEASURED, Assessment, Outcomes, Result, Retention
 from engine.program import Program
 from engine.risk import PROFILES, Risk, RiskProfile, assess
 from engine.sampling import sample
@@ -24,7 +24,7 @@ from engine.search.chain import canonical
 from engine.search.evaluations import Evaluations
 from engine.search.insight.kinds import Blaming
 from engine.search.objectives import Objective, Runs, known_objectives, objectives
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Blame
 
@@ -147,8 +147,8 @@ def assessment(
     distances = np.where(np.isnan(outcomes.min_distance), np.inf, outcomes.min_distance)
     deciding = np.maximum(risk.pair, 0)
     chosen = {
-        Kept.NEAREST: np.argmin(distances, axis=1) if distances.shape[1] else deciding,
-        Kept.DECIDING: deciding,
+        Retention.NEAREST: np.argmin(distances, axis=1) if distances.shape[1] else deciding,
+        Retention.DECIDING: deciding,
     }
     return Assessment(
         verdict=outcomes.verdict,
@@ -167,18 +167,18 @@ def assessment(
     )
 
 
-def _of_scene(row: Result, values: NDArray[Any], valid: Bools, chosen: Mapping[Kept, Ints]) -> NDArray[Any]:
+def _of_scene(row: Result, values: NDArray[Any], valid: Bools, chosen: Mapping[Retention, Ints]) -> NDArray[Any]:
     """Return (n,) the value of a result that is stored for each scene."""
-    if row.kept is Kept.OWN:
+    if row.retention is Retention.OWN:
         return values & valid if row.kind is bool else values
-    if row.kept is Kept.LEAST:
+    if row.retention is Retention.LEAST:
         least = np.where(np.isnan(values), np.inf, values).min(axis=1, initial=np.inf)
         return np.where(np.isinf(least), np.nan, least)
-    if row.kept is Kept.EGO:
+    if row.retention is Retention.EGO:
         return np.where(valid, values[:, 0], row.fill)
     if not values.shape[1]:
         return np.full(len(values), row.fill, row.dtype)
-    return np.where(valid, values[np.arange(len(values)), chosen[row.kept]], row.fill).astype(row.dtype)
+    return np.where(valid, values[np.arange(len(values)), chosen[row.retention]], row.fill).astype(row.dtype)
 
 
 # -- simulations of a search, run again: does each come to what its journal says, bit for bit? -------------------------
@@ -200,7 +200,7 @@ def repeat(
     program: Program, config: Config, profile: str, objective: Sequence[str], evaluations: Evaluations, rows: Ints
 ) -> Repeated:
     """Repeat simulations, given by rows (n, 2) of individual and rollout, and compare every stored number."""
-    known = tuple(objective) == SOUGHT or set(objective) <= set(known_objectives(program))
+    known = tuple(objective) == DEFAULT_OBJECTIVES or set(objective) <= set(known_objectives(program))
     aims = objectives(program, objective) if known else ()
     individual, rollout = rows.T
     before = take(evaluations.rollouts, (individual, rollout))

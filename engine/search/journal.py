@@ -34,7 +34,7 @@ from engine.search.campaign import Campaign, Progress
 from engine.search.chain import NO_ACTIONS, PART, PARTS, Array, actions_digest, last_link, link, seal
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
-from engine.search.store import UNBORN, StoreError, insist_on, store_errors
+from engine.search.store import UNBORN, StoreError, check_not_removed, store_errors
 from engine.strict_json import json_text
 from engine.tables import Floats
 
@@ -199,7 +199,7 @@ class Journal:
         self._connection.close()
 
     def _write(self, evaluations: Evaluations, figures: GenerationFigures, seconds: float) -> None:
-        insist_on(self.path, self._inode)
+        check_not_removed(self.path, self._inode)
         text = figures_json(figures)
         individuals, simulations = _individuals(evaluations), _simulations(evaluations)
         with store_errors(self.path), _transaction(self._connection) as connection:

@@ -16,7 +16,7 @@ from engine.program import Program
 from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
-from engine.search.protocol import SOUGHT, Sought, function_name
+from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.search.searchers import distribution_of
 from engine.search.store import seen_from
 from engine.search.typed import ManifestError, typed
@@ -175,7 +175,7 @@ class Manifest:
     """Number of the method in every stream key if it follows from the name (see `engine.streams`); None for a method of
     `Method`, and in a manifest that is older than such numbers.
     """
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
     """Names of the objectives of the search."""
     objectives: tuple[str, ...] = ()
     """Names of the objectives of the file."""
@@ -189,7 +189,7 @@ class Manifest:
     @property
     def aims(self) -> int:
         """Return the number of objectives stored per simulation; 0 for the risk alone, which is always stored."""
-        return 0 if self.objective == SOUGHT else len(self.objective)
+        return 0 if self.objective == DEFAULT_OBJECTIVES else len(self.objective)
 
     @property
     def keeps_sought(self) -> bool:
@@ -199,7 +199,7 @@ class Manifest:
     def stored(self) -> dict[str, Any]:
         """Return the stored fields; a field that older manifests do not have is omitted if it has its usual value."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        usual = {"number": None, "objective": SOUGHT, "objectives": (), "driver": None}
+        usual = {"number": None, "objective": DEFAULT_OBJECTIVES, "objectives": (), "driver": None}
         return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
@@ -221,7 +221,7 @@ def make_manifest(
     file: str = "",
     command_line: Sequence[str] = (),
     origin: Origin = NO_ORIGIN,
-    objective: Sequence[Sought] = SOUGHT,
+    objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
     reproducible: bool = True,
 ) -> Manifest:
     """Return the manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""

@@ -23,7 +23,7 @@ from engine.program import Program
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import map_arrays, take
-from engine.search.protocol import SOUGHT, Sought, function_name
+from engine.search.protocol import DEFAULT_OBJECTIVES, ObjectiveSpec, function_name
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import OBJECTIVES, Sense, Verdict
 
@@ -315,14 +315,14 @@ def known_objectives(program: Program) -> dict[str, Objective]:
     return {row.name: row for row in (*BUILT_IN, *of_file(program))}
 
 
-def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Objective, ...]:
+def objectives(program: Program, named: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES) -> tuple[Objective, ...]:
     """Return the objectives of a search, in their order; () for the paper's risk alone.
 
     Raises:
         UnknownObjectiveError: no objective has such a name.
         ObjectiveNameError: two have the same name.
     """
-    if tuple(named) == SOUGHT:
+    if tuple(named) == DEFAULT_OBJECTIVES:
         return ()
     known, names = known_objectives(program), names_of(named)
     for number, (each, name) in enumerate(zip(named, names, strict=True)):
@@ -343,6 +343,6 @@ def expectation(program: Program, name: str) -> Objective:
     return known_objectives(program)[name]
 
 
-def names_of(named: Sequence[Sought]) -> tuple[str, ...]:
+def names_of(named: Sequence[ObjectiveSpec]) -> tuple[str, ...]:
     """Return the names of objectives as manifests store them."""
     return tuple(each if isinstance(each, str) else function_name(each) for each in named)

@@ -29,9 +29,9 @@ MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approa
 """
 
 
-SOUGHT = ("risk",)
+DEFAULT_OBJECTIVES = ("risk",)
 """Default objective of a search: the risk of the paper."""
-Sought = str | Callable[[Outcomes], Any]
+ObjectiveSpec = str | Callable[[Outcomes], Any]
 """An objective: its name (`engine.search.objectives`), or a function from outcomes to one number per scene."""
 
 
@@ -110,7 +110,7 @@ class Result:
     """True if the run is a find of the search: the ego collided, or the objective calls it a find."""
     measures: tuple[float, ...] = ()
     """Measures of the run, in the order of `MEASURES`; each NaN, or empty, unless valid or reused."""
-    sought: tuple[float, ...] = ()
+    objective_values: tuple[float, ...] = ()
     """Values of the objectives for the worst rollout, larger is better; empty for the risk alone."""
 
     @property

@@ -32,7 +32,7 @@ from engine.search.evaluations import (
 from engine.search.insight.gene_effects import gene_effects, probe_genes
 from engine.search.insight.kinds import Blaming, blamed
 from engine.search.past import checked
-from engine.search.protocol import SOUGHT, Box, Proposal, Searcher, Sought
+from engine.search.protocol import DEFAULT_OBJECTIVES, Box, ObjectiveSpec, Proposal, Searcher
 from engine.search.ranking import Case, severity, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher, seek
 from engine.search.workers import Workers, open_workers, spread
@@ -52,7 +52,7 @@ def run_campaign(
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
     number: int | None = None,
-    objective: tuple[str, ...] = SOUGHT,
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES,
     blaming: Blaming | None = None,
 ) -> Campaign:
     """Run all generations, or those until an interrupt.
@@ -218,7 +218,7 @@ def search(
     spent: float = 0.0,
     workers: Workers | None = None,
     number: int | None = None,
-    objective: Sequence[Sought] = SOUGHT,
+    objective: Sequence[ObjectiveSpec] = DEFAULT_OBJECTIVES,
 ) -> Campaign:
     """Search a program's box by a method of `searchers.known_searchers`, under a risk profile; see `run_campaign`.
 

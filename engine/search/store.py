@@ -103,7 +103,7 @@ class RemovedError(StoreError):
         super().__init__(f"`{path}` was removed, or replaced, while it was being written", "do it again from the start")
 
 
-def insist_on(path: Path, inode: int) -> None:
+def check_not_removed(path: Path, inode: int) -> None:
     """Check that an open file still has its name; a removed file could be written but not found again.
 
     Raises:

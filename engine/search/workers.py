@@ -30,7 +30,7 @@ from engine.extras import needed
 from engine.outcomes import Assessment
 from engine.program import Program
 from engine.search.assessment import Evaluate, concatenate
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.tables import Floats, Ints
 
 # -- Ctrl-C ------------------------------------------------------------------------------------------------------------
@@ -124,11 +124,11 @@ def process_pool(jobs: int, start: Callable[..., None] = serve_parent, *given: o
         yield pool
     finally:
         if sys.version_info < (3, 11, 5):
-            _let_go_of_the_dead(pool)
+            _drop_dead_workers(pool)
         pool.shutdown(cancel_futures=True)
 
 
-def _let_go_of_the_dead(pool: ProcessPoolExecutor) -> None:
+def _drop_dead_workers(pool: ProcessPoolExecutor) -> None:
     """Close the pipe from which killed workers read, so that `shutdown` does not wait until they take their work.
 
     Later versions of Python do so themselves (https://github.com/python/cpython/issues/94777).
@@ -217,7 +217,7 @@ class Job:
     program: Program
     config: Config
     profile: str
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Job) and self._decides == other._decides
@@ -250,7 +250,7 @@ def spread(
     program: Program,
     config: Config,
     profile: str,
-    objective: Sequence[str] = SOUGHT,
+    objective: Sequence[str] = DEFAULT_OBJECTIVES,
 ) -> Evaluate:
     """Return an evaluator whose batches an executor runs.
 

@@ -33,8 +33,8 @@ from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.manifest import DrivenBy
 from engine.search.past import recorded_driver, who_drove
-from engine.search.protocol import SOUGHT
-from engine.search.store import StoreError, insist_on, located, refuse_empty, store_errors
+from engine.search.protocol import DEFAULT_OBJECTIVES
+from engine.search.store import StoreError, check_not_removed, located, refuse_empty, store_errors
 from engine.streams import method_number, old_number
 from engine.strict_json import json_text
 from engine.study.plan import Address, Plan, Subject
@@ -113,7 +113,7 @@ class StudyStore:
         Raises:
             StoreError: the file cannot be written, or was removed.
         """
-        insist_on(self.path, self._inode)
+        check_not_removed(self.path, self._inode)
         record = finished.record
         figures = json_text(flat(record.figures))
         course, where, seconds = record.course.astype("<f8").tobytes(), tuple(record.address), float(record.seconds)
@@ -145,7 +145,7 @@ def opened(path: Path, mode: str) -> sqlite3.Connection:
 
 def _document(plan: Plan) -> dict[str, Any]:
     document = {"methods": plan.methods, "runs": plan.runs, "profile": plan.profile, "fields": FIELDS}
-    document |= {} if plan.objective == SOUGHT else {"objective": plan.objective}
+    document |= {} if plan.objective == DEFAULT_OBJECTIVES else {"objective": plan.objective}
     numbers = {method: method_number(method) for method in _numbered_by_name(plan.methods)}
     return {**document, STREAMS: numbers} if numbers else document
 
@@ -305,7 +305,7 @@ def _damaged(folder: Path, why: str) -> StoreError:
 def _plan(folder: Path, connection: sqlite3.Connection, manifest: dict[str, Any]) -> Plan:
     rows = connection.execute("SELECT number, name, file, manifest, digest FROM scenario ORDER BY number")
     subjects = tuple(_subject(folder, *row) for row in rows)
-    aims = tuple(manifest.get("objective", SOUGHT))
+    aims = tuple(manifest.get("objective", DEFAULT_OBJECTIVES))
     return Plan(subjects, tuple(manifest["methods"]), manifest["runs"], manifest["profile"], aims)
 
 

@@ -15,7 +15,7 @@ from engine.errors import ArgumentError
 from engine.maps import MapFile
 from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
-from engine.search.protocol import SOUGHT, Box
+from engine.search.protocol import DEFAULT_OBJECTIVES, Box
 from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.search.store import seen_from
 from engine.streams import FIELD_BITS
@@ -64,7 +64,7 @@ class Task:
     program: Program
     config: Config
     profile: str
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Plan:
     methods: tuple[str, ...]
     runs: int = RUNS
     profile: str = "paper"
-    objective: tuple[str, ...] = SOUGHT
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES
 
     @property
     def baseline(self) -> str:

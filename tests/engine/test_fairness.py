@@ -7,7 +7,7 @@ import pytest
 
 from cortex_dsl import Scenario, compile_text
 from cortex_dsl.diagnostics import CompileError
-from engine.acceptance import account, weigh
+from engine.acceptance import account, measure_acceptance
 from engine.avoidability import R157
 from engine.config import SimulationConfig
 from engine.fairness import MOST, fair_starts
@@ -124,7 +124,7 @@ def test_a_scene_that_is_drawn_again_is_driven_once(monkeypatch: pytest.MonkeyPa
 def test_the_table_of_requirements_has_its_row() -> None:
     """Every attempt that can be driven is, so that the share of fair starts is known."""
     scenario = compiled(CROSSING)
-    weighing = weigh(scenario.program, 400)
+    weighing = measure_acceptance(scenario.program, 400)
     rows = {scenario.program.requirements[blame.requirement].name: blame for blame in account(weighing).blames}
     assert 0.2 < rows["fair start"].alone < 0.99
     assert (

@@ -39,7 +39,7 @@ from engine.vocabulary import ActorKind, Column, RuleKind
 
 NEAR = 1e-6
 """What is no further from a centre line is on it [m, rad]."""
-BESIDE = 0.5
+MAX_LANE_OFFSET = 0.5
 """Further from a lane's centre line than this part of its width, an actor is on no lane."""
 PROBES = 9
 """Places at which a distance is compared with the way that is left."""
@@ -79,7 +79,7 @@ def _lane_of(lanes: Sequence[Lane], pose: tuple[float, float, float]) -> tuple[L
         ahead = (x - foot.x) * math.cos(foot.heading) + (y - foot.y) * math.sin(foot.heading)
         offset = (y - foot.y) * math.cos(foot.heading) - (x - foot.x) * math.sin(foot.heading)
         turned = math.remainder(heading - foot.heading, math.tau)
-        fits = abs(ahead) < NEAR and abs(offset) < BESIDE * lane.width and abs(turned) < math.pi / 4
+        fits = abs(ahead) < NEAR and abs(offset) < MAX_LANE_OFFSET * lane.width and abs(turned) < math.pi / 4
         if fits and (best is None or abs(offset) < abs(best[2])):
             best = (lane, s, offset, turned)
     return best

@@ -46,7 +46,7 @@ ALIASES = {"speed": "target_speed", "threshold_distance": "thresholdDistance"}
 
 
 @dataclass(frozen=True)
-class StandIn:
+class ScenicReplacement:
     """A behaviour of our library, written for Scenic."""
 
     parameters: tuple[str, ...]
@@ -56,13 +56,13 @@ class StandIn:
     """What it does not do; "" where it does the same."""
 
 
-STAND_INS: Mapping[str, StandIn] = {
-    "IdleBehavior": StandIn((), ("while True:", "    wait")),
-    "BrakeBehavior": StandIn(
+STAND_INS: Mapping[str, ScenicReplacement] = {
+    "IdleBehavior": ScenicReplacement((), ("while True:", "    wait")),
+    "BrakeBehavior": ScenicReplacement(
         ("pedal=1",), ("while True:", "    take SetBrakeAction(pedal)"), "the pedal stays pressed when it is over"
     ),
-    "ConstantSpeedBehavior": StandIn(("speed",), ("while True:", "    take SetSpeedAction(speed)")),
-    "CarFollowingBehavior": StandIn(
+    "ConstantSpeedBehavior": ScenicReplacement(("speed",), ("while True:", "    take SetSpeedAction(speed)")),
+    "CarFollowingBehavior": ScenicReplacement(
         ("target_speed=10", "trajectory=None"),
         (
             "if trajectory is None:",
@@ -72,14 +72,14 @@ STAND_INS: Mapping[str, StandIn] = {
         ),
         "it keeps its speed, even behind other actors",
     ),
-    "GapAcceptanceBehavior": StandIn(
+    "GapAcceptanceBehavior": ScenicReplacement(
         ("target_speed=10", "trajectory=None"),
         ("do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",),
         "it never gives way",
     ),
     **dict.fromkeys(
         ("GivingWayBehavior", "AutopilotBehavior"),
-        StandIn(
+        ScenicReplacement(
             ("target_speed=10", "trajectory=None"),
             (
                 "if trajectory is None:",
@@ -90,25 +90,25 @@ STAND_INS: Mapping[str, StandIn] = {
             "it neither gives way nor keeps its distance",
         ),
     ),
-    "EmergencyBrakeBehavior": StandIn(
+    "EmergencyBrakeBehavior": ScenicReplacement(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"
     ),
     **dict.fromkeys(
         ("RSSBehavior", "CarefulDriverBehavior", "FuzzySafetyBehavior"),
-        StandIn(
+        ScenicReplacement(
             ("behavior",), ("do behavior",), "it drives as the behavior that it is given, and brakes for no other actor"
         ),
     ),
-    "LaneChoosingBehavior": StandIn(
+    "LaneChoosingBehavior": ScenicReplacement(
         ("target_speed=10",),
         ("do FollowLaneBehavior(target_speed=target_speed)",),
         "it keeps its lane and its speed, even behind other actors",
     ),
-    "WalkForwardBehavior": StandIn(
+    "WalkForwardBehavior": ScenicReplacement(
         ("speed=0.5",),
         ("while True:", "    take SetWalkingDirectionAction(self.heading), SetWalkingSpeedAction(speed)"),
     ),
-    "CrossingBehavior": StandIn(
+    "CrossingBehavior": ScenicReplacement(
         ("reference_actor", "min_speed=1", "threshold=10", ""),
         (
             "while (distance from self to reference_actor) > threshold:",
@@ -157,7 +157,7 @@ class Unsaid(Signal):
 
 
 @dataclass
-class Sheet:
+class OutputBuffer:
     """Filled from top to bottom; its order is that of the file."""
 
     source: Source
@@ -230,7 +230,7 @@ def left_out(argument: nodes.Argument, number: int, name: str) -> str:
 # -- how Scenic finds a part of our road in the exported map: by a point that no other part has ------------------------
 
 
-def place_text(sheet: Sheet, network: Network, value: Value) -> str | None:
+def place_text(sheet: OutputBuffer, network: Network, value: Value) -> str | None:
     """An expression of Scenic for a part of the road, or a list of such; None if the value is nothing of the kind."""
     match value:
         case Lane() if value.role is LaneRole.CONNECTING:
@@ -264,17 +264,17 @@ def place_text(sheet: Sheet, network: Network, value: Value) -> str | None:
     return None
 
 
-def _lane(sheet: Sheet, lane: Lane) -> str:
+def _lane(sheet: OutputBuffer, lane: Lane) -> str:
     return _named(sheet, f"lane_{lane.name}", f"network.laneAt({_middle(lane)})")
 
 
-def _maneuver(sheet: Sheet, maneuver: Maneuver) -> str:
+def _maneuver(sheet: OutputBuffer, maneuver: Maneuver) -> str:
     start, end = _lane(sheet, maneuver.start_lane), _lane(sheet, maneuver.end_lane)
     found = f"next(m for m in {start}.maneuvers if m.endLane is {end})"
     return _named(sheet, f"maneuver_{maneuver.start_lane.name}_to_{maneuver.end_lane.name}", found)
 
 
-def _intersection(sheet: Sheet, intersection: Intersection) -> str:
+def _intersection(sheet: OutputBuffer, intersection: Intersection) -> str:
     only = len(intersection.network.intersections) == 1
     name = "intersection" if only else f"intersection_{intersection.name}"
     x, y = intersection.center
@@ -285,7 +285,7 @@ def _intersection(sheet: Sheet, intersection: Intersection) -> str:
     return _named(sheet, name, found)
 
 
-def area_of(sheet: Sheet, intersection: Intersection) -> str:
+def area_of(sheet: OutputBuffer, intersection: Intersection) -> str:
     """The outline of an intersection, to a millionth of a metre.
 
     Scenic's own lies up to 0.08 m beside it: it makes one from twenty points of each lane of the map.
@@ -297,7 +297,7 @@ def area_of(sheet: Sheet, intersection: Intersection) -> str:
     return _named(sheet, name, f"PolygonalRegion([{corners}])")
 
 
-def _region(sheet: Sheet, network: Network, region: Region) -> str | None:
+def _region(sheet: OutputBuffer, network: Network, region: Region) -> str | None:
     if region.id == ROAD_REGION:
         return "road"
     for element in (*network.intersections, *network.lanes):
@@ -306,7 +306,7 @@ def _region(sheet: Sheet, network: Network, region: Region) -> str | None:
     return None
 
 
-def _named(sheet: Sheet, wanted: str, value: str) -> str:
+def _named(sheet: OutputBuffer, wanted: str, value: str) -> str:
     """The name of a part of the road, which is looked up once, at the top of the file."""
     known = {found: name for name, found in sheet.lookups.items()}
     if value not in known:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.scenic.scenic_names import STAND_INS, Sheet
+from cortex_dsl.interchange.scenic.scenic_names import STAND_INS, OutputBuffer
 from cortex_dsl.interchange.scenic.write_expressions import Expressions
 from cortex_dsl.interchange.scenic.write_statements import Statements, made
 from cortex_dsl.pipeline import Compiled, compile_source
@@ -68,7 +68,7 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
     """
     witness = ValueRecorder()
     compiled = _concrete(case, witness)
-    sheet = Sheet(compiled.source)
+    sheet = OutputBuffer(compiled.source)
     to = Expressions(
         sheet=sheet,
         network=build_network(case.scenario.program.road_spec),
@@ -103,13 +103,13 @@ def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
         raise ValueError("a concrete scenario does not compile") from error
 
 
-def _head(case: ExportCase, module: nodes.Module, sheet: Sheet, name: str, road_file: str) -> str:
+def _head(case: ExportCase, module: nodes.Module, sheet: OutputBuffer, name: str, road_file: str) -> str:
     """Everything before the author's own statements."""
     parts = [_about(case, module, sheet, name), _model(case, road_file), _brought(sheet)]
     return "\n".join("".join(f"{line}\n" for line in part) for part in parts if part)
 
 
-def _about(case: ExportCase, module: nodes.Module, sheet: Sheet, name: str) -> list[str]:
+def _about(case: ExportCase, module: nodes.Module, sheet: OutputBuffer, name: str) -> list[str]:
     docstring = [] if module.docstring is None else [write_docstring(module.docstring), ""]
     facts = [f"# {what}: {text}" for what, text in case.recording.provenance.facts.items()]
     remarks = [f"# - {remark}" for remark in sheet.remarks]
@@ -128,7 +128,7 @@ def _model(case: ExportCase, road_file: str) -> list[str]:
     ]
 
 
-def _brought(sheet: Sheet) -> list[str]:
+def _brought(sheet: OutputBuffer) -> list[str]:
     """What the file needs beside Scenic's library: functions, parts of the road, classes, behaviours."""
     mathematics = [f"from math import {', '.join(sorted(sheet.mathematics))}"] if sheet.mathematics else []
     lookups = [f"{name} = {value}" for name, value in sheet.lookups.items()]
@@ -136,7 +136,7 @@ def _brought(sheet: Sheet) -> list[str]:
     return [*mathematics, *lookups, *classes, *_stand_ins(sheet)]
 
 
-def _stand_ins(sheet: Sheet) -> Iterator[str]:
+def _stand_ins(sheet: OutputBuffer) -> Iterator[str]:
     for name in sheet.stand_ins:
         stand_in = STAND_INS[name]
         yield ""

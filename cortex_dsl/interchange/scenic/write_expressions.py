@@ -20,7 +20,7 @@ from cortex_dsl.interchange.scenic.scenic_names import (
     SHARED_FUNCTIONS,
     STAND_INS,
     WHEELED,
-    Sheet,
+    OutputBuffer,
     Unsaid,
     area_of,
     by_position,
@@ -134,7 +134,7 @@ PLAIN = (nodes.Name, nodes.Attribute, nodes.ListDisplay, nodes.TupleDisplay)
 class Expressions:
     """How each expression of a file is written in Scenic."""
 
-    sheet: Sheet
+    sheet: OutputBuffer
     network: Network
     worth: Worth
     from_north: bool

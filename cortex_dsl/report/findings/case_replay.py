@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.api.arguments import Held, held_params
+from cortex_dsl.api.arguments import FixedParam, held_params
 from cortex_dsl.lowering.given_out import light_colours
 from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
@@ -142,7 +142,7 @@ class CaseReplay:
     """The pair (ego, pair + 1) that decides the risk; 0 where there is none."""
     files: Mapping[str, str]
     """The case as a scenario of its own: texts by name, the main one first."""
-    held: Sequence[Held] = ()
+    held: Sequence[FixedParam] = ()
     """Params that were held fixed."""
     town: Outline | None = None
     """All that `road` is a part of, where that is not everything."""

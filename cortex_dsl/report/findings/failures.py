@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from cortex_dsl.report.findings.readable import counted, percent, significant, whole
 from engine.search.insight.diversity import SECTORS
 from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.vocabulary import Blame
 
 BLAMES = {
@@ -50,7 +50,7 @@ def _kinds_text(came: Failures) -> str:
 
 def order_text(objective: Sequence[str]) -> str:
     """How the worst cases are chosen, as `engine.search.ranking` does."""
-    return f"{ORDER_OF_OBJECTIVE if tuple(objective) != SOUGHT else ORDER_OF_RISK}; {APART}"
+    return f"{ORDER_OF_OBJECTIVE if tuple(objective) != DEFAULT_OBJECTIVES else ORDER_OF_RISK}; {APART}"
 
 
 def driver_text(came: Failures, objective: Sequence[str]) -> str:
@@ -136,7 +136,7 @@ class Finds:
 
 def finds_of(objective: Sequence[str]) -> Finds:
     """Collisions, or finds of what else is sought."""
-    if tuple(objective) == SOUGHT:
+    if tuple(objective) == DEFAULT_OBJECTIVES:
         return Finds("collisions", "collide", "risk", "collision")
     if _seeks_failures(objective):
         many = "failures of the driver"

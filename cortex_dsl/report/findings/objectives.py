@@ -13,7 +13,7 @@ from engine.vocabulary import EndReason, RuleKind, Sense, Verdict
 
 
 @dataclass(frozen=True)
-class Sought:
+class ObjectiveResult:
     """One objective of one run."""
 
     name: str
@@ -26,18 +26,20 @@ class Sought:
     """Of an `expect`; None of a number."""
 
 
-def sought_of(program: Program, outcomes: Outcomes, row: int = 0) -> tuple[Sought, ...]:
+def objective_results(program: Program, outcomes: Outcomes, row: int = 0) -> tuple[ObjectiveResult, ...]:
     """In the order of the file; none of a run that is not valid."""
     if outcomes.verdict[row] != 0:
         return ()
     values, broken = outcomes.sought[row].tolist(), outcomes.broken[row].tolist()
     return tuple(
-        Sought(each.name, each.line, each.sense, value, each.unit, bool(fails) if each.sense is Sense.EXPECT else None)
+        ObjectiveResult(
+            each.name, each.line, each.sense, value, each.unit, bool(fails) if each.sense is Sense.EXPECT else None
+        )
         for each, value, fails in zip(program.judged.objectives, values, broken, strict=True)
     )
 
 
-def objectives_content(found: Sequence[Sought]) -> list[dict[str, Any]]:
+def objectives_content(found: Sequence[ObjectiveResult]) -> list[dict[str, Any]]:
     """As a document has them."""
     return [
         {
@@ -52,7 +54,7 @@ def objectives_content(found: Sequence[Sought]) -> list[dict[str, Any]]:
     ]
 
 
-def broken_words(found: Sequence[Sought]) -> str:
+def broken_words(found: Sequence[ObjectiveResult]) -> str:
     """`breaks "no contact" and "room"`; "" where nothing is broken."""
     names = [f'"{each.name}"' for each in found if each.broken]
     if not names:

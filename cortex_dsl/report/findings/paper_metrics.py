@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.report.findings.failures import finds_of
 from cortex_dsl.report.findings.readable import fixed
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 
 
 @dataclass(frozen=True)
@@ -50,4 +50,4 @@ def brief_of(metric: PaperMetric, objective: Sequence[str]) -> str:
 
 
 def _is_aimed(metric: PaperMetric, objective: Sequence[str]) -> bool:
-    return tuple(objective) != SOUGHT and metric.field == "rl"
+    return tuple(objective) != DEFAULT_OBJECTIVES and metric.field == "rl"

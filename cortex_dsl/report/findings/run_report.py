@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.api.arguments import Held
+from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.choices import made_choices
-from cortex_dsl.report.findings.objectives import Sought, objectives_content, sought_of
+from cortex_dsl.report.findings.objectives import ObjectiveResult, objective_results, objectives_content
 from cortex_dsl.report.findings.readable import SpeedUnit, gene_value, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
@@ -53,7 +53,7 @@ class RunReport:
     road: Outline
     reproduce: str
     """The command that shows this run again."""
-    held: Sequence[Held] = ()
+    held: Sequence[FixedParam] = ()
     """Params that the command line holds fixed."""
 
     @property
@@ -68,9 +68,9 @@ class RunReport:
         return in_order([*driven, *self.aftermath])
 
     @property
-    def sought(self) -> tuple[Sought, ...]:
+    def objective_results(self) -> tuple[ObjectiveResult, ...]:
         """What the objectives of the file came to."""
-        return sought_of(self.program, self.outcomes)
+        return objective_results(self.program, self.outcomes)
 
     @property
     def valid(self) -> bool:
@@ -110,7 +110,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "events": events_content(program.actors, report.story),
         "metrics": metrics_content(program.actors, report.metrics),
         "records": report.records,
-        **({"objectives": objectives_content(report.sought)} if len(program.judged) else {}),
+        **({"objectives": objectives_content(report.objective_results)} if len(program.judged) else {}),
         "reproduce": report.reproduce,
     }
 

@@ -32,7 +32,7 @@ from engine.search.evaluations import (
 from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import worst_cases
 from engine.search.result_files import broken_by, collisions_by_partner
 from engine.search.statistics import clopper_pearson
@@ -200,7 +200,7 @@ def sought_words(record: Record) -> str:
     """What was sought instead of the risk, and how often each expectation is broken; empty where there is neither."""
     manifest, evaluations = record.manifest, record.evaluations
     texts: list[str] = []
-    if manifest.objective != SOUGHT:
+    if manifest.objective != DEFAULT_OBJECTIVES:
         times = counted(int(evaluations.found[evaluations.simulated].sum()), "time")
         texts.append(f"The search looked for {' and '.join(manifest.objective)}, and found it {times}.")
     for name, count in broken_by(evaluations, manifest.objectives).items():

@@ -10,7 +10,7 @@ from shlex import quote
 
 from cortex_dsl.report.findings.case_replay import CaseReplay
 from cortex_dsl.report.findings.choices import made_choices
-from cortex_dsl.report.findings.objectives import broken_words, sought_of
+from cortex_dsl.report.findings.objectives import broken_words, objective_results
 from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, percent, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
@@ -226,7 +226,9 @@ def _verdict(replay: CaseReplay, case: Case) -> Node:
         " · ",
         prose(f"{end} after {fixed(float(replay.outcomes.end_time[0]), 2)} s"),
         None if case.collided else [" · nearest ", _nearest(case)],
-        [" · ", element("b", broken)] if (broken := broken_words(sought_of(replay.program, replay.outcomes))) else None,
+        [" · ", element("b", broken)]
+        if (broken := broken_words(objective_results(replay.program, replay.outcomes)))
+        else None,
     ]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.findings.objectives import Sought, Weighed
+from cortex_dsl.report.findings.objectives import ObjectiveResult, Weighed
 from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, column_decimals, fixed, significant
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
 from cortex_dsl.report.terminal.theme import actor_style, bar, columns, left, quantity, right, section, sparkline
@@ -185,12 +185,12 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
 # -- what the file expects, and what it lets a search make large or small ----------------------------------------------
 
 
-def objectives_view(found: Sequence[Sought]) -> RenderableType:
+def objectives_view(found: Sequence[ObjectiveResult]) -> RenderableType:
     """Name, whether it is kept, and by how much; of a number what it came to."""
-    return columns(left(wrap=True), left(), right(), rows=[_sought_row(each) for each in found])
+    return columns(left(wrap=True), left(), right(), rows=[_objective_row(each) for each in found])
 
 
-def _sought_row(each: Sought) -> tuple[RenderableType, RenderableType, RenderableType]:
+def _objective_row(each: ObjectiveResult) -> tuple[RenderableType, RenderableType, RenderableType]:
     if each.broken is None:
         return (
             Text(each.name, "title"),

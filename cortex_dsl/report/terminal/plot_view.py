@@ -27,7 +27,7 @@ from engine.search.statistics import spearman
 from engine.vocabulary import GeneKind
 
 if TYPE_CHECKING:
-    from engine.acceptance import Weighing
+    from engine.acceptance import AcceptanceStatistics
     from engine.tables import Bools, Floats
 
 ROWS = 8
@@ -58,7 +58,9 @@ def _title(name: str, unit: str) -> str:
 # -- the accepted values of one param, drawn over those that were drawn ------------------------------------------------
 
 
-def distribution_view(weighing: "Weighing", gene: int, width: int, *, ascii_only: bool = False) -> RenderableType:
+def distribution_view(
+    weighing: "AcceptanceStatistics", gene: int, width: int, *, ascii_only: bool = False
+) -> RenderableType:
     """A histogram of what is accepted; dots where it would reach if all draws were."""
     space = weighing.program.space
     drawn, accepted = weighing.genomes[:, gene], weighing.genomes[weighing.accepted][:, gene]
@@ -81,7 +83,9 @@ def distribution_view(weighing: "Weighing", gene: int, width: int, *, ascii_only
     return section(title, Group(*_chart(columns_of, scale, ascii_only=ascii_only), below), note)
 
 
-def _options(weighing: "Weighing", gene: int, drawn: "Floats", accepted: "Floats", ascii_only: bool) -> RenderableType:
+def _options(
+    weighing: "AcceptanceStatistics", gene: int, drawn: "Floats", accepted: "Floats", ascii_only: bool
+) -> RenderableType:
     names = weighing.program.space.options[gene]
     shares = [np.bincount(values.astype(int), minlength=len(names)) / len(values) for values in (drawn, accepted)]
     rows = []

@@ -160,7 +160,7 @@ def _course(figures: "list[Figures]") -> str:
 
 WIDEST = 14
 """Characters of a bar."""
-BESIDE = 8
+CELL_MARGIN = 8
 """Characters that a cell takes beside its bar."""
 FEW = 4
 """As many methods always stand in columns."""
@@ -241,13 +241,13 @@ class StudyProgress:
         scenarios, methods = [subject.name for subject in self.plan.subjects], list(self.plan.methods)
         turned = len(methods) > max(len(scenarios), FEW)
         across, down = (scenarios, methods) if turned else (methods, scenarios)
-        room = (self.console.width - max(map(len, down))) // len(across) - BESIDE
+        room = (self.console.width - max(map(len, down))) // len(across) - CELL_MARGIN
         width = max(2, min(WIDEST, room))
         rows = []
         for i, name in enumerate(down):
             places = [(j, name) if turned else (i, method) for j, method in enumerate(across)]
             rows.append([Text(name, "quiet"), *(self._cell(place, width) for place in places)])
-        head = [left(), *(left(name[: width + BESIDE - 2]) for name in across)]
+        head = [left(), *(left(name[: width + CELL_MARGIN - 2]) for name in across)]
         note = Text("runs finished, and median of colliding genomes; Ctrl-C keeps what is finished", "quiet")
         return Group(self._headline(), columns(*head, rows=rows, header=True), note)
 

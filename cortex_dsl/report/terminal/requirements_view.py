@@ -24,7 +24,7 @@ from engine.program import Program
 from engine.vocabulary import GeneKind, Verdict
 
 if TYPE_CHECKING:
-    from engine.acceptance import Account, Blame, Relaxation, Weighing
+    from engine.acceptance import AcceptanceStatistics, Account, Blame, Relaxation
     from engine.tables import Floats
 
 
@@ -179,7 +179,7 @@ MOST_ROWS = 8
 
 
 def weighing_view(
-    before: "Weighing | None", account: "Account", fresh: Collection[int], *, ascii_only: bool = False
+    before: "AcceptanceStatistics | None", account: "Account", fresh: Collection[int], *, ascii_only: bool = False
 ) -> RenderableType:
     """`fresh`: the requirements that were entered just now."""
     after = account.weighing
@@ -196,7 +196,7 @@ def weighing_view(
     return Group(*parts)
 
 
-def _acceptance_line(before: "Weighing | None", after: "Weighing", *, ascii_only: bool) -> Text:
+def _acceptance_line(before: "AcceptanceStatistics | None", after: "AcceptanceStatistics", *, ascii_only: bool) -> Text:
     new = percent(after.acceptance, 2 if after.acceptance < 0.1 else 1)
     style = "bad" if after.acceptance == 0 else "warn" if after.acceptance < 0.01 else "good"
     if before is None or before.acceptance == after.acceptance:
@@ -226,7 +226,7 @@ def _weighing_table(
     return columns(*head, rows=rows, header=True)
 
 
-def _remains(before: "Weighing | None", after: "Weighing") -> Iterator[Text]:
+def _remains(before: "AcceptanceStatistics | None", after: "AcceptanceStatistics") -> Iterator[Text]:
     """For each param whose range shrank clearly, what remains of it."""
     space = after.program.space
     rows = after.genomes[after.accepted]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.api.arguments import Held
+from cortex_dsl.api.arguments import FixedParam
 from cortex_dsl.report.findings.choices import made_choices
 from cortex_dsl.report.findings.objectives import broken_words
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
@@ -93,7 +93,7 @@ GAUGE = 21
 """Characters of the gauge that shows where in its range a param lies; odd, so that it has a middle."""
 
 
-def params_view(space: ParamSpace, genome: Sequence[float], held: Sequence[Held] = ()) -> RenderableType:
+def params_view(space: ParamSpace, genome: Sequence[float], held: Sequence[FixedParam] = ()) -> RenderableType:
     """Every param with its value, its unit, and where in its range it lies; those held fixed at the end."""
     rows = []
     for gene, value in enumerate(genome):
@@ -140,8 +140,8 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         section("What happened", timeline(report.story, program.actors), f"simulated by the {report.engine} engine"),
         section("Over time", courses, _curves_note(report)),
     ]
-    if report.sought:
-        parts.append(section("Objectives", objectives_view(report.sought), "above 0 an expectation is kept"))
+    if report.objective_results:
+        parts.append(section("Objectives", objectives_view(report.objective_results), "above 0 an expectation is kept"))
     if report.records:
         parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
     parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
@@ -203,7 +203,7 @@ def _headline(report: RunReport) -> Text:
         (end.text, "bad" if end.kind == "contact" else "good" if report.valid else "warn"),
         (f"  after {end.time:.2f} s", "quiet"),
         (f"  risk {report.score} of 22", "title") if judged else "",
-        (f"  {broken}", "bad") if (broken := broken_words(report.sought)) else "",
+        (f"  {broken}", "bad") if (broken := broken_words(report.objective_results)) else "",
     )
 
 

@@ -24,7 +24,7 @@ MARGIN = 7.0
 """World shown around the actors' ways [m]."""
 LANES = 14.0
 """Lanes of one direction are no wider than this together, where the ego's road is looked for [m]."""
-BESIDE = 92
+MIN_WIDTH_SIDE_BY_SIDE = 92
 """Console width from which the legend stands beside the drawing."""
 ARROWS = "→↗↑↖←↙↓↘"
 SIDES = ("right", "up right", "up", "up left", "left", "down left", "down", "down right")
@@ -57,7 +57,7 @@ def scene_view(
     drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = _legend(actors, trajectory, canvas, moment, ascii_only=ascii_only)
     legend[1:1] = signal_legend(road)
-    if width >= BESIDE:
+    if width >= MIN_WIDTH_SIDE_BY_SIDE:
         table = Table.grid(padding=(0, 3))
         table.add_row(drawing, Group(Text(), *legend))
         return table

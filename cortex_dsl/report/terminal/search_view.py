@@ -36,7 +36,7 @@ from cortex_dsl.report.terminal.worst_view import common_line, effect_note, gene
 from engine.program import Program
 from engine.search.campaign import INTERRUPTED
 from engine.search.evaluations import Figures, partners
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.result_files import broken_by
 from engine.vocabulary import EndReason, Verdict
 
@@ -114,7 +114,7 @@ def _below(program: Program, report: SearchReport) -> Iterator[str]:
     rate = found.runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
     work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
     yield f"{campaign.distinct_collisions:,} colliding sets of params; {work}" if everyone.nc else work
-    if campaign.objective != SOUGHT:
+    if campaign.objective != DEFAULT_OBJECTIVES:
         finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
         best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
         yield f"sought: {' and '.join(campaign.objective)}; found {counted(finds, 'time')}, largest {best}"

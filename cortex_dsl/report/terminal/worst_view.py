@@ -22,7 +22,7 @@ from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.campaign import Campaign
 from engine.search.insight.gene_effects import GeneEffect
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.search.ranking import Case, order_of_risk
 from engine.tables import Floats
 from engine.vocabulary import Blame, GeneKind
@@ -80,7 +80,7 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
         (["risk"], [Text(ABSENT if case.lost else str(case.score)) for case in worst]),
         (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist(), lost=case.lost) for case in worst]),
     ]
-    if campaign.objective != SOUGHT:
+    if campaign.objective != DEFAULT_OBJECTIVES:
         found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
     if any(case.collided for case in worst):
         found.append((["avoid-", "able"], [_blame(campaign, case) for case in worst]))

@@ -206,12 +206,12 @@ def _is_of_the_road(ev: Evaluator, closure: Closure, body: nodes.Expression, amo
         return False
     if not all(isinstance(item, Lane | Maneuver | Intersection) for item in among):
         return False
-    if body.span not in ev.file.asks_road:
-        ev.file.asks_road[body.span] = _asks_road(body, closure.parameters)
-    return ev.file.asks_road[body.span]
+    if body.span not in ev.file.uses_road:
+        ev.file.uses_road[body.span] = _uses_road(body, closure.parameters)
+    return ev.file.uses_road[body.span]
 
 
-def _asks_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:
+def _uses_road(body: nodes.Expression, parameters: Sequence[str]) -> bool:
     plain = (nodes.Name, nodes.Attribute, nodes.Compare, nodes.BoolOp, nodes.Unary, nodes.Constant, nodes.String)
     for node in (body, *everything_in(body)):
         if not isinstance(node, plain):

@@ -93,7 +93,7 @@ def _warn_of_slips(ev: Evaluator, made: ClassValue) -> None:
 
 
 @dataclass
-class Making:
+class ObjectBuilder:
     """An object that is being made. Every property is worked out when it is first asked for."""
 
     ev: Evaluator

@@ -129,7 +129,7 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
     if number.dimension is None:
         warn_of_slip(ev, number, dimension, span)
         if isinstance(number.expr, ir.Gene):
-            ev.file.taken_for.setdefault(number.expr.index, set()).add(dimension)
+            ev.file.gene_dimensions.setdefault(number.expr.index, set()).add(dimension)
     elif number.dimension != dimension:
         raise DIMENSION_MISMATCH.mistake(
             span,

@@ -15,7 +15,7 @@ from cortex_dsl.semantics.errors.scene import (
 )
 from cortex_dsl.semantics.evaluation import geometry, relations, seeing
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
-from cortex_dsl.semantics.evaluation.making import Making, own_class
+from cortex_dsl.semantics.evaluation.making import ObjectBuilder, own_class
 from cortex_dsl.semantics.evaluation.mutation import mutated, record
 from cortex_dsl.semantics.evaluation.placements import Extent, Placement, at_origin, within
 from cortex_dsl.semantics.evaluation.roads import ROAD
@@ -36,7 +36,7 @@ from engine.vocabulary import ActorKind
 
 
 @dataclass
-class Sorted:
+class SpecifierGroups:
     """The specifiers of one `new` by what they say."""
 
     places: list[nodes.Specifier] = field(default_factory=list)
@@ -70,11 +70,11 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
     if kind is None:
         return _new_place(ev, node, sorted_)
     builtin = node.class_name if own is None else (own, *own.bases)[-1].node.base
-    return _new_actor(ev, node, sorted_, Making(ev, kind, own, builtin, sorted_.properties))
+    return _new_actor(ev, node, sorted_, ObjectBuilder(ev, kind, own, builtin, sorted_.properties))
 
 
-def _sorted(node: nodes.New) -> Sorted:
-    result = Sorted()
+def _sorted(node: nodes.New) -> SpecifierGroups:
+    result = SpecifierGroups()
     for specifier in node.specifiers:
         if isinstance(specifier, nodes.With) and specifier.property == "heading":
             result.facings.append(nodes.Facing(span=specifier.span, heading=specifier.value, mode=""))
@@ -104,7 +104,7 @@ def _at_most_one(problem: Problem, node: nodes.New, found: Sequence[nodes.Specif
 # -- points -----------------------------------------------------------------------------------------------------------
 
 
-def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
+def _new_place(ev: Evaluator, node: nodes.New, found: SpecifierGroups) -> Value:
     view = _own_view(ev, node, found.properties)
     zero = ev.algebra.literal(0.0)
     north = as_meant(ev, zero) if ev.file.from_scenic else zero
@@ -135,14 +135,16 @@ def _own_view(ev: Evaluator, node: nodes.New, given: Sequence[nodes.With]) -> Vi
             raise UNKNOWN_PROPERTY.mistake(with_.property_span, kind=kind, name=with_.property, suggestion=meant)
     if not given:
         return None
-    making = Making(ev, ActorKind.OBSTACLE, None, None, given)
+    making = ObjectBuilder(ev, ActorKind.OBSTACLE, None, None, given)
     making.check_doubles()
     values = {with_.property: making.number(with_.property) for with_ in given}
     usual = geometry.view_of(ev, at_origin(ev).point)
     return View(values.get("visibleDistance", usual.reach), values.get("viewAngle", usual.opening))
 
 
-def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:
+def _posed(
+    ev: Evaluator, node: nodes.New, found: SpecifierGroups, placement: Placement, default: Term, name: str
+) -> Pose:
     """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
     heading = default if placement.heading is None else placement.heading
     if found.settled is not None:
@@ -168,7 +170,7 @@ def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, 
     return replace(pose, heading=as_meant(ev, written))
 
 
-def _recorded_default(ev: Evaluator, node: nodes.New, found: Sorted, pose: Pose) -> Pose:
+def _recorded_default(ev: Evaluator, node: nodes.New, found: SpecifierGroups, pose: Pose) -> Pose:
     """A place that no specifier names is said by the copy of a case behind the class."""
     if found.facings:
         ev.run.decisions.draw_sites.append(ir.DrawSite(node.class_span, "point added", "", (pose.x, pose.y)))
@@ -202,7 +204,7 @@ OBJECTS = 2
 """Number of existing objects that add the cost of one evaluation to the next object."""
 
 
-def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
+def _new_actor(ev: Evaluator, node: nodes.New, found: SpecifierGroups, making: ObjectBuilder) -> Value:
     own_name, kind = ev.run.assigning, making.kind
     ev.file.budget.spend(node.span, len(ev.run.built.actors) // OBJECTS)
     placed: list[Placement] = []
@@ -222,7 +224,7 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     return actor
 
 
-def _pose_or_anywhere(ev: Evaluator, making: Making, node: nodes.New, placed: list[Placement]) -> Pose:
+def _pose_or_anywhere(ev: Evaluator, making: ObjectBuilder, node: nodes.New, placed: list[Placement]) -> Pose:
     """Where an object stands; where that is a mistake, which is reported, the middle of the map, so that those in its
     behaviour are found too.
     """
@@ -259,7 +261,9 @@ def _require_of(ev: Evaluator, actor: Actor, placement: Placement, node: nodes.N
         ev.run.built.requirements.append(ir.Requirement(sight if seen else ~sight, 1.0, name, line))
 
 
-def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str, placed: list[Placement]) -> Pose:
+def _actor_pose(
+    making: ObjectBuilder, node: nodes.New, found: SpecifierGroups, name: str, placed: list[Placement]
+) -> Pose:
     """The heading of its place comes before that of its class, and this before that of its kind."""
     ev = making.ev
     if not found.places and not making.declares("position") and making.kind is ActorKind.PEDESTRIAN:
@@ -275,7 +279,7 @@ def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str, place
     return _posed(ev, node, found, placement, default, name)
 
 
-def _own_heading(ev: Evaluator, node: nodes.New, found: Sorted, default: Term | None) -> Term:
+def _own_heading(ev: Evaluator, node: nodes.New, found: SpecifierGroups, default: Term | None) -> Term:
     """How something heads, before it has a place.
 
     Raises:
@@ -303,7 +307,7 @@ def _unique(ev: Evaluator, name: str) -> str:
     return unique
 
 
-def _actor_placement(making: Making, node: nodes.New, found: Sorted, heading: Term | None) -> Placement:
+def _actor_placement(making: ObjectBuilder, node: nodes.New, found: SpecifierGroups, heading: Term | None) -> Placement:
     ev = making.ev
     region = None if making.kind in OFF_ROAD or making.lies_anywhere() else ROAD
     if not found.places and making.declares("position"):

@@ -12,7 +12,7 @@ from itertools import accumulate, pairwise
 from cortex_dsl.semantics.errors.scene import BAD_REGION
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
-from cortex_dsl.semantics.model.areas import Area, Draw, Spot, convex
+from cortex_dsl.semantics.model.areas import Area, Draw, DrawnPlace, convex
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Pose, Quantity, Value, Vector
 from cortex_dsl.semantics.quantities.algebra import Term, hypot, maximum, minimum, sqrt, table, where
@@ -120,14 +120,14 @@ def polygon(ev: Evaluator, points: Given, _span: Span) -> Value:
     def contains(point: Vector) -> Term:
         return _left_of_all(ev, point, edges) if is_convex else _by_parity(ev, point, edges)
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         of, far, across = _chosen(ev, uniform(), sizes), sqrt(uniform()), uniform()
 
         def coordinate(axis: int) -> Term:
             a, b, c = (of([corner[axis] for corner in each]) for each in zip(*triangles, strict=True))
             return a + far * ((b - a) + across * (c - b))
 
-        return Spot(Vector(coordinate(0), coordinate(1)))
+        return DrawnPlace(Vector(coordinate(0), coordinate(1)))
 
     area = Area(
         "a polygon",
@@ -189,11 +189,11 @@ def polyline(ev: Evaluator, points: Given, _span: Span) -> Value:
     headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in edges]
     literal, total = ev.algebra.literal, math.fsum(lengths)
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         of, share = _chosen(ev, uniform(), lengths), uniform()
         ends = [[of([corner[axis] for corner in each]) for each in zip(*edges, strict=True)] for axis in (0, 1)]
         x, y = (start + share * (end - start) for start, end in ends)
-        return Spot(Vector(x, y), of(headings))
+        return DrawnPlace(Vector(x, y), of(headings))
 
     def end(corner: Known, heading: float) -> Pose:
         return Pose(literal(corner[0]), literal(corner[1]), literal(heading))

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.evaluation.functions import Meaning, whole_number
 from cortex_dsl.semantics.evaluation.geometry import between, moved
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.evaluation.ranges import in_range
-from cortex_dsl.semantics.model.areas import Area, Coordinates, Draw, Spot, convex
+from cortex_dsl.semantics.model.areas import Area, Coordinates, Draw, DrawnPlace, convex
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -58,9 +58,9 @@ def _length(ev: Evaluator, given: Given, what: str) -> Term:
 def _circle(ev: Evaluator, center: Given, radius: Given, _span: Span) -> Value:
     middle, reach = geometry.position(ev, center.value, center.span), _length(ev, radius, "`radius`")
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         far, turned = reach * sqrt(uniform()), uniform() * math.tau
-        return Spot(Vector(middle.x + far * cos(turned), middle.y + far * sin(turned)))
+        return DrawnPlace(Vector(middle.x + far * cos(turned), middle.y + far * sin(turned)))
 
     return convex(
         Area(
@@ -93,9 +93,9 @@ def _opening(ev: Evaluator, middle: Vector, reach: Term, ahead: Term, opening: T
         off = abs(wrapped(geometry.bearing(middle, point) - ahead))
         return (between(middle, point) <= reach) & (off <= opening * 0.5)
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         far, turned = reach * sqrt(uniform()), ahead + opening * (uniform() - 0.5)
-        return Spot(Vector(middle.x + far * cos(turned), middle.y + far * sin(turned)))
+        return DrawnPlace(Vector(middle.x + far * cos(turned), middle.y + far * sin(turned)))
 
     known = {"center": middle, "radius": Quantity(reach, LENGTH), "angle": Quantity(opening, ANGLE)}
     area = Area("a sector", contains, draw=draw, weight=reach * reach * opening * 0.5, attributes=known)
@@ -121,9 +121,9 @@ def _rectangle(ev: Evaluator, position: Given, heading: Given, width: Given, len
         side, end = beyond(point)
         return hypot(maximum(side, 0.0), maximum(end, 0.0))
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         right, forward = (uniform() - 0.5) * across, (uniform() - 0.5) * along
-        return Spot(moved(middle, ahead, right, forward))
+        return DrawnPlace(moved(middle, ahead, right, forward))
 
     known = {
         "position": middle,
@@ -154,7 +154,7 @@ def _union(one: Area, other: Area) -> Area:
         return joined
     weight = first_weight + second_weight
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         """A place in both comes up twice as often, so that only each second of those counts."""
         of_first = uniform() * weight < first_weight
         left, right = first(uniform), second(uniform)
@@ -164,7 +164,7 @@ def _union(one: Area, other: Area) -> Area:
             always = kept.algebra.truth(True)
             of_each = (always if each.kept is None else each.kept for each in (left, right))
             kept = kept & where(of_first, *of_each)
-        return Spot(point, None, kept)
+        return DrawnPlace(point, None, kept)
 
     return replace(joined, draw=draw, weight=weight)
 
@@ -184,7 +184,7 @@ def _within(one: Area, other: Area, *, inside: bool) -> Area:
         there = other.contains(point)
         return one.contains(point) & (there if inside else ~there)
 
-    def draw(uniform: Draw) -> Spot:
+    def draw(uniform: Draw) -> DrawnPlace:
         assert one.draw is not None
         spot = one.draw(uniform)
         there = other.contains(spot.point) if inside else ~other.contains(spot.point)

@@ -25,7 +25,7 @@ class Velocity:
 
 
 @frozen
-class Spot:
+class DrawnPlace:
     """A place that was drawn."""
 
     point: Vector
@@ -44,7 +44,7 @@ class Area:
     """Whether a point lies in it."""
     holds: Callable[[Sequence[Vector]], Term] | None = None
     """Whether a whole outline does, given by its corners in order; None: that is not known."""
-    draw: Callable[[Draw], Spot] | None = None
+    draw: Callable[[Draw], DrawnPlace] | None = None
     """A place in it; None where no place can be drawn. Places that count have a density of 1 / `weight`."""
     weight: Term | None = None
     """[m^2], of lines [m]."""

@@ -273,7 +273,7 @@ MOST_VALUES = 24
 """Values kept of one expression, which has one for every way of making the choices of the file."""
 
 
-class Superseded(Signal):
+class Cancelled(Signal):
     """Stops a compilation whose result is not needed any more."""
 
 
@@ -297,7 +297,7 @@ class ValueRecorder:
 
     def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
         if self.superseded():
-            raise Superseded
+            raise Cancelled
         kept = self.seen.setdefault(node.span, [])
         if len(kept) < MOST_VALUES:
             kept.append(ObservedValue(evaluator, value))

@@ -114,7 +114,7 @@ class FileContext:
     _bounds: dict[int, Interval] = field(default_factory=dict)
     """Of the first `_bounded` genes."""
     _bounded: int = 0
-    taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
+    gene_dimensions: dict[int, set[ir.Dimension]] = field(default_factory=dict)
     """What the places of genes without a unit measure, by the number of the gene."""
     find_map: MapFinder = no_maps
     has_map: bool = False
@@ -124,7 +124,7 @@ class FileContext:
     networks: dict[MapSpec, Network] = field(default_factory=dict)
     filtered: dict[tuple[Span, tuple[Value, ...]], tuple[Value, ...]] = field(default_factory=dict)
     """What conditions on elements of the road keep of them, by where it is written and the items."""
-    asks_road: dict[Span, bool] = field(default_factory=dict)
+    uses_road: dict[Span, bool] = field(default_factory=dict)
     """Which conditions are such ones."""
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None

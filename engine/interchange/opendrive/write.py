@@ -181,7 +181,7 @@ def add_junction(document: Element, roads: RoadMap, junction: Intersection) -> E
 
 # -- traffic lights: one for each arm, at the kerb by its stop line; those of a phase under one controller -------------
 
-BESIDE = 0.5
+MAST_OFFSET = 0.5
 """Distance of a light's mast from the kerb [m]."""
 ABOVE = 2.5
 """Height of a light's housing above the ground [m]: Manual on Uniform Traffic Control Devices (2009), section 4D.15."""
@@ -245,7 +245,7 @@ def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:
 def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes: tuple[Lane, ...]) -> None:
     places = [roads.places[lane.id] for lane in lanes]
     at, ids = places[0], sorted(place.lane for place in places)
-    beside = len(lanes) * lanes[0].width + BESIDE
+    beside = len(lanes) * lanes[0].width + MAST_OFFSET
     light = child(
         signals,
         "signal",
@@ -271,7 +271,7 @@ def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
         return
     start, junction = maneuver.start_lane, maneuver.intersection
     place = roads.places[maneuver.connecting]
-    to_kerb = (start.number - 0.5) * start.width + BESIDE
+    to_kerb = (start.number - 0.5) * start.width + MAST_OFFSET
     reference = child(
         child(element, "signals"),
         "signalReference",

@@ -12,7 +12,7 @@ from engine.interchange.contract import InterchangeError, cited
 from engine.interchange.motion import Motion, pieces_of
 from engine.interchange.tables.columns import SLIDES, Cells
 from engine.interchange.tables.heading_sense import aside, misread, offset_of, straight_offsets
-from engine.interchange.tables.plausible import Held, held_headings
+from engine.interchange.tables.plausible import AssumedColumn, held_headings
 from engine.tables import Bools, Floats, Ints
 
 DEGREES = 7.0
@@ -59,7 +59,7 @@ class Headings:
         self,
         name: str,
         motion: Motion,
-        velocity: Held | None,
+        velocity: AssumedColumn | None,
         rows: Ints,
         motion_headings: Callable[..., Floats],
         *,

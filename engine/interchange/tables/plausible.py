@@ -58,7 +58,7 @@ FEWEST = 3
 
 
 @dataclass(frozen=True)
-class Held:
+class AssumedColumn:
     """A column after its check."""
 
     values: Floats
@@ -71,7 +71,7 @@ class Held:
 
 def held_headings(
     who: str, motion: Motion, heading: Floats, loose: Bools, *, unit_said: bool, of_motion: Callable[[], Floats]
-) -> Held:
+) -> AssumedColumn:
     """Return headings [rad], not wrapped; those of motion if most are across it.
 
     `loose` (samples,): where the actor slides after an impact, in any direction; `unit_said`: the headings are known to
@@ -80,17 +80,17 @@ def held_headings(
     direction = np.where(loose, math.nan, directions_of(motion))
     shown = np.flatnonzero(~np.isnan(direction))
     if not len(shown):
-        return Held(heading)
+        return AssumedColumn(heading)
     off = _apart(heading[shown], direction[shown])
     across, behind = (np.count_nonzero(found) for found in ((off > ASIDE) & (off < math.pi - ASIDE), off > ASIDE))
     if 2 * behind <= len(shown):
-        return Held(heading)
+        return AssumedColumn(heading)
     fits = int(np.count_nonzero(_apart(np.radians(heading[shown]), direction[shown]) < NEAR))
     degrees = not unit_said and 2 * fits > len(shown)
     if 2 * across > len(shown):
         message = f"headings of {cited(who)} lie across its motion at {across:,} of {len(shown):,} samples"
-        return Held(of_motion(), f"{message}: they are taken from motion", degrees)
-    return Held(heading, f"{cited(who)} drives backwards, unless its headings are degrees" if degrees else "")
+        return AssumedColumn(of_motion(), f"{message}: they are taken from motion", degrees)
+    return AssumedColumn(heading, f"{cited(who)} drives backwards, unless its headings are degrees" if degrees else "")
 
 
 def driven(time: Floats) -> int:
@@ -118,25 +118,25 @@ def _apart(one: Floats, other: Floats) -> Floats:
     return np.abs((one - other + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor: float) -> Held:
+def held_speeds(who: str, column: str, motion: Motion, velocity: Floats, factor: float) -> AssumedColumn:
     """Return (samples, 2) velocities of the centre; those of motion where they do not fit: all of them if most do not.
 
     `column`: its name in the file; `factor`: from its unit to m/s, 0 if its name has no unit.
     """
     time, near = motion.time, np.diff(motion.pieces) == 0
     if not near.any():
-        return Held(velocity)
+        return AssumedColumn(velocity)
     moved = motion.rates(motion.positions)
     if remark := _contradiction(who, column, time, moved, velocity, factor):
-        return Held(moved, remark, rejected=True)
+        return AssumedColumn(moved, remark, rejected=True)
     wrong = _misfits(motion, velocity, near)
     if 2 * np.count_nonzero(wrong) > len(time):
         message = f"speeds of {cited(who)} do not fit its positions: they are taken from motion"
-        return Held(moved, message, rejected=True)
+        return AssumedColumn(moved, message, rejected=True)
     if not wrong.any():
-        return Held(velocity)
+        return AssumedColumn(velocity)
     message = f"{np.count_nonzero(wrong):,} of {len(time):,} speeds of {cited(who)} do not fit its positions"
-    return Held(np.where(wrong[:, np.newaxis], moved, velocity), f"{message}: those are taken from motion")
+    return AssumedColumn(np.where(wrong[:, np.newaxis], moved, velocity), f"{message}: those are taken from motion")
 
 
 def _misfits(motion: Motion, velocity: Floats, near: Bools) -> Bools:

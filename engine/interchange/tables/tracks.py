@@ -24,7 +24,7 @@ from engine.interchange.motion_headings import motion_headings
 from engine.interchange.tables.columns import FRAMES, NAME, VELOCITY, Cells, unread_remark
 from engine.interchange.tables.conventions import ahead
 from engine.interchange.tables.headings import Headings, slides
-from engine.interchange.tables.plausible import Held, along_heading, driven, held_speeds, scale_remarks
+from engine.interchange.tables.plausible import AssumedColumn, along_heading, driven, held_speeds, scale_remarks
 from engine.interchange.tables.track import TableTrack, Tracks
 from engine.tables import Bools, Floats, Ints
 from engine.vehicles import MODELS
@@ -252,7 +252,7 @@ class _Gathered:
         self.remarks.append(f"{found}: each has that of its kind in cortexc")
         return float(getattr(MODELS[kind], quantity))
 
-    def _velocity(self, name: str, motion: Motion, rows: Ints) -> Held | None:
+    def _velocity(self, name: str, motion: Motion, rows: Ints) -> AssumedColumn | None:
         """Return the velocities of the centre as they are believed; None without columns of them."""
         numbers, columns = self.cells.numbers, self.cells.columns
         if not all(each in numbers for each in VELOCITY):
@@ -269,7 +269,7 @@ class _Gathered:
             self.remarks.append(remark)
 
     def _speed(
-        self, name: str, motion: Motion, velocity: Held | None, heading: Floats, rows: Ints, behind: float
+        self, name: str, motion: Motion, velocity: AssumedColumn | None, heading: Floats, rows: Ints, behind: float
     ) -> tuple[Floats, float]:
         """Return the rear axle's speed [m/s], and the distance of the centre ahead of it [m]."""
         numbers, columns = self.cells.numbers, self.cells.columns

@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.maps import MapFile
-from engine.road.network import Intersection, Lane, LaneGroup, LaneRole, Leg, Lines, Links, Maneuver, Network, Road
+from engine.road.network import Arm, Intersection, Lane, LaneGroup, LaneRole, Lines, Links, Maneuver, Network, Road
 from engine.road.paths import PathBook, Primitive
 from engine.road.regions import Shape
 from engine.road.signs import RoadSign
@@ -100,7 +100,7 @@ def _road_row(road: Road) -> tuple[Any, ...]:
     return road.name, [lane.id for lane in road.forward.lanes], [lane.id for lane in road.backward.lanes]
 
 
-def _leg_row(leg: Leg) -> tuple[Any, ...]:
+def _leg_row(leg: Arm) -> tuple[Any, ...]:
     incoming, outgoing = ([lane.id for lane in lanes] for lanes in (leg.incoming_lanes, leg.outgoing_lanes))
     return leg.name, leg.heading, leg.length, incoming, outgoing, leg.neighbour, leg.phase
 
@@ -171,9 +171,9 @@ def _leg(
     incoming: Sequence[int],
     outgoing: Sequence[int],
     *rest: int,
-) -> Leg:
+) -> Arm:
     first, last = (tuple(network.lanes[lane] for lane in lanes) for lanes in (incoming, outgoing))
-    return Leg(name, heading, length, first, last, *rest)  # type: ignore[arg-type]
+    return Arm(name, heading, length, first, last, *rest)  # type: ignore[arg-type]
 
 
 def _links(text: Mapping[str, Any]) -> Links:

@@ -9,11 +9,11 @@ from engine.opendrive.roads import OdrRoad
 from engine.opendrive.signals import OdrSignal
 from engine.road.linking import link_by_ways, maneuver
 from engine.road.network import (
+    Arm,
     Intersection,
     Lane,
     LaneGroup,
     LaneRole,
-    Leg,
     Network,
     Road,
 )
@@ -127,7 +127,7 @@ class _Builder:
         legs.sort(key=lambda leg: -math.remainder(leg[0] - math.pi / 2.0 - 1e-9, math.tau))
         axis = legs[0][0]
         made = tuple(
-            Leg(
+            Arm(
                 road,
                 heading,
                 length,

@@ -134,7 +134,7 @@ def objectives(results: Sequence[Result]) -> Floats:
 
 def losses(results: Sequence[Result]) -> Floats:
     """Return (n, objectives) the negative objectives, which the method minimizes."""
-    return np.nan_to_num(-np.array([result.sought for result in results]), nan=WORST)
+    return np.nan_to_num(-np.array([result.objective_values for result in results]), nan=WORST)
 
 
 # -- MAP-Elites and CMA-ME ---------------------------------------------------------------------------------------------

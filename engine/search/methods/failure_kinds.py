@@ -87,7 +87,7 @@ class Candidates(NamedTuple):
     """(n, d)"""
 
 
-def nobody(size: int) -> Candidates:
+def no_candidates(size: int) -> Candidates:
     """Return an empty candidate set for a space of `size` genes."""
     return Candidates(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, size)))
 
@@ -112,7 +112,7 @@ class FailureKinds(BestFirst):
         self._fails, self._touched = np.empty(0, dtype=bool), np.empty(0, dtype=bool)
         self._failure_kinds: dict[FailureKind, int] = {}
         self._failure_kind, self._places_given = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-        self._bred = nobody(len(box))
+        self._bred = no_candidates(len(box))
 
     def _chosen(self, count: int) -> Ints:
         share = AFTER if self._fails.any() else BEFORE if self._touched.any() else 0.0
@@ -128,7 +128,7 @@ class FailureKinds(BestFirst):
     def _foreseen(self, count: int, stream: Generator) -> Candidates:
         """Return the `count` candidates that are run."""
         if not count:
-            return nobody(self._cube.size)
+            return no_candidates(self._cube.size)
         promise = rarity(order(self._fails, self._touched, self._value))
         candidates = self._candidates(CANDIDATES * count, promise, stream)
         rows = self._placed(count, self._foresee(candidates, promise, stream), stream)

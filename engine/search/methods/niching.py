@@ -59,7 +59,7 @@ class NichingSearch(InCube):
         self._points = np.empty((0, len(box)))
         self._archive = np.empty((0, len(box)))
         self._failed = np.empty(0, dtype=bool)
-        self._sought = np.empty(0, dtype=bool)
+        self._targets = np.empty(0, dtype=bool)
         self._risk = np.empty(0)
         self._births: list[Birth] = []
 
@@ -68,7 +68,7 @@ class NichingSearch(InCube):
         shape = self._population, self._cube.size
         parents = np.full((self._population, 2), -1)
         self._points = stream.random(shape)
-        if self._sought.any() and self._cube.size:
+        if self._targets.any() and self._cube.size:
             self._points, parents = self._bred(stream)
             exploring = round(EXPLORING * self._population)
             self._points[:exploring], parents[:exploring] = stream.random((exploring, self._cube.size)), -1
@@ -93,17 +93,17 @@ class NichingSearch(InCube):
         ranked = np.argsort(-self._risk, kind="stable")[:FEW]
         few = np.zeros(len(self._risk), dtype=bool)
         few[ranked[np.isfinite(self._risk[ranked])]] = True
-        self._sought = self._failed if self._failed.sum() >= FEW else self._failed | few
+        self._targets = self._failed if self._failed.sum() >= FEW else self._failed | few
 
     def _bred(self, stream: Generator) -> tuple[Floats, np.ndarray]:
         """Return the chosen child of every brood (population, d), and its parents (population, 2), -1 if missing."""
-        failures = self._archive[self._sought]
+        failures = self._archive[self._targets]
         children, parents = self._brood(stream, failures)
         promise = self._promise(children)
         novelty = nearest(failures, children, 1)[0][:, 0]
         score = np.where(promise >= ENOUGH, 1.0 + novelty, promise).reshape(self._population, BROOD)
         chosen = np.arange(self._population) * BROOD + score.argmax(axis=1)
-        rows = np.flatnonzero(self._sought)
+        rows = np.flatnonzero(self._targets)
         return children[chosen], np.where(parents[chosen] >= 0, rows[parents[chosen]], -1)
 
     def _brood(self, stream: Generator, failures: Floats) -> tuple[Floats, np.ndarray]:
@@ -126,10 +126,10 @@ class NichingSearch(InCube):
 
     def _promise(self, children: Floats) -> Floats:
         """Return (n,) the share of failures among the nearest neighbours, each weighted by its nearness."""
-        weights = gene_weights(self._archive, self._sought)
+        weights = gene_weights(self._archive, self._targets)
         distance, neighbour = nearest(self._archive * weights, children * weights, NEIGHBOURS)
         nearness = 1.0 / (distance + NEARNESS)
-        return (nearness * self._sought[neighbour]).sum(axis=1) / nearness.sum(axis=1)
+        return (nearness * self._targets[neighbour]).sum(axis=1) / nearness.sum(axis=1)
 
 
 def gene_weights(points: Floats, failed: Bools) -> Floats:

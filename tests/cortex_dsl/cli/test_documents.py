@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.cli.command_table import MODES, SUBCOMMANDS, _found
+from cortex_dsl.cli.command_table import MODES, SUBCOMMANDS
 from cortex_dsl.console.request import Mode
 
 Command = Callable[..., Any]
@@ -67,7 +67,7 @@ def made(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str,
 
 def test_every_command_is_here() -> None:
     """A new command or mode that has `--json` needs a line."""
-    having = {name for name, row in SUBCOMMANDS.items() if _found(row.command).json}
+    having = {name for name, row in SUBCOMMANDS.items() if row.load().json}
     assert having == {str(words[0]) for words in LINES.values() if words[0] in SUBCOMMANDS}
     assert {mode.value for mode in MODES} == {name for name in LINES if name in {mode.value for mode in Mode}}
 

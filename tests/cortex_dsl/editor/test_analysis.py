@@ -12,7 +12,7 @@ from cortex_dsl.editor.navigation import definition, outline, references
 from cortex_dsl.editor.open_files import Positions
 from cortex_dsl.editor.place import place_of
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
-from cortex_dsl.semantics.model.context import Superseded
+from cortex_dsl.semantics.model.context import Cancelled
 from cortex_dsl.semantics.names.attribute_docs import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.properties import FLAGS, PROPERTIES
 from cortex_dsl.source import Source, Span
@@ -96,7 +96,7 @@ def test_values_are_known_although_the_file_has_errors(left_turn):
 
 
 def test_a_newer_text_stops_the_compilation(left_turn):
-    with pytest.raises(Superseded):
+    with pytest.raises(Cancelled):
         analyse("own.scn", left_turn, lambda: True)
 
 

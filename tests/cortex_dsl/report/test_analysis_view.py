@@ -16,7 +16,7 @@ from engine.program import ParamSpace
 from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
 from engine.search.insight.clusters import Condition
 from engine.search.insight.kinds import Failures, Kind
-from engine.search.protocol import SOUGHT
+from engine.search.protocol import DEFAULT_OBJECTIVES
 from engine.vocabulary import Blame, GeneKind, Side
 
 
@@ -89,10 +89,10 @@ def test_a_margin_says_early_or_late() -> None:
 
 def test_charts_follow_what_is_sought() -> None:
     """The paper's metric and its charts say what they show where something else than the risk is sought."""
-    assert [meaning_of(metric, SOUGHT) for metric in METRICS] == [metric.meaning for metric in METRICS]
+    assert [meaning_of(metric, DEFAULT_OBJECTIVES) for metric in METRICS] == [metric.meaning for metric in METRICS]
     assert meaning_of(METRICS[0], ("no contact",)) == "mean of no contact of valid scenes"
     assert brief_of(METRICS[1], ("no contact",)) == METRICS[1].brief
-    assert (finds_of(SOUGHT).verb, finds_of(("no contact",)).verb) == ("collide", "are finds of no contact")
+    assert (finds_of(DEFAULT_OBJECTIVES).verb, finds_of(("no contact",)).verb) == ("collide", "are finds of no contact")
 
 
 def came(**counts: int) -> Failures:

@@ -11,7 +11,7 @@ from cortex_dsl.report.findings.tally import blame_content, blame_note, cure_of_
 from cortex_dsl.report.terminal.check_view import feasibility_view
 from cortex_dsl.report.terminal.requirements_view import blame_view
 from cortex_dsl.report.terminal.theme import THEME
-from engine.acceptance import Account, account, weigh
+from engine.acceptance import Account, account, measure_acceptance
 from engine.feasibility import explain
 from engine.program import Program
 
@@ -34,7 +34,7 @@ def render(view: RenderableType, width: int) -> str:
 
 
 def account_of(text: str, target: float | None = None) -> Account:
-    return account(weigh(compile_text(text).program, 3000), target)
+    return account(measure_acceptance(compile_text(text).program, 3000), target)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from cortex_dsl.report.terminal.requirements_view import weighing_view
 from cortex_dsl.report.terminal.sample_view import still_view
 from cortex_dsl.report.terminal.theme import THEME
 from cortex_dsl.report.terminal.worst_view import found_view
-from engine.acceptance import account, weigh
+from engine.acceptance import account, measure_acceptance
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 Draw = Callable[[Scenario, int, bool], RenderableType]
@@ -29,12 +29,12 @@ def scenario() -> Scenario:
 
 
 def _weighed(scenario: Scenario, _width: int, ascii_only: bool) -> RenderableType:
-    few, many = (weigh(scenario.program, count) for count in (100, 20_000))
+    few, many = (measure_acceptance(scenario.program, count) for count in (100, 20_000))
     return weighing_view(few, account(many), {1}, ascii_only=ascii_only)
 
 
 def _plotted(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
-    return distribution_view(weigh(scenario.program, 20_000), 3, width, ascii_only=ascii_only)
+    return distribution_view(measure_acceptance(scenario.program, 20_000), 3, width, ascii_only=ascii_only)
 
 
 def _still(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:

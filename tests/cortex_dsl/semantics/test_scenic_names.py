@@ -8,7 +8,7 @@ import pytest
 
 from cortex_dsl import compile_text
 from cortex_dsl.diagnostics import CompileError
-from engine.acceptance import weigh
+from engine.acceptance import measure_acceptance
 from engine.config import SimulationConfig
 from engine.sampling import sample
 from engine.streams import key_rows
@@ -54,7 +54,7 @@ def test_a_region_contains_another(side: float, holds: bool) -> None:
         f"{SCRIPT}ego = new Car at (0, 0), with regionContainedIn None\nbig = RectangularRegion((0, 0), 0, 100, 100)\n"
     )
     text += f"require big.containsRegion(RectangularRegion((0, 0), 0, {side}, {side}))\n"
-    assert weigh(compile_text(text).program, 10).acceptance == holds
+    assert measure_acceptance(compile_text(text).program, 10).acceptance == holds
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from engine.search.methods.optimizers import CrossEntropy, DifferentialEvolution
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import REMOVED, SEARCHERS
 from engine.search.methods.trust_regions import TrustRegions, fitted, normal_scores
-from engine.search.protocol import MEASURES, SOUGHT, Box, Operator, Result, Searcher, Status, StreamAt
+from engine.search.protocol import DEFAULT_OBJECTIVES, MEASURES, Box, Operator, Result, Searcher, Status, StreamAt
 from engine.search.run import run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import operator_generator
@@ -75,7 +75,7 @@ def search(
     evaluate: Evaluate,
     config: SearchConfig = CONFIG,
     seed: int = CONFIG.seed,
-    objective: tuple[str, ...] = SOUGHT,
+    objective: tuple[str, ...] = DEFAULT_OBJECTIVES,
 ) -> Campaign:
     streams = partial(operator_generator, seed, int(Method.GA), 0)
     searcher = METHODS[method](Box.of(space), config.population, streams)
