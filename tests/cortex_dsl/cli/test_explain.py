@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl import codes
+from cortex_dsl.report.terminal.kernel_progress import COMPILED
 from tests.cortex_dsl.once import judging_once
 from tests.golden import matches
 
@@ -83,7 +84,7 @@ def test_what_only_a_command_shows(
     monkeypatch.chdir(tmp_path)
     options = ["--check"] if "`--check`" in entry.page.shown else []
     said = cortexc("wrong.scn", *options)
-    matches(said.err, home / "said.txt")
+    matches(COMPILED.sub("", said.err), home / "said.txt")
     assert re.findall(r"error\[(\w+)\]", said.err) == [entry.code]
     right = cortexc("right.scn", *options)
     assert (right.code, f"[{entry.code}]" in right.err) == (0, False)
